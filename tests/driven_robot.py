@@ -8,11 +8,11 @@ from collections import deque
 from setcmas_expe.emulation.emulated_fleet import truncated
 from setcmas_expe.safety.motion_check import MotionCheck
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
 STEP_S = 0.01
 DECIDES_EVERY = 5  # steps
-BURGER = ROBOT_MODELS['burger']
+BURGER = ROBOT_LIMITS['burger']
 
 
 class DrivenRobot:

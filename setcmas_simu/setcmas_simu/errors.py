@@ -21,11 +21,7 @@ def install_command(extra: str) -> str:
 
 @contextmanager
 def needs(extra: str) -> Iterator[None]:
-    """Import packages of an extra in this context.
-
-    Raises:
-        SetcmasError: A package is missing; the message names the command that installs the extra.
-    """
+    """Import packages of an extra; raise SetcmasError with its pip command if one is missing."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -34,12 +30,12 @@ def needs(extra: str) -> Iterator[None]:
 
 
 def nearest(name: object, known: Iterable[str], most: int = 1) -> list[str]:
-    """Return the names that are nearest to one that is not known, whatever their case."""
+    """Return the known names that are most like a name, whatever their case."""
     by_case = {one.lower(): one for one in known}
     return [by_case[one] for one in difflib.get_close_matches(str(name).lower(), by_case, n=most)]
 
 
 def did_you_mean(name: object, known: Iterable[str], most: int = 1) -> str:
-    """Return the end of a message that offers the nearest names; empty if none is near."""
+    """Return '; did you mean ...?' with the most similar names; empty if none is similar."""
     near = nearest(name, known, most)
     return f'; did you mean {" or ".join(near)}?' if near else ''

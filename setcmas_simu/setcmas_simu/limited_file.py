@@ -11,15 +11,11 @@ from setcmas_simu.errors import SetcmasError
 
 
 def open_limited(path: Path, most: int) -> BinaryIO:
-    """Open a regular file for reading.
-
-    Args:
-        path: The file.
-        most: Its largest size in bytes.
+    """Open a regular file of at most `most` bytes for reading.
 
     Raises:
         OSError: It cannot be opened.
-        SetcmasError: It is a pipe, a socket or a device, or is larger.
+        SetcmasError: It is larger, or is a pipe, a socket or a device.
     """
     # A pipe without a writer would block.
     file = open(path, 'rb', opener=lambda p, flags: os.open(p, flags | _AT_ONCE))  # noqa: SIM115
@@ -33,12 +29,7 @@ def open_limited(path: Path, most: int) -> BinaryIO:
 
 
 def read_limited(path: Path, most: int) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
-
-    Raises:
-        OSError: It cannot be read.
-        SetcmasError: It is a pipe, a socket or a device, or is larger.
-    """
+    """Return the content of a regular file of at most `most` bytes; errors as `open_limited`."""
     with open_limited(path, most) as file:
         content = file.read(most + 1)
     if len(content) > most:  # files in /proc have size 0

@@ -27,11 +27,7 @@ _OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'set
 
 
 class PluginError(SetcmasError):
-    """A plugin cannot be used.
-
-    Attributes:
-        reason: Why, in one line.
-    """
+    """A plugin cannot be used; `reason` says why, in one line."""
 
     def __init__(self, kind: str, plugin: Plugin, reason: str) -> None:
         """Name the plugin, its package and the reason."""
@@ -93,11 +89,7 @@ class _Group:
         return self._spelled(name) in self.plugins()
 
     def plugin(self, name: str) -> Plugin:
-        """Return the plugin with this name; warn once if it hides another.
-
-        Raises:
-            SetcmasError: The name is unknown; the message lists all names.
-        """
+        """Return the plugin with this name, or raise SetcmasError; warn once if it hides one."""
         plugins = self.plugins()
         if not plugins:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
@@ -115,11 +107,7 @@ class _Group:
 
 @dataclass(frozen=True)
 class PluginGroup(_Group, Generic[T]):
-    """Plugins that are Python objects.
-
-    Attributes:
-        check: Returns an object of the right type, or raises InvalidPluginError.
-    """
+    """Plugins that are Python objects; `check` returns an object or raises InvalidPluginError."""
 
     check: Callable[[object], T]
 
@@ -127,8 +115,7 @@ class PluginGroup(_Group, Generic[T]):
         """Return the object with this name; import it first if necessary.
 
         Raises:
-            SetcmasError: The name is unknown.
-            PluginError: Its import fails, or it has the wrong type.
+            SetcmasError: The name is unknown, or the object cannot be used (PluginError).
         """
         plugin = self.plugin(name)
         try:
@@ -139,7 +126,7 @@ class PluginGroup(_Group, Generic[T]):
             raise PluginError(self.kind, plugin, _reason(error)) from error
 
     def usable(self, warn: Callable[[str], None]) -> dict[str, T]:
-        """Return all usable objects by name, and warn of the others."""
+        """Return all usable objects by name; warn of the others."""
         found = {}
         for name in self.plugins():
             try:
@@ -157,8 +144,7 @@ class ScriptGroup(_Group):
         """Return the file of the script with this name, without running it.
 
         Raises:
-            SetcmasError: The name is unknown.
-            PluginError: The package has no such file, or the module belongs to no package.
+            SetcmasError: The name is unknown, or its package has no such file (PluginError).
         """
         plugin = self.plugin(name)
         module = plugin.entry.module

@@ -45,15 +45,11 @@ class Entry:
         return SetcmasError(f'{self.file}, line {self.line}: {message}')
 
     def mistake(self, accepted: str) -> SetcmasError:
-        """Return the error that this value is not what is accepted."""
+        """Return the error that this value is not of the accepted form."""
         return self.error(f'{self.name or "this"} is {_shown(self.value)}; it must be {accepted}')
 
     def fields(self, accepted: Iterable[str]) -> dict[str, Entry]:
-        """Return the entries of a mapping by key.
-
-        Raises:
-            SetcmasError: It is no mapping, or has a key that is not accepted.
-        """
+        """Return the entries of a mapping by key; raise SetcmasError for another key or value."""
         known = list(accepted)
         if not isinstance(self.value, dict):
             raise self.mistake(f'a mapping with the keys {", ".join(known)}')
@@ -66,11 +62,7 @@ class Entry:
         return dict(self.value)
 
     def items(self) -> list[Entry]:
-        """Return the entries of a list.
-
-        Raises:
-            SetcmasError: It is no list.
-        """
+        """Return the entries of a list, or raise SetcmasError."""
         if not isinstance(self.value, list):
             raise self.mistake('a list')
         return list(self.value)
@@ -87,11 +79,7 @@ class Entry:
 
     @contextmanager
     def located(self) -> Iterator[None]:
-        """Let messages about this value begin with file and line.
-
-        Raises:
-            SetcmasError: There is such a message.
-        """
+        """Add file and line to the messages of SetcmasErrors about this value."""
         try:
             yield
         except SetcmasError as error:
@@ -99,11 +87,7 @@ class Entry:
             raise (error if text.startswith(f'{self.file}, line') else self.error(text)) from None
 
     def number(self) -> float:
-        """Return a finite number; `options.kinds.Number.of` returns one within bounds.
-
-        Raises:
-            SetcmasError: It is none.
-        """
+        """Return a finite number, or raise SetcmasError; `Number.of` also checks bounds."""
         value = self.plain()
         if not isinstance(value, (int, float)) or isinstance(value, bool):
             raise self.mistake('a number')
@@ -112,21 +96,13 @@ class Entry:
         return float(value)
 
     def text(self) -> str:
-        """Return a text, which may be empty.
-
-        Raises:
-            SetcmasError: It is none.
-        """
+        """Return a text, which may be empty, or raise SetcmasError."""
         if not isinstance(self.value, str):
             raise self.mistake('a text')
         return self.value
 
     def flag(self) -> bool:
-        """Return true or false.
-
-        Raises:
-            SetcmasError: It is neither.
-        """
+        """Return true or false, or raise SetcmasError."""
         if not isinstance(self.value, bool):
             raise self.mistake('true or false')
         return self.value
@@ -165,11 +141,7 @@ def read_entries(path: Path) -> Entry:
 
 
 def entries_of(text: str, path: Path) -> Entry:
-    """Return the content of a text in YAML; an empty one is an empty mapping.
-
-    Args:
-        text: The text.
-        path: The file that it is from.
+    """Return the content of a text in YAML from a file; an empty text is an empty mapping.
 
     Raises:
         SetcmasError: It is not YAML, is nested too deep or too long, or has a key twice.
@@ -242,18 +214,14 @@ class _Entries:
 
 
 def yaml_line(content: Mapping[str, Any]) -> str:
-    """Return a text in YAML of one line."""
+    """Return a mapping as one line of YAML."""
     # In ASCII: PyYAML does not read back every character that it writes.
     text = yaml.safe_dump(dict(content), sort_keys=False, default_flow_style=True, width=math.inf)
     return text.strip()
 
 
 def write_yaml(content: Mapping[str, Any], path: Path) -> None:
-    """Write a YAML file, whole or not at all.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write a YAML file, whole or not at all, or raise OSError."""
     text = yaml.safe_dump(
         dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
     )

@@ -18,7 +18,7 @@ from launch_scripts.commands.plot_options import FormatOptions
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
-from setcmas_simu.robots.model import MODELS
+from setcmas_simu.robots.model import LIMITS
 
 _USUAL = 'burger'
 
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
     parser.add_argument(
         '--limits',
-        choices=list(MODELS),
+        choices=list(LIMITS),
         help="velocity limits of the robots (default: the run's, or burger)",
     )
     FormatOptions.add_to(parser)

@@ -24,7 +24,7 @@ from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, Status
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
@@ -78,7 +78,7 @@ def bounded_lab_options(
 
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
     """Return a scenario with the values of its emulated lab."""
-    known = (name for name, limits in ROBOT_MODELS.items() if limits == lab.limits)
+    known = (name for name, limits in ROBOT_LIMITS.items() if limits == lab.limits)
     return scenario.replace(
         lab=scenario.lab.lab or DEFAULT_FILE,
         poses=emulated_start_poses(lab.arena, scenario.nb_robots, scenario.robots),

@@ -42,7 +42,7 @@ from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess
-from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepClock, StepLoop
+from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepLoop
 
 
 class ControlledFleet:
@@ -227,7 +227,7 @@ class ControlledFleet:
             return LockstepLoop(
                 process, self._node, self._odometry, stepper, senders, graph, rate, self._time
             )
-        clock: StepClock = SteadyClock()
+        clock = SteadyClock()
         if isinstance(self._time, Scaled):
             clock = ScaledClock(self._time.rtf, self._time.begin)
         stepper.clock = clock

@@ -37,7 +37,7 @@ from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
@@ -150,9 +150,9 @@ class EmulatedLab(FleetNode):
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
         rng = np.random.default_rng(options.seed)
-        model = 'waffle' if lab.limits == ROBOT_MODELS['waffle'] else 'burger'
+        model = 'waffle' if lab.limits == ROBOT_LIMITS['waffle'] else 'burger'
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
-        self._fleet = EmulatedFleet(poses, ROBOT_MODELS[model], rng, options.robot_model(numbers))
+        self._fleet = EmulatedFleet(poses, ROBOT_LIMITS[model], rng, options.robot_model(numbers))
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self._driver = EmulatedMocapDriver(lab)
         private = lab.guarded and options.remapped

@@ -37,7 +37,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
-from setcmas_simu.robots.model import MODELS, limits_named
+from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
 from setcmas_simu.ros.polling import PolledTopic
@@ -62,7 +62,7 @@ class GuardOptions(Options):
     silence: float = option(
         DURATION, 'stop the robot after this long without a command', default=SILENCE_S
     )
-    limits: str = option(OneOf(tuple(MODELS)), 'speed limits of the robot', default='burger')
+    limits: str = option(OneOf(tuple(LIMITS)), 'speed limits of the robot', default='burger')
     accel: float = option(
         Number(above=0, unit='m/s^2', finite=True),
         'largest acceleration of a wheel',

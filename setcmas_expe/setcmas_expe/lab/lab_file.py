@@ -26,7 +26,7 @@ from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.plugins import PluginError
 from setcmas_simu.robots.arena import Arena, Obstacles
-from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
+from setcmas_simu.robots.model import ROBOT_LIMITS, VelocityLimits
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))
@@ -206,11 +206,11 @@ def _separation(entry: Entry, arena: Arena) -> float:
 
 def _limits(entry: Entry) -> VelocityLimits:
     if not isinstance(entry.value, dict):
-        return ROBOT_MODELS[OneOf(tuple(ROBOT_MODELS)).of(entry)]
+        return ROBOT_LIMITS[OneOf(tuple(ROBOT_LIMITS)).of(entry)]
     fields = entry.fields(_LIMITS)
     missing = [key for key in _LIMITS if key not in fields]
     if missing:
-        raise entry.mistake(f'{", ".join(ROBOT_MODELS)}, or all of {", ".join(_LIMITS)}')
+        raise entry.mistake(f'{", ".join(ROBOT_LIMITS)}, or all of {", ".join(_LIMITS)}')
     return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
 
 

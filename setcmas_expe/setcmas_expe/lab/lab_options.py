@@ -16,7 +16,7 @@ from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
 from setcmas_simu.robots.arena import Arena, Borders, Obstacles, ObstaclesKind
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ class LabOptions(LabChoice):
         NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
     )
     limits: str | None = option(
-        OneOf(tuple(ROBOT_MODELS)), 'speed limits of the robots', default=None
+        OneOf(tuple(ROBOT_LIMITS)), 'speed limits of the robots', default=None
     )
     arena: Arena | None = option(Borders(), 'borders of the arena (m)', default=None)
     min_separation: float | None = option(
@@ -94,7 +94,7 @@ class LabOptions(LabChoice):
         names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
         given = {name: getattr(self, name) for name in names}
         given['mocap'] = _mocap(self.mocap, lab) if self.mocap else None
-        given['limits'] = ROBOT_MODELS[self.limits] if self.limits else None
+        given['limits'] = ROBOT_LIMITS[self.limits] if self.limits else None
         given['obstacles'] = Obstacles.of(self.obstacles) if self.obstacles else None
         lab = replace(
             lab,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import enum
 import os
 import socket
-from collections.abc import Iterable
 
 import msgspec
 
@@ -85,22 +84,8 @@ def encode(announcement: Announcement) -> str:
 
 
 def decode(text: str) -> Announcement | None:
-    """Return the announcement in a text; None if there is none."""
+    """Return the announcement in a text; None if it is malformed."""
     try:
         return msgspec.json.decode(text, type=Announcement)
     except msgspec.DecodeError:
         return None
-
-
-def models_of(announcements: Iterable[Announcement]) -> dict[int, str]:
-    """Return the announced models by robot."""
-    return {
-        robot: model
-        for announcement in announcements
-        for robot, model in zip(announcement.robots, announcement.models, strict=False)
-    }
-
-
-def robots_of(announcements: Iterable[Announcement]) -> list[int]:
-    """Return the numbers of all announced robots, sorted."""
-    return sorted({robot for announcement in announcements for robot in announcement.robots})

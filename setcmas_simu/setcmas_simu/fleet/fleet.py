@@ -71,16 +71,10 @@ _BRIGHT = 0.7
 
 
 def start_poses(nb_robots: int) -> Floats:
-    """Return the default start poses of a fleet.
+    """Return the default start poses of a fleet: x, y in m and theta in rad, shape (3, nb_robots).
 
     One robot starts at the origin, several on the border of a 10 m square as in ROS 1, further
-    ones on rings around it that keep 1 m between robots.
-
-    Args:
-        nb_robots: Number of robots in the fleet, at least 1.
-
-    Returns:
-        Rows x, y in m and theta in rad (all 0), shape (3, nb_robots).
+    ones on rings around it that keep 1 m between robots. All headings are 0.
     """
     poses = np.zeros((3, nb_robots))
     if nb_robots == 1:
@@ -136,11 +130,7 @@ def plot_hex(robot: int, nb_robots: int = 1) -> str:
 
 
 def parse_robots(text: str) -> list[int]:
-    """Return the sorted robot numbers in a text such as '1-4' or '2,5-7'.
-
-    Raises:
-        SetcmasError: The text has another form, or a number below 1.
-    """
+    """Return the sorted numbers in a text such as '1-4' or '2,5-7', or raise SetcmasError."""
     robots: set[int] = set()
     for part in text.split(','):
         found = re.fullmatch(r'\s*([1-9][0-9]{0,3})\s*(?:-\s*([1-9][0-9]{0,3}))?\s*', part)

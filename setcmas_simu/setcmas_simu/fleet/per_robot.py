@@ -27,12 +27,8 @@ def parse_per_robot(text: str, option: str) -> dict[int, str]:
     A comma separates two values only if robots and a colon follow it; any other comma or colon
     is part of a value.
 
-    Args:
-        text: The text.
-        option: Option that has this text, for messages.
-
     Raises:
-        SetcmasError: The text has another form, or names a robot twice.
+        SetcmasError: The text, a value of `option`, has another form or names a robot twice.
     """
     values: dict[int, str] = {}
     for entry in _ENTRY.finditer(text):
@@ -66,11 +62,7 @@ def mapped(text: str, change: Callable[[str], str], option: str) -> str:
 
 
 def check_in_fleet(robots: Iterable[int], nb_robots: int, option: str) -> None:
-    """Check that an option names only robots of the fleet.
-
-    Raises:
-        SetcmasError: It names another robot.
-    """
+    """Raise SetcmasError if an option names a robot outside the fleet."""
     if strangers := sorted(robot for robot in robots if not 1 <= robot <= nb_robots):
         raise SetcmasError(
             f'{option} names robot {strangers[0]}; the fleet has robots 1 to {nb_robots}'

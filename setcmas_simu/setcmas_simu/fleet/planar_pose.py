@@ -13,23 +13,13 @@ Numbers = TypeVar('Numbers', float, Floats)
 
 
 def wrap_angle(angle: ArrayLike) -> Floats:
-    """Wrap angles to (-pi, pi].
-
-    Args:
-        angle: Angles in rad, any shape.
-
-    Returns:
-        Equivalent angles in rad, the same shape.
-    """
+    """Wrap angles in rad, of any shape, to (-pi, pi]."""
     # Subtracting from pi closes the interval at +pi, where a plain modulo would give -pi.
     return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)
 
 
 def quaternion_of_yaw(yaw: Numbers) -> tuple[Numbers, Numbers]:
-    """Return (z, w) of the unit quaternion that turns by `yaw` rad about z; x and y are 0.
-
-    Takes a heading or an array of headings.
-    """
+    """Return (z, w) of the unit quaternion that turns by `yaw` rad about z; its x and y are 0."""
     half = 0.5 * yaw
     return np.sin(half), np.cos(half)
 
@@ -46,13 +36,9 @@ def yaw_of_quaternion(x: float | Numbers, y: float | Numbers, z: Numbers, w: Num
 
 
 def through_quaternion(poses: Floats) -> Floats:
-    """Return poses as messages carry them: the heading passes through a quaternion.
+    """Return poses (3, ...) as messages carry them: the heading passes through a quaternion.
 
-    Args:
-        poses: Rows x, y in m and theta in rad, shape (3, ...).
-
-    Returns:
-        A copy with theta in (-pi, pi].
+    The result is a copy with theta in (-pi, pi].
     """
     received: Floats = poses.copy()
     received[2] = yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(poses[2]))

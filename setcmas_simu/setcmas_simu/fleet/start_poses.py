@@ -22,35 +22,18 @@ _FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta is optional
 
 
 def parse_pose_option(text: str) -> tuple[int, Pose]:
-    """Return the robot and its pose in a text such as '3:1.0,2.0,1.57'.
-
-    Raises:
-        SetcmasError: The text has another form, or a value is not finite.
-    """
+    """Return the robot and its pose in a text such as '3:1.0,2.0,1.57', or raise SetcmasError."""
     number, colon, values = text.partition(':')
     if not colon or not number.strip().isdecimal() or int(number) < 1:
         raise SetcmasError(f"--pose '{text}' must be ROBOT:x,y,theta, such as '3:1.0,2.0,1.57'")
     return int(number), _pose(values.split(','), f"--pose '{text}'")
 
 
-def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
-    """Read start poses by robot from a YAML file.
-
-    The file is a list with a pose for each robot from 1, or a mapping from robots (`3` or
-    `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
-
-    Args:
-        path: The file.
-        nb_robots: Size of the fleet: a list must have a pose for each robot.
-
-    Raises:
-        SetcmasError: The file cannot be read, has another form, or has too few poses.
-    """
-    return poses_of_entry(read_entries(path), nb_robots)
-
-
 def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
-    """Return the start poses by robot in an entry of a YAML file; forms as in `load_poses`.
+    """Return the start poses by robot in an entry of a YAML file.
+
+    The entry is a list with a pose for each robot from 1, at least nb_robots, or a mapping from
+    robots (`3` or `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
 
     Raises:
         SetcmasError: The entry has another form, or too few poses.
@@ -98,11 +81,7 @@ def _pose_of_entry(entry: Entry) -> Pose:
 
 
 def poses_of_array(poses: ArrayLike, nb_robots: int) -> tuple[Pose, ...]:
-    """Return the start poses in an array with rows x, y in m and theta in rad.
-
-    Raises:
-        SetcmasError: It has not the shape (3, nb_robots), or numbers that are not finite.
-    """
+    """Return the poses in x, y (m) and theta (rad), (3, nb_robots), or raise SetcmasError."""
     array = np.array(poses, dtype=float)
     if array.shape != (3, nb_robots) or not np.isfinite(array).all():
         raise SetcmasError(
@@ -113,15 +92,13 @@ def poses_of_array(poses: ArrayLike, nb_robots: int) -> tuple[Pose, ...]:
 
 
 def given_poses(
-    nb_robots: int,
-    poses: GivenPoses | None = None,
-    pose_options: Iterable[str] = (),
+    nb_robots: int, poses: GivenPoses | None = None, pose_options: Iterable[str] = ()
 ) -> dict[int, Pose]:
     """Return start poses by robot: those of all, replaced by single ones.
 
     Args:
         nb_robots: Size of the fleet.
-        poses: Those of robots 1, 2, ..., those by robot, or a YAML file as `load_poses` reads it.
+        poses: Those of robots 1, 2, ..., those by robot, or a YAML file for `poses_of_entry`.
         pose_options: Texts as `parse_pose_option` reads them.
 
     Raises:
@@ -146,7 +123,7 @@ def given_poses(
 
 def _by_robot(poses: GivenPoses, nb_robots: int) -> dict[int, Pose]:
     if isinstance(poses, Path):
-        return load_poses(poses, nb_robots)
+        return poses_of_entry(read_entries(poses), nb_robots)
     if isinstance(poses, Mapping):
         check_in_fleet(poses, nb_robots, 'poses')
         return dict(poses)
@@ -199,11 +176,7 @@ class RandomPoses:
 
     @classmethod
     def of(cls, text: str) -> RandomPoses:
-        """Read a text such as 'auto' or 'box=4x3,distance=0.5'.
-
-        Raises:
-            SetcmasError: The text has another form.
-        """
+        """Read a text such as 'auto' or 'box=4x3,distance=0.5', or raise SetcmasError."""
         found = _TEXT.fullmatch(text) if text else None
         if text != AUTO and not found:
             raise SetcmasError(f'invalid random poses {text!r}; must be {FORM}')
@@ -216,13 +189,8 @@ class RandomPoses:
     ) -> RandomPoses:
         """Return the same rule inside a room; `size` replaces a box that was not given.
 
-        Args:
-            centre: Centre of the room, x and y in m.
-            size: Width and height of the box in m.
-            most: Width and height of the room in m.
-
-        Raises:
-            SetcmasError: The given box is larger than the room.
+        `centre` and `most` are centre, width and height of the room in m. Raises SetcmasError if
+        the given box is larger than the room.
         """
         chosen = self.size or size
         if chosen[0] > most[0] or chosen[1] > most[1]:

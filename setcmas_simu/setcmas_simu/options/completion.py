@@ -9,12 +9,7 @@ from typing import Any
 def names_and_files(
     names: Callable[[], Iterable[str]], endings: tuple[str, ...] = ()
 ) -> Callable[..., list[str]]:
-    """Return a completer of names and of files with some endings.
-
-    Args:
-        names: Returns the names; called only when the user presses tab.
-        endings: Of the files, such as 'py'; none are offered without.
-    """
+    """Return a completer of names, looked up on demand, and of files with endings such as 'py'."""
 
     def complete(prefix: str, **_: Any) -> list[str]:
         from argcomplete.completers import FilesCompleter

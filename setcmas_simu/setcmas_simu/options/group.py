@@ -45,11 +45,7 @@ def spelled(name: str) -> str:
 def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> Any:  # noqa: A002
     """Return a field of a group, for an option with a value.
 
-    Args:
-        kind: Kind of its values.
-        help: Its help text.
-        default: Its default; the option is required without.
-        known: Further attributes of `Option`.
+    It is required without a default; `known` has further attributes of `Option`.
     """
     metadata = {'option': Option(kind, help, **known)}
     if isinstance(default, dict):
@@ -76,11 +72,7 @@ class Options:
     """Title of the group in help texts; empty for options of the command itself."""
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            SetcmasError: One is invalid, or they contradict each other.
-        """
+        """Check the values; raise SetcmasError if one is invalid or they contradict each other."""
         for one in fields(self):
             value = getattr(self, one.name)
             kept: Option = one.metadata['option']
@@ -89,11 +81,7 @@ class Options:
         self.check()
 
     def check(self) -> None:
-        """Check that the values do not contradict each other.
-
-        Raises:
-            ClashError: They do.
-        """
+        """Raise ClashError if the values contradict each other."""
 
     @classmethod
     def add_to(
@@ -120,11 +108,7 @@ class Options:
 
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
-        """Return the values in parsed arguments, and defaults for missing ones.
-
-        Raises:
-            SetcmasError: Options contradict each other.
-        """
+        """Return the values in parsed arguments, or defaults; raise SetcmasError for a clash."""
         with typed_words():
             return cls.among(cls.typed(args))
 
@@ -153,7 +137,7 @@ class Options:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def arguments(self, *others: Options) -> list[str]:
-        """Return the arguments that give a child process these values and other groups'."""
+        """Return the arguments that pass these values, and other groups', to a child process."""
         given = {k: plain(v) for group in (self, *others) for k, v in group.changed().items()}
         return [VALUES, yaml_line(given)] if given else []
 
@@ -166,7 +150,7 @@ class Options:
         }
 
     def record(self) -> dict[str, Any]:
-        """Return what run.yaml records: the values by name, None for a default of inf."""
+        """Return the values by name for run.yaml; None for a default of inf."""
         values = {one.name: (getattr(self, one.name), one.default) for one in fields(self)}
         return {
             name: None if default == math.inf and not differs(value, default) else plain(value)
@@ -179,7 +163,7 @@ VALUES = '--values'
 
 
 def take_values(parser: argparse.ArgumentParser) -> None:
-    """Let a command line take values as a document, in place of typed options."""
+    """Let a command line accept `Options.arguments`."""
     parser.add_argument(VALUES, action=_TakeValues, help=argparse.SUPPRESS)
 
 
@@ -219,11 +203,7 @@ def differs(value: Any, other: Any) -> bool:
 
 @contextmanager
 def typed_words() -> Iterator[None]:
-    """Give messages about contradicting options their names as typed.
-
-    Raises:
-        SetcmasError: Options contradict each other.
-    """
+    """Show options in messages as the user types them: raise SetcmasError for a ClashError."""
     try:
         yield
     except ClashError as error:

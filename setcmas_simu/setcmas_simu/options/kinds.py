@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.fleet import parse_robots
@@ -26,6 +26,8 @@ class Kind:
 
     metavar: str | None = field(default=None, kw_only=True)
 
+    MUST_BE: ClassVar[str] = 'a text'
+
     @property
     def choices(self) -> tuple[str, ...]:
         """All values if they are words, for help texts and completion."""
@@ -34,7 +36,7 @@ class Kind:
     @property
     def must_be(self) -> str:
         """Words that follow "must be" in messages."""
-        return 'a text'
+        return self.MUST_BE
 
     def expected(self, value: Any) -> str:
         """Return the words that follow "must be" for a refused value."""
@@ -58,23 +60,14 @@ class Kind:
         return self.parse(given) if isinstance(given, str) else given
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
-        """Return the value of a YAML entry; `check` judges it.
+        """Return the value of a YAML entry, unchecked, or raise SetcmasError if it is malformed.
 
-        Args:
-            entry: The entry.
-            place: Returns the path of a file that a text names, and other texts unchanged.
-
-        Raises:
-            SetcmasError: A text or a file is malformed.
+        `place` returns the path of a file that a text names, and other texts unchanged.
         """
         return self.value(self.located(entry.plain(), place))
 
     def of(self, entry: Entry) -> Any:
-        """Return the value of a YAML entry.
-
-        Raises:
-            SetcmasError: It is not of this kind; the message names file and line.
-        """
+        """Return the value of a YAML entry, or raise SetcmasError with file and line."""
         value = self.value(entry.plain())
         if not self.accepts(value):
             raise entry.mistake(self.expected(value))
@@ -89,16 +82,12 @@ class Kind:
         return tuple(value)
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
-        """Replace the files that a value names, as YAML has it, by their paths."""
+        """Replace the files that a YAML value names by their paths."""
         del place  # most values name no file
         return value
 
     def check(self, name: str, value: Any) -> None:
-        """Check that a value is of this kind; `name` is its name in the message.
-
-        Raises:
-            SetcmasError: It is not.
-        """
+        """Raise SetcmasError unless a value is of this kind; `name` is its name in the message."""
         if not self.accepts(value):
             shown = str(value).removesuffix('.0') if isinstance(value, Real) else repr(value)
             raise SetcmasError(f'{name} is {shown}; it must be {self.expected(value)}')
@@ -253,10 +242,7 @@ class PathTo(Kind):
 
     metavar: str | None = field(default='FILE', kw_only=True)
 
-    @property
-    def must_be(self) -> str:
-        """A path."""
-        return 'a path'
+    MUST_BE = 'a path'
 
     def parse(self, text: str) -> Path | str:
         """Return the path in a text; an empty text has none."""
@@ -290,10 +276,7 @@ class Robots(Kind):
 
     metavar: str | None = field(default='LIST', kw_only=True)
 
-    @property
-    def must_be(self) -> str:
-        """What is typed."""
-        return "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
+    MUST_BE = "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
 
     def parse(self, text: str) -> tuple[int, ...] | str:
         """Return the numbers in a text."""

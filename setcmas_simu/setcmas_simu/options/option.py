@@ -63,11 +63,7 @@ class Option:
         return self.form in (Form.REPEATED, Form.SEVERAL)
 
     def value(self, given: Any) -> Any:
-        """Convert a value from Python, YAML or a command line; `check` judges it.
-
-        Raises:
-            SetcmasError: A text is malformed.
-        """
+        """Convert a value from Python, YAML or text; a malformed text raises SetcmasError."""
         if given is None or self.is_switch:
             return given
         if self.is_several and isinstance(given, (list, tuple, str)):
@@ -76,14 +72,9 @@ class Option:
         return self.kind.value(given)
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
-        """Return the value of a YAML entry.
+        """Return the value of a YAML entry, or raise SetcmasError with file and line.
 
-        Args:
-            entry: The entry.
-            place: Returns the path of a file that a text names, and other texts unchanged.
-
-        Raises:
-            SetcmasError: It is invalid; the message names file and line.
+        `place` returns the path of a file that a text names, and other texts unchanged.
         """
         with entry.located():
             if self.form is Form.ONE:
@@ -94,11 +85,7 @@ class Option:
             return value
 
     def check(self, name: str, value: Any) -> None:
-        """Check a value.
-
-        Raises:
-            SetcmasError: It is invalid.
-        """
+        """Raise SetcmasError if a value is invalid."""
         if self.is_switch and not isinstance(value, bool):
             raise SetcmasError(f'{name} is {value!r}; it must be true or false')
         if self.is_switch:
@@ -117,11 +104,11 @@ class Option:
         """Add the option to a command line.
 
         Args:
-            group: Takes the option.
-            name: Its name in the parsed arguments.
-            flag: What is typed.
-            default: Its default; MISSING if it is required.
-            quiet: Whether the parsed arguments lack it if it is not typed.
+            group: Group of the parser.
+            name: Name in the parsed arguments.
+            flag: The option as typed.
+            default: Default; MISSING if the option is required.
+            quiet: Whether the parsed arguments lack the option if it is not typed.
         """
         known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
         if self.form in (Form.FLAG, Form.SWITCH):
@@ -172,7 +159,7 @@ class Option:
 
 
 def plain(value: Any) -> Any:
-    """Return a value of an option as YAML has it; functions stay as they are."""
+    """Return a value of an option as YAML has it; functions stay unchanged."""
     if isinstance(value, Mapping):
         return {key: plain(one) for key, one in value.items()}
     if isinstance(value, (tuple, list)):

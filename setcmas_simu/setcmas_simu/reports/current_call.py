@@ -37,7 +37,7 @@ class CurrentCall:
     """The script call of a process: the process itself writes it, others read it."""
 
     def __init__(self, memory: bytearray | mmap.mmap | None = None) -> None:
-        """Use the first bytes of some memory; by default memory of this process alone."""
+        """Use the first bytes of some memory; by default of new memory of this process alone."""
         view = memoryview(bytearray(SIZE) if memory is None else memory)
         self._notes = view[:_NAME].cast('q')
         self._times = view[:_NAME].cast('d')
@@ -50,7 +50,7 @@ class CurrentCall:
         return cls(mmap.mmap(descriptor, SIZE))
 
     def enter(self, function: Function, path: Path | None = None) -> None:
-        """Record which function of which script the next calls are of."""
+        """Record the function of the script that the next calls run."""
         self._notes[_FUNCTION] = _FUNCTIONS.index(function)
         if path is not None and path is not self._path:
             self._path = path

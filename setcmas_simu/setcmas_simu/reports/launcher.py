@@ -15,18 +15,12 @@ prefix of error messages."""
 
 
 class Launcher:
-    """The launcher of this process, if any: `ros2 run` and `python -m` start processes without."""
+    """Launcher of this process, if any: `ros2 run` and `python -m` start processes without one."""
 
     def __init__(
         self, pipe: int | None, current_call: CurrentCall, mistake: str = 'error'
     ) -> None:
-        """Report through a pipe.
-
-        Args:
-            pipe: Descriptor of the pipe; None without a launcher.
-            current_call: The memory of the current call.
-            mistake: Prefix of messages about invalid input, such as 'setcmas ctrl'.
-        """
+        """Report through a pipe, if any; `mistake` begins messages about invalid input."""
         self.mistake = mistake
         self._pipe = pipe
         self.current_call = current_call

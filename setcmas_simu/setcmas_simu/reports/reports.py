@@ -104,21 +104,13 @@ class Paused(Message, frozen=True):
 
 
 class Reached(Message, frozen=True):
-    """A simulation in lockstep has reached a time.
-
-    Attributes:
-        t: The time in s.
-    """
+    """A simulation in lockstep has reached time t, in s."""
 
     t: float
 
 
 class Reloaded(Message, frozen=True):
-    """The control scripts were saved and reloaded.
-
-    Attributes:
-        works: Whether they loaded without errors.
-    """
+    """The control scripts were saved and reloaded; `works` if they loaded without errors."""
 
     works: bool
 

@@ -46,10 +46,7 @@ class Borders(Kind):
 
     metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
 
-    @property
-    def must_be(self) -> str:
-        """The form, with an example."""
-        return 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
+    MUST_BE = 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
 
     def parse(self, text: str) -> Arena | str:
         """Return the arena in a text; malformed text as it is."""
@@ -118,21 +115,13 @@ class Obstacles:
 
     @classmethod
     def of(cls, text: str) -> Obstacles:
-        """Read obstacles from a text; an empty text has none.
-
-        Raises:
-            SetcmasError: The text is malformed.
-        """
+        """Read obstacles from a text, which may be empty, or raise SetcmasError."""
         shapes = [_shape_of(part) for part in text.split(';') if part.strip()]
         return cls._sorted(shapes)
 
     @classmethod
     def listed(cls, entry: Entry) -> Obstacles:
-        """Read obstacles from a YAML list, such as `- disc: [x, y, radius]`.
-
-        Raises:
-            SetcmasError: An item is malformed; the message names file and line.
-        """
+        """Read obstacles from a list such as `- disc: [x, y, radius]`, or raise SetcmasError."""
         return cls._sorted([_shape_listed(item) for item in entry.items()])
 
     @classmethod
@@ -160,10 +149,7 @@ class ObstaclesKind(Kind):
 
     metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
 
-    @property
-    def must_be(self) -> str:
-        """The form."""
-        return FORM
+    MUST_BE = FORM
 
     def parse(self, text: str) -> str:
         """Return the obstacles in a text or file as text; malformed text as it is."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import Motion, Prism, RobotModel, Shape, Wheel, mirrored, rectangle
+from setcmas_simu.robots.model import Motion, RobotModel, Shape, mirrored
 
 WHEELBASE = 0.33
 """Distance between the axles in m, for a car on a scale of 1:10 (F1TENTH)."""
@@ -21,19 +21,16 @@ SMALLEST_RADIUS = WHEELBASE / math.tan(STEERING_MAX)
 
 _FRONT, _REAR = WHEELBASE + 0.1, -0.1
 _HALF = 0.12
-_WHEELS = tuple(Wheel(x, side * _HALF, 0.055, 0.05) for x in (0.0, WHEELBASE) for side in (-1, 1))
+_RIM, _OUTER = 0.055, _HALF + 0.025  # radius of the wheels, and their outer side
 _BODY = mirrored(((_FRONT, 0.07), (_FRONT - 0.05, _HALF), (_REAR, _HALF)))
-
-
-def _with_wheels() -> tuple[tuple[float, float], ...]:
-    """Return the left half of the body's outline, including its wheels."""
-    half = [(_FRONT, 0.07), (_FRONT - 0.045, _HALF)]
-    for wheel in reversed(_WHEELS[1::2]):
-        outer = wheel.y + 0.5 * wheel.width
-        for x in (wheel.x + wheel.radius, wheel.x - wheel.radius):
-            corners = [(x, _HALF), (x, outer)]
-            half += corners if x > wheel.x else reversed(corners)
-    return (*half, (_REAR, _HALF))
+_LEFT_WHEELS = (
+    (axle + side * _RIM, y)
+    for axle in (WHEELBASE, 0.0)
+    for side, y in ((1, _HALF), (1, _OUTER), (-1, _OUTER), (-1, _HALF))
+)
+_OUTLINE = mirrored(
+    ((_FRONT, 0.07), (_FRONT - 0.045, _HALF), *_LEFT_WHEELS, (_REAR, _HALF)),
+)
 
 
 class Car(RobotModel):
@@ -44,15 +41,7 @@ class Car(RobotModel):
     """
 
     motion = Motion.OTHER
-    shape = Shape(
-        mirrored(_with_wheels()),
-        (
-            Prism(_BODY, 0.03, 0.1),
-            Prism(rectangle((-0.05, 0.25), (-0.075, 0.075)), 0.1, 0.13, dark=True),
-            Prism(rectangle((-0.03, 0.19), (-0.07, 0.07)), 0.13, 0.16),
-        ),
-        _WHEELS,
-    )
+    shape = Shape(_OUTLINE, _BODY, 0.16)
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
         """Return the unicycle's commands, with turn rates limited by the steering."""

@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.options.kinds import MAX_RATE_HZ, Number, OneOf
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import IDEAL, MODELS, RobotModel, VelocityLimits, limits_named
+from setcmas_simu.robots.model import IDEAL, LIMITS, RobotModel, VelocityLimits, limits_named
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.yaml_entries import Entry, read_entries
 
@@ -130,13 +130,9 @@ _ROWS = ('forward', 'turn', 'way')
 
 @dataclass(frozen=True)
 class ModelFile:
-    """Content of a model file.
+    """Content of a model file: models by robot number, and that of all others.
 
-    Attributes:
-        robots: Models by robot number.
-        others: Model of all other robots; None if there is none.
-        limits: Name of the velocity limits of commands.
-        path: The file; None if it is not written yet.
+    `limits` is the name of the limits of commands; `path` is None if the file is not written yet.
     """
 
     robots: Mapping[int, IdentifiedRobot]
@@ -145,11 +141,7 @@ class ModelFile:
     path: Path | None = None
 
     def robot(self, number: int) -> IdentifiedRobot:
-        """Return the model of a robot.
-
-        Raises:
-            SetcmasError: The file has no model of this robot.
-        """
+        """Return the model of a robot, or raise SetcmasError if there is none."""
         found = self.robots.get(number, self.others)
         if found is None:
             names = ', '.join(map(robot_name, self.robots))
@@ -161,13 +153,9 @@ class ModelFile:
 
 
 def read_model_file(path: Path) -> ModelFile:
-    """Read a model file.
-
-    Raises:
-        SetcmasError: The file cannot be read, or is invalid.
-    """
+    """Read a model file, or raise SetcmasError with file and line."""
     fields = read_entries(path).fields(('limits', 'robots', OTHERS))
-    limits = OneOf(tuple(MODELS)).of(fields['limits']) if 'limits' in fields else 'ideal'
+    limits = OneOf(tuple(LIMITS)).of(fields['limits']) if 'limits' in fields else 'ideal'
     others = _robot(fields[OTHERS], limits) if OTHERS in fields else None
     named = fields['robots'].value if 'robots' in fields else {}
     if not isinstance(named, dict):
@@ -179,11 +167,7 @@ def read_model_file(path: Path) -> ModelFile:
 
 
 def write_model_file(content: ModelFile, path: Path, remark: str) -> None:
-    """Write a model file for `read_model_file`; `remark` becomes its first line.
-
-    Raises:
-        SetcmasError: The file cannot be written.
-    """
+    """Write a model file whose first line is a remark, or raise SetcmasError."""
     entries: dict[str, Any] = {'limits': content.limits}
     entries['robots'] = {number: _entries(one) for number, one in content.robots.items()}
     if content.others:

@@ -36,12 +36,7 @@ class VelocityLimits:
     def saturate(self, V: ArrayLike, omega: ArrayLike) -> Velocities:
         """Clamp forward speed and turn rate separately, then each wheel, as OpenCR firmware does.
 
-        Args:
-            V: Forward speeds in m/s, shape (N,).
-            omega: Turn rates in rad/s, shape (N,).
-
-        Returns:
-            Reachable forward speeds (m/s) and turn rates (rad/s), shapes (N,).
+        Takes and returns forward speeds in m/s and turn rates in rad/s, shapes (N,).
         """
         forward, turn = np.asarray(V, dtype=float), np.asarray(omega, dtype=float)
         if self is IDEAL:
@@ -54,15 +49,9 @@ class VelocityLimits:
         return 0.5 * (left + right), (right - left) / self.wheel_separation
 
     def scaled_down(self, V: float, omega: float) -> tuple[float, float]:
-        """Scale forward speed and turn rate by one factor, which keeps the curvature of the path.
+        """Scale V (m/s) and omega (rad/s) down by one factor, which keeps the path's curvature.
 
-        Args:
-            V: Forward speed in m/s.
-            omega: Turn rate in rad/s.
-
-        Returns:
-            The largest speeds (m/s, rad/s), up to those given, of the same ratio that keep
-            forward speed, turn rate and both wheels within their limits.
+        Forward speed, turn rate and both wheels are then within their limits.
         """
         wheel = self.faster_wheel(V, omega)
         excess = max(
@@ -78,89 +67,48 @@ class VelocityLimits:
 IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)
 """No limits, as in ROS 1."""
 
-ROBOT_MODELS = {
+ROBOT_LIMITS = {
     'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
     'waffle': VelocityLimits(0.2661, 1.854, 0.2667, 0.287),
 }
 """Limits of real robots by name, from the firmware of the TurtleBot3 models."""
 
-MODELS = {'ideal': IDEAL, **ROBOT_MODELS}
+LIMITS = {'ideal': IDEAL, **ROBOT_LIMITS}
 """Limits of simulated robots by name."""
 
 
 def limits_named(name: str) -> VelocityLimits:
-    """Return the limits with this name.
-
-    Raises:
-        SetcmasError: The name is unknown.
-    """
-    if name not in MODELS:
-        raise SetcmasError(f"unknown limits '{name}'; must be one of {', '.join(MODELS)}")
-    return MODELS[name]
+    """Return the limits with this name, or raise SetcmasError."""
+    if name not in LIMITS:
+        raise SetcmasError(f"unknown limits '{name}'; must be one of {', '.join(LIMITS)}")
+    return LIMITS[name]
 
 
 Points = tuple[tuple[float, float], ...]
+"""Corners x, y in m."""
 
 _DISC_CORNERS = 32
-"""Corners (x, y) in m."""
-
-
-@dataclass(frozen=True)
-class Prism:
-    """An upright part of a robot.
-
-    Attributes:
-        outline: Its corners from above, convex, counter-clockwise.
-        bottom: Height of its bottom in m.
-        top: Height of its top in m.
-        dark: Whether it is dark; otherwise it has the robot's colour.
-    """
-
-    outline: Points
-    bottom: float
-    top: float
-    dark: bool = False
-
-
-@dataclass(frozen=True)
-class Wheel:
-    """A wheel that rolls along the x axis: its centre, radius and width in m."""
-
-    x: float
-    y: float
-    radius: float
-    width: float
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Outline and parts of a robot.
+    """Size of a robot in m, from above; x is forward.
 
     Attributes:
-        outline: Its corners from above, for plots and films; may be concave.
-        prisms: Its parts, for the page and RViz.
-        wheels: Its wheels.
+        outline: Corners for plots, films and the page; may be concave, and shows the heading.
+        body: Corners for RViz and collisions; convex, counter-clockwise.
+        height: Height for RViz.
     """
 
     outline: Points
-    prisms: tuple[Prism, ...]
-    wheels: tuple[Wheel, ...] = ()
-
-    @property
-    def height(self) -> float:
-        """Height in m of its highest part."""
-        return max(prism.top for prism in self.prisms)
+    body: Points
+    height: float
 
 
-def rectangle(x: tuple[float, float], y: tuple[float, float]) -> Points:
-    """Return the corners of a rectangle, from its range in x and in y, in m."""
-    return ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
-
-
-def disc(radius: float, x: float = 0.0) -> Points:
-    """Return the corners of a disc centred on the x axis, all in m."""
+def disc(radius: float) -> Points:
+    """Return the corners of a disc of a radius in m."""
     angles = [math.tau * i / _DISC_CORNERS for i in range(_DISC_CORNERS)]
-    return tuple((x + radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
+    return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
 def mirrored(points: Points) -> Points:

@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -92,15 +92,12 @@ def _checked(thing: Any) -> RobotModel:
     return thing
 
 
-def _callable(thing: Any) -> ScriptLoader:
-    if not callable(thing):
-        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a function')
-    load: ScriptLoader = thing
-    return load
+def _loader(thing: Any) -> ScriptLoader:
+    return cast(ScriptLoader, thing)  # only ours
 
 
 MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
-SCRIPT_LOADERS = PluginGroup('setcmas.robot_scripts', 'loader of robot scripts', _callable)
+SCRIPT_LOADERS = PluginGroup('setcmas.robot_scripts', 'loader of robot scripts', _loader)
 """Loaders of robot scripts. They ship with the control scripts, whose loader they use."""
 
 
@@ -138,28 +135,26 @@ def model_names(text: str | None, nb_robots: int) -> list[str]:
 
 
 def shape_of(name: str) -> Shape:
-    """Return the shape of robots of a model; unicycles stand for scripts and unknown names."""
-    with contextlib.suppress(SetcmasError):
-        if not is_file(name):
-            return MODELS.get(name).shape
-    return Unicycle.shape
+    """Return the shape of robots of a model; that of unicycles for scripts and unknown names."""
+    return _model_or_unicycle(name).shape
 
 
 def motion_of(name: str) -> Motion:
     """Return how robots of a model follow velocities; as unicycles for scripts."""
+    return _model_or_unicycle(name).motion
+
+
+def _model_or_unicycle(name: str) -> RobotModel:
     with contextlib.suppress(SetcmasError):
         if not is_file(name):
-            return MODELS.get(name).motion
-    return Unicycle.motion
+            return MODELS.get(name)
+    return Unicycle()
 
 
 def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
     """Return the top speed of a fleet in m/s; None if unknown.
 
-    Args:
-        text: Value of `--model`.
-        nb_robots: Size of the fleet.
-        limits: Limits of unicycles.
+    `text` is the value of `--model`, `limits` names the limits of unicycles.
     """
     with contextlib.suppress(SetcmasError):
         unicycle = limits_named(limits).V_max
@@ -181,10 +176,7 @@ def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
 def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None = None) -> None:
     """Check that models exist, without loading scripts, and that limits are for unicycles only.
 
-    Args:
-        names: Name of each robot's model.
-        limits: Limits of unicycles; 'ideal' for none.
-        robots: Numbers of the robots, in the same order; from 1 by default.
+    `robots` has the numbers of the robots in the order of their models' names, by default from 1.
 
     Raises:
         SetcmasError: A model is unknown, or limits would apply to a robot of another model.
@@ -262,11 +254,7 @@ def _files(names: Sequence[str]) -> dict[str, ModelFile]:
 
 
 def symbol(model: str) -> Floats:
-    """Return the outline of a model, heading along the x axis and as large as other symbols.
-
-    Returns:
-        Corners, shape (K, 2); the rectangle around them has the area of a square of 1.587.
-    """
+    """Return a model's outline along the x axis, corners (K, 2), as large as a square of 1.587."""
     corners = np.array(shape_of(model).outline)
     scaled: Floats = corners * (_SYMBOL_SIDE / np.sqrt(np.prod(np.ptp(corners, axis=0))))
     return scaled

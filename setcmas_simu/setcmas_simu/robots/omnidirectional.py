@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.model import Motion, Prism, RobotModel, Shape, Wheel, disc, rectangle
+from setcmas_simu.robots.model import Motion, RobotModel, Shape, disc
 
-_RADIUS = 0.12
-_BODY = disc(_RADIUS)
-_NOSE = ((0.1, -0.05), (0.16, 0.0), (0.1, 0.05))
+_BODY = disc(0.12)
 # From above: the disc, with a nose instead of its front corners.
 _OUTLINE = ((0.16, 0.0), *(corner for corner in _BODY if corner[0] < 0.105))
 
@@ -22,16 +20,7 @@ class Omnidirectional(RobotModel):
     """
 
     motion = Motion.FREE
-    shape = Shape(
-        _OUTLINE,
-        (
-            Prism(_BODY, 0.03, 0.1),
-            Prism(_NOSE, 0.03, 0.12),
-            Prism(disc(0.06), 0.1, 0.15, dark=True),
-            Prism(rectangle((-0.03, 0.03), (-0.13, 0.13)), 0.02, 0.05, dark=True),
-        ),
-        tuple(Wheel(x, y, 0.04, 0.03) for x in (-0.08, 0.08) for y in (-0.08, 0.08)),
-    )
+    shape = Shape(_OUTLINE, _BODY, 0.15)
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
         """Return velocities (2, N) in the robots' frames; those that are not finite become 0."""

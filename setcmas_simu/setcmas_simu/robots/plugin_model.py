@@ -20,13 +20,7 @@ class PluginModel(RobotModel):
     """A model of a plugin, whose results are checked."""
 
     def __init__(self, model: RobotModel, plugin: Plugin, warn: Callable[[str], None]) -> None:
-        """Take the model.
-
-        Args:
-            model: The model.
-            plugin: Its name and package.
-            warn: Shows a message about its first failure.
-        """
+        """Take a model and its plugin; `warn` shows a message about its first failure."""
         self.shape, self.V_max = model.shape, model.V_max
         self.motion, self.limits = model.motion, model.limits
         self.failed = False
@@ -35,11 +29,7 @@ class PluginModel(RobotModel):
         self._warn = warn
 
     def start(self, poses: Floats) -> Floats:
-        """Return the states (6 or more, N) of robots at rest at poses (3, N).
-
-        Raises:
-            SetcmasError: The model fails.
-        """
+        """Return the states (6+, N) of robots at rest at poses (3, N), or raise SetcmasError."""
         states, reason = self._result('start', (None, poses.shape[1]), poses)
         if reason:
             raise SetcmasError(f'{self._name}: {reason}')

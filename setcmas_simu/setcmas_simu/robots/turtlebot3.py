@@ -8,17 +8,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import (
-    ROBOT_MODELS,
-    Prism,
-    RobotModel,
-    Shape,
-    VelocityLimits,
-    Wheel,
-    disc,
-    mirrored,
-    rectangle,
-)
+from setcmas_simu.robots.model import ROBOT_LIMITS, RobotModel, Shape, VelocityLimits, mirrored
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 
 WHEEL_ACCELERATION = 1.0
@@ -45,14 +35,7 @@ class TurtleBot3(RobotModel):
         acceleration: float = WHEEL_ACCELERATION,
         lag: float = LAG_S,
     ) -> None:
-        """Describe the robot.
-
-        Args:
-            limits: Velocity limits of its firmware.
-            shape: Shape of the robot.
-            acceleration: Largest acceleration of a wheel's rim in m/s^2.
-            lag: Time constant of a wheel's speed in s.
-        """
+        """Describe the robot; acceleration (m/s^2) and time constant `lag` (s) are a wheel's."""
         self.shape = shape
         self.V_max = limits.V_max
         self.limits = limits
@@ -71,34 +54,20 @@ class TurtleBot3(RobotModel):
         return unicycle.driven(states, 0.5 * (left + right), (right - left) / (2.0 * half), Ts)
 
 
-BURGER = TurtleBot3(ROBOT_MODELS['burger'], BURGER_SHAPE)
+BURGER = TurtleBot3(ROBOT_LIMITS['burger'], BURGER_SHAPE)
 """Limits of its OpenCR firmware; 138 x 178 x 192 mm (ROBOTIS' manual)."""
 
-
-# 281 x 306 x 141 mm (ROBOTIS' manual); the axle is ahead of the centre.
-_PLATE = mirrored(((0.077, 0.08), (0.03, 0.131), (-0.16, 0.131), (-0.204, 0.08)))
-_NOSE = ((0.077, -0.06), (0.2, 0.0), (0.077, 0.06))
-
 WAFFLE = TurtleBot3(
-    ROBOT_MODELS['waffle'],
+    ROBOT_LIMITS['waffle'],
     Shape(
         mirrored(
             (
-                (0.2, 0.0),
-                (0.077, 0.06),
-                (0.05, 0.12),
-                (0.02, 0.153),
-                (-0.16, 0.153),
-                (-0.204, 0.08),
+                *((0.2, 0.0), (0.077, 0.06), (0.05, 0.12)),
+                *((0.02, 0.153), (-0.16, 0.153), (-0.204, 0.08)),
             )
         ),
-        (
-            *(Prism(_PLATE, bottom, bottom + 0.03) for bottom in (0.02, 0.07)),
-            Prism(_NOSE, 0.02, 0.1),
-            Prism(rectangle((-0.16, 0.05), (-0.1, 0.1)), 0.03, 0.08, dark=True),
-            Prism(disc(0.036, x=-0.064), 0.1, 0.141, dark=True),  # the laser scanner
-        ),
-        tuple(Wheel(0.0, side * 0.1435, 0.033, 0.018) for side in (-1, 1)),
+        mirrored(((0.077, 0.08), (0.03, 0.131), (-0.16, 0.131), (-0.204, 0.08))),
+        0.141,
     ),
 )
-"""Limits of its OpenCR firmware."""
+"""Limits of its OpenCR firmware; 281 x 306 x 141 mm, with its axle ahead of the centre."""

@@ -7,17 +7,7 @@ from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.robots.model import (
-    IDEAL,
-    Prism,
-    RobotModel,
-    Shape,
-    VelocityLimits,
-    Wheel,
-    disc,
-    mirrored,
-    rectangle,
-)
+from setcmas_simu.robots.model import IDEAL, RobotModel, Shape, VelocityLimits, mirrored
 
 RATE_HZ = 10.0
 """Default rate at which robots are integrated, in Hz."""
@@ -25,20 +15,10 @@ RATE_HZ = 10.0
 DART = ((0.07, 0.0), (-0.056, 0.049), (-0.028, 0.0), (-0.056, -0.049))
 """Outline in m, pointing along the heading; about as long as a TurtleBot3 Burger."""
 
-_PLATE = mirrored(((0.069, 0.035), (0.035, 0.069), (-0.05, 0.069), (-0.075, 0.045)))
-_NOSE = ((0.069, -0.05), (0.15, 0.0), (0.069, 0.05))
-
 BURGER_SHAPE = Shape(
-    DART,
-    (
-        *(Prism(_PLATE, bottom, bottom + 0.035) for bottom in (0.02, 0.07, 0.12)),
-        Prism(_NOSE, 0.02, 0.155),
-        Prism(rectangle((-0.055, 0.05), (-0.05, 0.05)), 0.03, 0.13, dark=True),
-        Prism(disc(0.036), 0.155, 0.192, dark=True),  # the laser scanner
-    ),
-    tuple(Wheel(0.0, side * 0.08, 0.033, 0.018) for side in (-1, 1)),
+    DART, mirrored(((0.069, 0.035), (0.035, 0.069), (-0.05, 0.069), (-0.075, 0.045))), 0.192
 )
-"""A TurtleBot3 Burger with a nose that shows its heading."""
+"""A TurtleBot3 Burger."""
 
 
 class Unicycle(RobotModel):
@@ -101,18 +81,10 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
 
 
 def velocities_between(before: ArrayLike, after: ArrayLike, Ts: float) -> tuple[Floats, Floats]:
-    """Return the velocities between two sets of poses, by backward differences.
+    """Return forward speeds (m/s) and turn rates (rad/s) between poses (3,) or (3, N) Ts s apart.
 
-    The forward speed is the displacement along the later heading, as in `step`; sideways
-    displacement is ignored.
-
-    Args:
-        before: Rows x, y in m and theta in rad, shape (3,) or (3, N).
-        after: The poses Ts later, the same shape.
-        Ts: Time between them in s, above 0.
-
-    Returns:
-        Forward speeds in m/s and turn rates in rad/s.
+    They are backward differences: the speed is the displacement along the later heading, as in
+    `step`; sideways displacement is ignored.
     """
     x0, y0, theta0 = np.asarray(before, dtype=float)
     x1, y1, theta1 = np.asarray(after, dtype=float)

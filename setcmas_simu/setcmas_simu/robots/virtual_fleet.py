@@ -19,21 +19,16 @@ _STAND: Command = (0.0, 0.0, 0.0)
 
 
 class VirtualFleet:
-    """Robots that hold their last command, as in the ROS 1 stack.
-
-    Attributes:
-        states: States of the robots, shape (S, N), as their model defines them.
-        model: Robot model of the fleet.
-    """
+    """Robots that hold their last command, as in the ROS 1 stack; their states are (S, N)."""
 
     def __init__(
         self, start_poses: Floats, model: RobotModel | None = None, cmd_timeout: float = math.inf
     ) -> None:
-        """Place the robots.
+        """Place the robots; they are unicycles by default.
 
         Args:
             start_poses: Rows x, y in m and theta in rad, shape (3, N).
-            model: Robot model; unicycles by default.
+            model: Robot model of the fleet.
             cmd_timeout: Stop a robot this long after its last command, in s.
         """
         self.model = model or Unicycle()
@@ -57,22 +52,19 @@ class VirtualFleet:
         return twists
 
     def use(self, model: RobotModel, cmd_timeout: float) -> None:
-        """Change the robot model, which has the same states, and the command time-out."""
+        """Change the robot model, for one with the same states, and the command time-out."""
         self.model, self._cmd_timeout = model, cmd_timeout
 
     def command(self, index: int, command: Command, now: float) -> bool:
-        """Set the command that a robot follows from the next step on.
+        """Set the command that a robot follows from the next step on; return whether it is valid.
 
         A command that is not finite, or beyond MOST_SPEED, stops the robot: its pose would become
-        infinite, and stay so.
+        infinite for good.
 
         Args:
             index: Column of the robot.
             command: The command, as on cmd_vel.
             now: Time in s on any steady clock; `step` must use the same.
-
-        Returns:
-            Whether the robot follows it.
         """
         usable = all(abs(speed) <= MOST_SPEED for speed in command)
         self._commands[:, index] = command if usable else _STAND
@@ -97,11 +89,7 @@ class VirtualFleet:
         self.states = self.model.step(self.states, commands, Ts)
 
     def steps(self, Ts: float, count: int) -> Floats:
-        """Advance all robots by several periods of Ts s under their last commands, however old.
-
-        Returns:
-            The states after each period, shape (count, S, N).
-        """
+        """Advance by periods of Ts s under the last commands; return the states, (count, S, N)."""
         later = self.model.steps(self.states, self._commands, Ts, count)
         self.states = later[-1]
         return later

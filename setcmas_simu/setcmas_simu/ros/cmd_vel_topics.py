@@ -22,10 +22,7 @@ from setcmas_simu.ros import messages, qos
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
 """Message classes by their name in options."""
 
-ROS_NAMES = {
-    'geometry_msgs/msg/TwistStamped': 'twist_stamped',
-    'geometry_msgs/msg/Twist': 'twist',
-}
+ROS_NAMES = {'geometry_msgs/msg/TwistStamped': 'twist_stamped', 'geometry_msgs/msg/Twist': 'twist'}
 """Names in options by ROS type name."""
 
 
@@ -104,10 +101,7 @@ def listeners(node: Node, topic: str) -> list[Endpoint]:
 
 
 def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> set[str]:
-    """Return the message types that a robot accepts.
-
-    If listeners differ, the process that sends the robot's odometry decides.
-    """
+    """Return the message types that a robot accepts; the sender of its odometry decides."""
     wanted = {endpoint.kind for endpoint in found if endpoint.kind in TYPES}
     if len(wanted) <= 1:
         return wanted
@@ -131,22 +125,10 @@ def twins(node: Node, topic: str) -> bool:
     return max(names.values(), default=0) > 1
 
 
-def commanders(node: Node, topic: str) -> list[str]:
-    """Return the full names of the nodes that may command a simulated robot."""
-    return [
-        endpoint.full_name
-        for endpoint in publishers(node, topic)
-        if endpoint.is_known and endpoint.node != topics.ZERO_COMMANDER_NODE
-    ]
-
-
 def rival(node: Node, topic: str, allowed: Collection[bytes]) -> str:
     """Return another process that commands the robot, or a second robot; '' if there is none.
 
-    Args:
-        node: Node through which to look at the ROS graph.
-        topic: Full name of the robot's cmd_vel.
-        allowed: Identifiers of the processes that may command it; node names can be forged.
+    `allowed` has the identifiers of the processes that may command it; node names can be forged.
     """
     rivals = strangers(node, topic, allowed)
     if rivals:
@@ -173,11 +155,7 @@ def _endpoint(info: TopicEndpointInfo) -> Endpoint:
 
 
 class OnlySender:
-    """Remembers the process that publishes a topic, to detect a second one.
-
-    Attributes:
-        process: The last process that was alone on the topic; empty before the first.
-    """
+    """Remembers the process that is alone on a topic, to detect a second publisher."""
 
     def __init__(self, node: Node, topic: str) -> None:
         """Watch a topic (full name) through a node."""
@@ -201,11 +179,9 @@ _LAST_COMMAND_S = 0.3
 
 
 class CmdVelPublisher:
-    """Commands one robot.
+    """Commands one robot on a topic (full name).
 
-    Attributes:
-        topic: Full name of its topic.
-        mixed: Which listener wants another type than the published one; None if none does.
+    `mixed` reports a listener that wants another type than the published one; None without one.
     """
 
     def __init__(
@@ -224,7 +200,7 @@ class CmdVelPublisher:
             robot: Number of the robot.
             topic: Full name of the topic.
             odometry_topic: Topic that the robot itself publishes, to find its own listener.
-            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
             profile: Quality of service.
         """
         self.mixed: str | None = None
@@ -258,7 +234,8 @@ class CmdVelPublisher:
 
     def other_commanders(self) -> list[str]:
         """Return the full names of other nodes that command the robot."""
-        names = commanders(self._node, self.topic)
+        found = [one for one in publishers(self._node, self.topic) if one.is_known]
+        names = [one.full_name for one in found if one.node != topics.ZERO_COMMANDER_NODE]
         own = self._node.get_fully_qualified_name()
         if own in names:
             names.remove(own)
@@ -274,8 +251,4 @@ class CmdVelPublisher:
             self._publisher = self._create_publisher()
 
     def _create_publisher(self) -> Publisher:
-        return self._node.create_publisher(
-            TYPES[self._type],
-            self.topic,
-            self._profile,
-        )
+        return self._node.create_publisher(TYPES[self._type], self.topic, self._profile)

@@ -15,9 +15,7 @@ from setcmas_simu.fleet.announcement import (
     Source,
     decode,
     encode,
-    models_of,
     own_source,
-    robots_of,
 )
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
@@ -41,25 +39,16 @@ class FleetAnnouncer:
         models: Sequence[str] = (),
         time: SimulatedTime | None = None,
     ) -> None:
-        """Announce the robots, to present and future subscribers.
+        """Announce robots (sorted numbers) of a fleet, to present and future subscribers.
 
-        Args:
-            robots: Numbers of the robots, sorted.
-            nb_robots: Size of the fleet.
-            models: Name of each robot's model; empty if all are unicycles.
-            time: Their simulated time; None is the system clock.
+        Without models all are unicycles; without a simulated time they use the system clock.
         """
         announcement = Announcement(nb_robots, tuple(robots), self._source, tuple(models), time)
         self._publisher.publish(String(data=encode(announcement)))
 
 
 class FleetListener:
-    """Keeps the announcements of all processes.
-
-    Attributes:
-        by_source: The newest announcement of each process.
-        on_change: Called after each announcement.
-    """
+    """Keeps the newest announcement of each process; calls `on_change` after each one."""
 
     def __init__(self, node: Node) -> None:
         """Subscribe through a node; `take` takes new announcements."""
@@ -72,7 +61,7 @@ class FleetListener:
     @property
     def robots(self) -> list[int]:
         """Announced robots, sorted."""
-        return robots_of(self.by_source.values())
+        return sorted({robot for one in self.by_source.values() for robot in one.robots})
 
     @property
     def nb_robots(self) -> int:
@@ -82,7 +71,11 @@ class FleetListener:
     @property
     def models(self) -> dict[int, str]:
         """Announced models by robot."""
-        return models_of(self.by_source.values())
+        return {
+            robot: model
+            for one in self.by_source.values()
+            for robot, model in zip(one.robots, one.models, strict=False)
+        }
 
     @property
     def time(self) -> SimulatedTime | None:

@@ -11,11 +11,7 @@ class NoPythonTypeError(Exception):
 
 
 def message_class(msgtype: str) -> Any:
-    """Return the class of a type such as `nav_msgs/msg/Odometry`.
-
-    Raises:
-        NoPythonTypeError: Its Python package is missing.
-    """
+    """Return the class of a type such as `nav_msgs/msg/Odometry`, or raise NoPythonTypeError."""
     package, kind, name = msgtype.split('/')
     try:
         return getattr(import_module(f'{package}.{kind}'), name)

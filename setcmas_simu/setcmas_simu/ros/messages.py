@@ -44,12 +44,7 @@ class PreparedMessage:
         self._data = bytearray(serialize_message(message))
 
     def place(self, field: str, form: str) -> Callable[..., None]:
-        """Return a function that writes numbers into the message.
-
-        Args:
-            field: Name of the first number, such as 'pose.position.x'.
-            form: Format of the numbers, as in module `struct`.
-        """
+        """Return a function that writes numbers of a `struct` format, from the named field on."""
         layout = struct.Struct(form)
         offset = self._offset(field, form.lstrip('=0123456789')[0])
         return lambda *numbers: layout.pack_into(self._data, offset, *numbers)
@@ -94,12 +89,7 @@ def read_odometry(data: bytes) -> EncodedOdometry:
 
 
 def read_twist(data: bytes, kind: type) -> tuple[float, float, float]:
-    """Return speeds forward and to the left (m/s) and turn rate (rad/s) of an encoded command.
-
-    Args:
-        data: The message.
-        kind: Its class, Twist or TwistStamped.
-    """
+    """Return speeds forward and left (m/s) and turn rate (rad/s) of an encoded command."""
     data = _in_our_encoding(data, kind)
     at = _after_texts(data, 1) if kind is TwistStamped else _ORIGIN
     twist = _TWIST.unpack_from(data, at)

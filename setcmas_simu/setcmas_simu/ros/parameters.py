@@ -31,15 +31,9 @@ class ProcessParameters(Generic[Group]):
     """
 
     def __init__(self, node: Node, options: Group, names: Mapping[str, str]) -> None:
-        """Declare the parameters; `--ros-args` overrides the options.
+        """Declare the parameters, with the option of each in `names`.
 
-        Args:
-            node: Holds the parameters; an executor must serve its services.
-            options: Default values.
-            names: The option of each parameter.
-
-        Raises:
-            SetcmasError: A value is invalid.
+        `--ros-args` overrides the options. Raises SetcmasError for an invalid value.
         """
         self.check: Callable[[Group], object] = lambda _: None
         self.on_change: Callable[[Group], object] = lambda _: None
@@ -83,11 +77,7 @@ class ProcessParameters(Generic[Group]):
         return parameter in self._options and isinstance(self._options[parameter].kind, Number)
 
     def _with(self, parameters: Iterable[Parameter]) -> Group:
-        """Return the options with new values of parameters.
-
-        Raises:
-            SetcmasError: A value is invalid.
-        """
+        """Return the options with new values of parameters, or raise SetcmasError."""
         values = {}
         for one in self._converted(parameters):
             if one.name in self._names:
@@ -121,11 +111,7 @@ def declare_fixed(node: Node, name: str, text: str, description: str) -> None:
 
 
 def fixed_in_lockstep(_: object) -> None:
-    """Refuse every change: a run in lockstep must equal an offline run to the last bit.
-
-    Raises:
-        SetcmasError: Always.
-    """
+    """Refuse every change: a run in lockstep must equal an offline run to the last bit."""
     raise SetcmasError('parameters are fixed during a run in lockstep; set them at the start')
 
 

@@ -29,9 +29,6 @@ class PolledTopic:
     """Passes the messages of a topic to a function when `take` is called.
 
     An executor would wake up for each message and rebuild its wait set every time.
-
-    Attributes:
-        subscription: The subscription.
     """
 
     def __init__(
@@ -43,15 +40,9 @@ class PolledTopic:
         profile: QoSProfile,
         encoded: bool = False,
     ) -> None:
-        """Subscribe.
+        """Subscribe to a topic; the depth of its profile bounds the queue.
 
-        Args:
-            node: Holds the subscription.
-            kind: Class of the messages.
-            name: Full name of the topic.
-            on_message: Takes a message.
-            profile: Quality of service; its depth bounds the queue.
-            encoded: Whether messages are passed on as bytes (see module `cdr`).
+        With `encoded`, messages are passed on as bytes (see module `messages`).
         """
         self._node = node
         self._on_message = on_message
@@ -106,14 +97,7 @@ class PolledService:
     def __init__(
         self, node: Node, kind: Any, name: str, answer: Callable[[Any, Any], Any]
     ) -> None:
-        """Offer the service.
-
-        Args:
-            node: Holds the service; no executor serves it.
-            kind: Class of the service.
-            name: Its name; `~/` is the node's namespace and name.
-            answer: Takes a request and an empty response; returns the response.
-        """
+        """Offer the service; `answer` takes a request and an empty response, and returns it."""
         self._kind = kind
         self._answer = answer
         self._service = node.create_service(kind, name, answer)
@@ -130,17 +114,9 @@ class PolledService:
 
 
 def wait_for_any(node: Node, subscriptions: Sequence[Subscription], timeout_s: float) -> list[int]:
-    """Wait until a subscription has a message; return the indices of all that have one.
+    """Return the indices of subscriptions with a message; wait for one, at most timeout_s.
 
-    An executor would check every entity of its nodes instead.
-
-    Args:
-        node: A node that holds one of them.
-        subscriptions: The subscriptions; their messages are not taken.
-        timeout_s: Longest wait in s.
-
-    Returns:
-        Indices; none after a time-out.
+    Messages are not taken. An executor would check every entity of its nodes instead.
     """
     waiting = rclpy_implementation.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, node.context.handle)
     waiting.clear_entities()

@@ -77,9 +77,6 @@ class RosProcess:
 
     rclpy's own signal handlers invalidate the context at once, after which publishing fails.
     Here the handlers only set a flag, so that robots get zero velocity first.
-
-    Attributes:
-        launcher: Receives reports.
     """
 
     def __init__(self, launcher: Launcher) -> None:
@@ -131,13 +128,7 @@ class RosProcess:
     def spin_until(
         self, condition: Callable[[], bool], timeout_s: float, every_s: float = 0.02
     ) -> bool:
-        """Serve callbacks until a condition holds; return False after a time-out.
-
-        Args:
-            condition: Checked repeatedly.
-            timeout_s: Longest wait in s.
-            every_s: Time in s between checks if no callback is due.
-        """
+        """Serve until a condition, checked every `every_s`, holds; False after a time-out."""
         deadline = time.monotonic() + timeout_s
         while not self.stopping and not condition() and time.monotonic() < deadline:
             self.serve(every_s)
@@ -171,12 +162,8 @@ def ros_process(
 ) -> Iterator[RosProcess]:
     """Initialise rclpy, yield the process, and shut everything down at the end.
 
-    Args:
-        ros_arguments: The arguments from `--ros-args` on.
-        launcher: Receives reports; by default the launcher that started this process.
-
-    Raises:
-        SetcmasError: rclpy rejects the arguments.
+    `ros_arguments` are those from `--ros-args` on; by default the launcher is the one that
+    started this process. Raises SetcmasError if rclpy rejects the arguments.
     """
     # No log files: they would fill students' home folders, and the screen has what matters.
     arguments = [*ros_arguments, '--ros-args', '--disable-external-lib-logs']
@@ -210,11 +197,8 @@ def node_main(
 ) -> int:
     """Run a process of nodes and return its exit status.
 
-    Args:
-        parser: Parses the process's own options; ROS gets those from `--ros-args` on.
-        serve: Works until the process must stop; returns the exit status (None is 0). A
-            SetcmasError is printed and gives status 2.
-        argv: The command line; by default that of this process.
+    ROS gets the arguments from `--ros-args` on. `serve` works until the process must stop; it
+    returns the exit status (None is 0), and a SetcmasError is printed and gives status 2.
     """
     take_values(parser)
     own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)

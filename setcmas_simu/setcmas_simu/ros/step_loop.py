@@ -18,23 +18,11 @@ class Clock(Protocol):
         """Return the time."""
 
 
-class StepClock(Clock, Protocol):
-    """A clock to wait on.
-
-    Attributes:
-        rtf: Real time factor: its seconds per second of real time.
-    """
-
-    rtf: float
-
-    def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time or a stop request; at least one callback."""
-
-
 class SteadyClock:
     """Real time, independent of changes of the system clock."""
 
     rtf = 1.0
+    """Real-time factor: seconds of this clock per second of real time."""
 
     def now(self) -> float:
         """Return the time."""
@@ -42,26 +30,16 @@ class SteadyClock:
 
     def wait_until(self, t: float, process: RosProcess) -> None:
         """Serve a process until a time or a stop request; at least one callback."""
-        process.serve(t - self.now())
+        process.serve((t - self.now()) / self.rtf)
         while not process.stopping and (left := t - self.now()) > 0.0:
-            process.serve(left)
+            process.serve(left / self.rtf)
 
 
-class ScaledClock:
-    """Time that runs faster or slower than real time, also in message stamps.
-
-    Attributes:
-        begin: The system clock at its time 0, in s.
-        rtf: Real time factor: its seconds per second of real time.
-    """
+class ScaledClock(SteadyClock):
+    """Time that runs faster or slower than real time, also in message stamps."""
 
     def __init__(self, rtf: float, begin: float | None = None) -> None:
-        """Start the clock.
-
-        Args:
-            rtf: Real time factor: its seconds per second of real time.
-            begin: The system clock at its time 0, in s; now by default.
-        """
+        """Start the clock; its time 0 is at `begin` (s) of the system clock, by default now."""
         self.begin = time.time() if begin is None else begin
         self.rtf = rtf
         # Read once: later changes of the system clock have no effect.
@@ -71,12 +49,6 @@ class ScaledClock:
     def now(self) -> float:
         """Return the time."""
         return (time.monotonic() - self._offset) * self.rtf
-
-    def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time or a stop request; at least one callback."""
-        process.serve((t - self.now()) / self.rtf)
-        while not process.stopping and (left := t - self.now()) > 0.0:
-            process.serve(left / self.rtf)
 
 
 _POLL_EVERY_S = 0.01
@@ -99,16 +71,9 @@ class StepLoop:
         process: RosProcess,
         period: float,
         step: Callable[[float], None],
-        clock: StepClock | None = None,
+        clock: SteadyClock | None = None,
     ) -> None:
-        """Prepare.
-
-        Args:
-            process: Served between steps; ends the loop when it stops.
-            period: Time in s between steps.
-            step: Called with the clock's time in s.
-            clock: The clock to follow; real time by default.
-        """
+        """Prepare to call `step` with the clock's time in s, until the process stops."""
         self.period = period
         self.poll: Callable[[], None] | None = None
         self._process = process

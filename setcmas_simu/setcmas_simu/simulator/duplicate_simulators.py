@@ -27,11 +27,7 @@ class RobotLocks:
     """
 
     def __init__(self, robots: list[int], domain: str) -> None:
-        """Lock robots (sorted numbers) in a ROS domain.
-
-        Raises:
-            SetcmasError: Another process holds one of them.
-        """
+        """Lock robots (sorted) in a domain; raise SetcmasError if another process holds one."""
         self._file = _lock_file(_path(domain))
         taken = {robot: holder for robot in robots if (holder := self._take(robot))}
         if taken:
@@ -94,18 +90,10 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 
 
 class DuplicateSimulators:
-    """Watches the graph for other publishers of these robots' odometry."""
+    """Finds other simulators of these robots, by locks on this host and in the ROS graph."""
 
     def __init__(self, node: Node, robots: list[int]) -> None:
-        """Lock the robots on this host, and start to look for other simulators elsewhere.
-
-        Args:
-            node: Node through which to look at the graph; discovery starts with it.
-            robots: Numbers of the robots that this process simulates.
-
-        Raises:
-            SetcmasError: Another process on this host simulates one of the robots.
-        """
+        """Lock the robots on this host, or raise SetcmasError; start discovery elsewhere."""
         self._domain = os.environ.get('ROS_DOMAIN_ID', '0')
         self._locks = RobotLocks(robots, self._domain)
         self._node = node
@@ -128,11 +116,7 @@ class DuplicateSimulators:
         return {robot: names for robot in robots if (names := self.others(robot))}
 
     def refuse_second_simulator(self) -> None:
-        """Give other simulators time to appear, then check.
-
-        Raises:
-            SetcmasError: Another simulator publishes the odometry of one of the robots.
-        """
+        """Wait for discovery; raise SetcmasError if another node publishes a robot's odometry."""
         discovery_range = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
         wait = _DISCOVERY_S.get(discovery_range, _NETWORK_DISCOVERY_S)
         time.sleep(max(0.0, self._started + wait - time.monotonic()))

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options.kinds import MAX_RATE_HZ
+from setcmas_simu.options.kinds import MAX_RATE_HZ, Number
 from setcmas_simu.reports.reports import Failed
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
@@ -27,22 +27,16 @@ from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_simu.simulator.virtual_robot import FleetTransforms, VirtualRobot
 
 _HOUSEKEEPING_S = 2.0
+_PLACE = Number(least=-1e6, most=1e6)  # m, rad: finite
 
 
 class FleetStepper:
-    """Moves the virtual robots of a process at a fixed rate.
-
-    Attributes:
-        rate: Rate of the steps in Hz.
-    """
+    """Moves the virtual robots of a process at a fixed rate, in Hz."""
 
     def __init__(self, node: Node, robots: list[VirtualRobot], rtf: float = 1.0) -> None:
         """Connect the robots' commands to a simulated fleet, which moves from the first step on.
 
-        Args:
-            node: The node for publishers of the whole fleet.
-            robots: The robots; rate, limits and cmd_timeout are the first one's parameters.
-            rtf: Real time factor of the simulation.
+        Rate, limits and cmd_timeout are the first robot's parameters.
 
         Raises:
             SetcmasError: A parameter of a robot is invalid, or its model cannot be loaded.
@@ -53,9 +47,8 @@ class FleetStepper:
         self.on_failure: Callable[[Failed], object] = lambda _: None
         """Called when the script of a robot first fails."""
         self._last_warning = ''
-        far = 1e6  # m, rad: rejects values that are not finite
         start = ('x0', 'y0', 'theta0')
-        poses = np.array([[robot.number(name, -far, far) for name in start] for robot in robots]).T
+        poses = np.array([[robot.value(name, _PLACE) for name in start] for robot in robots]).T
         self._names = names = [str(robot.value('model')) for robot in robots]
         numbers = [robot.robot for robot in robots]
         self._limits = limits = str(robots[0].value('limits'))
@@ -65,9 +58,9 @@ class FleetStepper:
             for robot, name, model in zip(numbers, names, models, strict=True)
             if is_script(name)
         }
-        timeout = robots[0].number('cmd_timeout', least=1e-3)
+        timeout = robots[0].value('cmd_timeout', Number(least=1e-3))
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
-        self.rate = robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
+        self.rate: float = robots[0].value('rate', Number(least=0.1, most=MAX_RATE_HZ))
         for index, robot in enumerate(robots):
             if len(robots) <= MOST_WITH_SERVICES:
                 robot.offer_services()
@@ -94,11 +87,7 @@ class FleetStepper:
         return 1.0 / self.rate
 
     def check(self, options: SimulationOptions) -> None:
-        """Check options that were requested at run time.
-
-        Raises:
-            SetcmasError: Limits would apply to robots other than unicycles, or rtf would change.
-        """
+        """Raise SetcmasError if requested limits are for unicycles only, or rtf would change."""
         check_models(self._names, options.limits, [robot.robot for robot in self._robots])
         if options.rtf != self._rtf:
             raise SetcmasError('rtf is fixed during a simulation; set it at the start')
@@ -114,7 +103,7 @@ class FleetStepper:
             model = fleet_model(robot_models(self._names, numbers, self._limits))
         self._fleet.use(model, options.cmd_timeout)
 
-    def greet(self) -> None:
+    def log_robots(self) -> None:
         """Log which robots are simulated."""
         robots = robots_in_words([robot.robot for robot in self._robots])
         self._node.get_logger().info(f'simulating {robots} at {self.rate:g} Hz; Ctrl-C stops')

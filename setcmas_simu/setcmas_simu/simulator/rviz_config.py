@@ -19,12 +19,9 @@ _PLUGINS = 'rviz_default_plugins'
 
 
 def rviz_config(robots: list[int], experiment: bool = False) -> str:
-    """Return the text of a .rviz file.
+    """Return the text of a .rviz file for robots.
 
-    Args:
-        robots: Numbers of the robots.
-        experiment: Whether the robots are real: then motion capture provides the poses, and the
-            arena is shown.
+    In an experiment motion capture provides the poses, and the arena is shown.
     """
     displays = [_grid(), _axes(), _marker_array('obstacles', topics.OBSTACLES, depth=1)]
     if experiment:

@@ -32,12 +32,7 @@ from setcmas_simu.simulator.simulator_options import (
 )
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
-PARAMETERS = {
-    'rate': 'robot_rate',
-    'limits': 'limits',
-    'cmd_timeout': 'cmd_timeout',
-    'rtf': 'rtf',
-}
+PARAMETERS = {'rate': 'robot_rate', 'limits': 'limits', 'cmd_timeout': 'cmd_timeout', 'rtf': 'rtf'}
 """The options that are parameters of the process's node, by parameter name."""
 
 
@@ -78,7 +73,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     guard.refuse_second_simulator()
     process.add(node)
     stepper.housekeeping = guard.warn_of_latecomers
-    stepper.greet()
+    stepper.log_robots()
     models = [str(robot.value('model')) for robot in nodes]
     loop: LockstepLoop | StepLoop
     time: SimulatedTime | None = None

@@ -35,21 +35,17 @@ from setcmas_simu.options.kinds import (
     Whole,
 )
 from setcmas_simu.options.option import Form
-from setcmas_simu.robots.model import MODELS
-from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
-from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
+from setcmas_simu.robots.model import LIMITS
+from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.yaml_entries import Entry, entries_of
 
 
 @dataclass(frozen=True)
 class SimulatedRobots:
-    """The robots that one process simulates.
+    """The robots that one process simulates, by ascending number.
 
-    Attributes:
-        robots: Their numbers, sorted.
-        start_poses: Rows x, y in m and theta in rad, a column for each of `robots`.
-        models: The name of each one's model.
+    Start poses have the rows x, y in m and theta in rad, and a column for each robot.
     """
 
     robots: list[int]
@@ -61,10 +57,7 @@ class SimulatedRobots:
 class _StartPoses(PathTo):
     """A file of start poses; in YAML and Python also the poses themselves."""
 
-    @property
-    def must_be(self) -> str:
-        """The forms."""
-        return 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
+    MUST_BE = 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
         """Return the path of a file, the poses of a list, or poses by robot."""
@@ -88,10 +81,7 @@ class _StartPoses(PathTo):
 class _RandomPosesKind(Kind):
     """Descriptions of random start poses."""
 
-    @property
-    def must_be(self) -> str:
-        """The form."""
-        return FORM
+    MUST_BE = FORM
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value describes random poses."""
@@ -144,8 +134,7 @@ class StartPoseOptions(Options):
             Rows x, y in m and theta in rad, shape (3, nb_robots).
 
         Raises:
-            SetcmasError: A pose is malformed or for a robot that is not in the fleet, or there is
-                no room for random ones.
+            SetcmasError: A pose is malformed or outside the fleet, or random ones do not fit.
         """
         given = given_poses(nb_robots, self.poses, self.pose)
         if self.random_poses:
@@ -174,11 +163,7 @@ class ClockOptions(Options):
     )
 
     def check(self) -> None:
-        """Check that the values go together.
-
-        Raises:
-            ClashError: They do not.
-        """
+        """Raise ClashError if the values contradict each other."""
         if self.lockstep and self.rtf != 1.0:
             raise ClashError('{} runs as fast as possible; remove {}', 'lockstep', 'rtf')
 
@@ -189,22 +174,17 @@ class RobotOptions(StartPoseOptions):
 
     TITLE: ClassVar[str] = 'robots'
 
-    nb_robots: int | None = option(
-        NB_ROBOTS,
-        'size of the fleet',
-        default=None,
-        default_text='1',
-    )
+    nb_robots: int | None = option(NB_ROBOTS, 'size of the fleet', default=None, default_text='1')
     model: str | None = option(
         NameOrFile(metavar='MODEL'),
         'robot model: a name (see setcmas list), a script such as my_robot.py, a file '
         "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
-        complete=names_and_files(ROBOT_MODELS.plugins, ('py', 'yaml')),
+        complete=names_and_files(MODELS.plugins, ('py', 'yaml')),
     )
     limits: str = option(
-        OneOf(tuple(MODELS)),
+        OneOf(tuple(LIMITS)),
         'velocity limits of unicycles: none (ideal), or those of a TurtleBot3',
         default=NO_LIMITS,
     )
@@ -238,17 +218,11 @@ class SimulationOptions(RobotOptions, ClockOptions):
         Robots(), "simulate only these robots of the fleet, such as '1-4'", default=None
     )
     cmd_vel_type: str = option(
-        OneOf(tuple(CMD_VEL_TYPES)),
-        'message type of cmd_vel',
-        default=CMD_VEL_TYPES[0],
+        OneOf(tuple(CMD_VEL_TYPES)), 'message type of cmd_vel', default=CMD_VEL_TYPES[0]
     )
 
     def check(self) -> None:
-        """Check that the values go together.
-
-        Raises:
-            ClashError: They do not.
-        """
+        """Raise ClashError if the values contradict each other."""
         super().check()
         if self.lockstep and self.cmd_vel_type != CMD_VEL_TYPES[0]:
             raise ClashError(
@@ -267,12 +241,7 @@ class SimulationOptions(RobotOptions, ClockOptions):
         return self.nb_robots or (self.robots[-1] if self.robots else 1)
 
     def simulated(self) -> SimulatedRobots:
-        """Return the robots that these options ask for.
-
-        Raises:
-            SetcmasError: A robot is not in the fleet, poses are malformed, or there is no such
-                model.
-        """
+        """Return the robots that these options ask for, or raise SetcmasError."""
         fleet = range(1, self.fleet_size + 1)
         robots = list(self.robots or fleet)
         if robots[-1] not in fleet:

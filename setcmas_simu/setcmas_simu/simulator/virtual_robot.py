@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -17,12 +16,12 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import colour
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name
-from setcmas_simu.robots.model import Prism, Shape, rectangle
+from setcmas_simu.options.kinds import Kind, OneOf
+from setcmas_simu.robots.model import Shape
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
@@ -63,19 +62,9 @@ def robot_marker(robot: int, frame_id: str = WORLD_FRAME, shape: Shape = BURGER_
 
 
 def _triangles(shape: Shape) -> Iterator[_Corner]:
-    """Yield the corners in m of the triangles of a robot's parts, three per triangle."""
-    for part in shape.prisms:
-        yield from _sides(part)
-    for wheel in shape.wheels:
-        x, y = wheel.radius, 0.5 * wheel.width
-        sides = rectangle((wheel.x - x, wheel.x + x), (wheel.y - y, wheel.y + y))
-        yield from _sides(Prism(sides, 0.0, 2.0 * wheel.radius))
-
-
-def _sides(prism: Prism) -> Iterator[_Corner]:
-    """Yield the triangles of the top and the walls; the bottom is never seen."""
-    high = [(x, y, prism.top) for x, y in prism.outline]
-    low = [(x, y, prism.bottom) for x, y in prism.outline]
+    """Yield the corners in m of the triangles of a body's top and walls, three per triangle."""
+    low = [(x, y, 0.0) for x, y in shape.body]
+    high = [(x, y, shape.height) for x, y in shape.body]
     for i in range(1, len(high) - 1):
         yield from (high[0], high[i], high[i + 1])
     for i, corner in enumerate(high):
@@ -94,12 +83,7 @@ class FleetTransforms:
     """Publishes the transforms of all robots of a process in one message."""
 
     def __init__(self, node: Node, frames: list[tuple[str, str]]) -> None:
-        """Prepare the message; log once if /tf cannot be published.
-
-        Args:
-            node: The node that publishes.
-            frames: Parent and child frame of each robot.
-        """
+        """Prepare the message, from parent and child frame of each robot."""
         self._publisher = None
         if TFMessage is None:
             node.get_logger().info('no /tf (tf2_msgs is not installed; nothing here needs it)')
@@ -143,13 +127,7 @@ class VirtualRobot(FleetNode):
     def __init__(
         self, robot: int, defaults: dict[str, Any], profile: QoSProfile = qos.STATE
     ) -> None:
-        """Create the node in the robot's namespace.
-
-        Args:
-            robot: Number of the robot.
-            defaults: Parameter values that `--ros-args` overrides.
-            profile: Quality of service of its states.
-        """
+        """Create the node; `--ros-args` overrides the defaults of its parameters."""
         self.robot = robot
         self.commanded = NO_STAMP
         self.on_command: OnCommand = lambda _: None
@@ -165,7 +143,7 @@ class VirtualRobot(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, profile)
         self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, profile)
         self._marker_publisher = self.create_publisher(Marker, topics.MARKER, profile)
-        self._kind = TYPES[self.choice('cmd_vel_type', TYPES)]
+        self._kind = TYPES[self.value('cmd_vel_type', OneOf(tuple(TYPES)))]
         self.commands = PolledTopic(
             self, self._kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND, encoded=True
         )
@@ -185,36 +163,13 @@ class VirtualRobot(FleetNode):
         """Offer the service `~/reset`, the same as the topic but with a response."""
         self._offered.append(PolledService(self, Trigger, '~/reset', self._answer_reset))
 
-    def value(self, name: str) -> Any:
-        """Return the value of a parameter."""
-        return self.get_parameter(name).value
-
-    def number(self, name: str, least: float = -math.inf, most: float = math.inf) -> float:
-        """Return the value of a numeric parameter.
-
-        Raises:
-            SetcmasError: The value is not a number between `least` and `most`.
-        """
-        value = self.value(name)
-        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not numeric or not least <= value <= most:
-            raise SetcmasError(
-                f'parameter {name} is {value!r}; it must be from {least:g} to {most:g}'
-            )
-        return float(value)
-
-    def choice(self, name: str, accepted: Iterable[str]) -> str:
-        """Return the value of a parameter with a fixed set of values.
-
-        Raises:
-            SetcmasError: The value is not in the set.
-        """
-        value = self.value(name)
-        if value not in accepted:
-            raise SetcmasError(
-                f'parameter {name} is {value!r}; it must be one of {", ".join(accepted)}'
-            )
-        return str(value)
+    def value(self, name: str, kind: Kind | None = None) -> Any:
+        """Return the value of a parameter, or raise SetcmasError unless it is of a kind."""
+        value = self.get_parameter(name).value
+        if kind:
+            value = kind.value(value)
+            kind.check(f'parameter {name}', value)
+        return value
 
     def take(self) -> None:
         """Take the newest command, then resets, which override it."""
@@ -252,7 +207,7 @@ class _Located(PreparedMessage):
     """An encoded message with the robot's pose."""
 
     def __init__(self, message: Any, pose: str) -> None:
-        """Encode a message with a header; `pose` names its pose field."""
+        """Encode a message with a header and a pose field."""
         super().__init__(message)
         self._write_stamp = self.place('header.stamp.sec', STAMP)
         self._write_pose = self.place(f'{pose}.position.x', POSE)

@@ -16,7 +16,7 @@ from setcmas_simu.robots.identified_robot import (
     Response,
     read_model_file,
 )
-from setcmas_simu.robots.model import MODELS, limits_named
+from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.robots.models import is_model_file
 from setcmas_simu.table import Table
 from setcmas_tools.compare.response_fit import Fit, HeldCommand, Measured, fitted
@@ -154,11 +154,11 @@ def limits_of(run: Run) -> str | None:
         None if neither names them in an experiment, which always has limits.
     """
     given = run.parameters.get('limits')
-    known = {name for name, limits in MODELS.items() if given in (name, asdict(limits))}
+    known = {name for name, limits in LIMITS.items() if given in (name, asdict(limits))}
     if model := run.parameters.get('model'):
         files = [one.path for one in run.inputs if one.option == 'model']
         known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
-        known |= {model} & MODELS.keys()
+        known |= {model} & LIMITS.keys()
     return next(iter(known - {'ideal'}), None if run.tables.safety else 'ideal')
 
 

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.run import Run
 
 
@@ -61,11 +60,9 @@ class CommunicationMetrics(Measured):
 
 def fleet_communication(run: Run) -> CommunicationMetrics | None:
     """Return how much the robots of a run communicated; None without a record."""
-    return communication_metrics(run.record) if run.record else None
-
-
-def communication_metrics(record: CommunicationRecord) -> CommunicationMetrics:
-    """Return the totals of a record."""
+    record = run.record
+    if not record:
+        return None
     robots = record.robots
     sent = sum(counts.sent for counts in robots.values())
     received = sum(counts.received for counts in robots.values())

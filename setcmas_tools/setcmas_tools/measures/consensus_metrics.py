@@ -72,16 +72,12 @@ def fleet_consensus(run: Run) -> ConsensusMetrics | None:
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:
-    """Return the root mean square distance of N robots to their centre, in m, shape (K,).
+    """Return the root mean square distance of N robots to their centre in m, from x and y (N, K).
 
     It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004. It is in m and
-    decays at the theoretical rate; the square root makes fleets of different sizes comparable.
-    Their Lyapunov function is N / 2 times its square.
-
-    Args:
-        x: Positions in m, shape (N, K).
-        y: Positions in m, shape (N, K).
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004. It decays at the
+    theoretical rate; the square root makes fleets of different sizes comparable. Their Lyapunov
+    function is N / 2 times its square.
     """
     squares = (x - x.mean(axis=0)) ** 2 + (y - y.mean(axis=0)) ** 2
     result: Floats = np.sqrt(squares.mean(axis=0))
@@ -89,17 +85,10 @@ def disagreement(x: Floats, y: Floats) -> Floats:
 
 
 def settling_time(t: Floats, values: Floats, share: float) -> float | None:
-    """Return the first time after which values stay at or below a share of the first one.
+    """Return the first time in t after which values stay within a share of the first; shapes (K,).
 
-    Definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
-
-    Args:
-        t: Times in s, shape (K,), K at least 1.
-        values: Non-negative values that settle to zero, shape (K,).
-        share: For example 0.02.
-
-    Returns:
-        A time in `t`; None if the last value is above.
+    None if the last value is above. Definition: Ogata, Modern Control Engineering, chapter 5
+    (2 % and 5 %).
     """
     outside = np.flatnonzero(values > share * values[0])
     settled = int(outside[-1]) + 1 if len(outside) else 0
@@ -107,19 +96,12 @@ def settling_time(t: Floats, values: Floats, share: float) -> float | None:
 
 
 def convergence_rate(t: Floats, values: Floats, resting: NDArray[np.bool_]) -> float | None:
-    """Return the decay rate r in 1/s of values, as in exp(-r t).
+    """Return the decay rate r in 1/s of values, as in exp(-r t); all arguments have shape (K,).
 
     The least-squares slope of their logarithm between 20 % and 2 % of the first value, where the
     slowest mode of linear consensus dominates: its rate is K lambda_2 (Olfati-Saber and Murray,
-    IEEE Transactions on Automatic Control 49(9), 2004).
-
-    Args:
-        t: Times in s, shape (K,), K at least 1.
-        values: Non-negative decaying values, shape (K,).
-        resting: Whether all robots are in their dead band; the fit ends there, shape (K,).
-
-    Returns:
-        None if fewer than three values are between these bounds, or if they hardly decay.
+    IEEE Transactions on Automatic Control 49(9), 2004). The fit ends where all robots are in
+    their dead band (`resting`). None for fewer than three values, or if they hardly decay.
     """
     first = int(np.argmax(values < 0.2 * values[0]))
     ends = np.flatnonzero((values < 0.02 * values[0]) | resting)
@@ -143,9 +125,7 @@ def _resting(t: Floats, x: Floats, y: Floats, dead_bands: Floats) -> NDArray[np.
 def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
     """Return the agreement of a fleet; None for one robot, or if not all are known at once.
 
-    Args:
-        grid: The fleet's motion.
-        dead_bands: Speed in m/s up to which each robot does not follow its law, shape (N,).
+    `dead_bands` (N,) are the speeds in m/s up to which each robot does not follow its law.
     """
     known = np.isfinite(grid.x).all(axis=0)
     if len(grid.robots) < 2 or not known.any():

@@ -43,14 +43,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Value(Measured):
-    """A number of the fleet or of each robot, for simple metrics.
-
-    Attributes:
-        name: Its name.
-        value: A number, or numbers by robot.
-        unit: Its unit, such as 'm'.
-        digits: Decimals in the table.
-    """
+    """A number of the fleet or of each robot; `digits` decimals of it are in the table."""
 
     name: str
     value: float | Mapping[int, float]
@@ -82,7 +75,7 @@ Metric = Callable[['Run'], Measured | float | None]
 
 
 def measured(name: str, result: object) -> Measured | None:
-    """Return what a metric has returned as a measurement; a number becomes a `Value`.
+    """Return the result of a metric as a measurement; a number becomes a `Value`.
 
     Raises:
         InvalidPluginError: It is something else, or has fields that metrics.yaml cannot hold.

@@ -25,11 +25,6 @@ MOST_ROBOTS_IN_ROWS = 50
 """For larger fleets the table has the minimum, mean and maximum."""
 
 
-def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
-    """Return metrics as lines of text: a row for each robot, then what concerns the fleet."""
-    return [*str(robots_table(parts)).splitlines(), *fleet_lines(parts, task)]
-
-
 def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
     """Return the metrics of the fleet as lines of text."""
     return [line for part in parts.values() for line in part.lines(task)]
@@ -37,11 +32,9 @@ def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
 
 def robots_table(parts: Mapping[str, Measured]) -> Table:
     """Return a table with a row for each robot; empty if no metric is of robots."""
-    columns = {name: c for part in parts.values() for name, c in part.columns().items()}
-    return _robots_table(columns) if columns else Table([])
-
-
-def _robots_table(columns: Columns) -> Table:
+    columns: Columns = {k: c for part in parts.values() for k, c in part.columns().items()}
+    if not columns:
+        return Table([])
     robots = sorted({robot for _, values in columns.values() for robot in values})
     if len(robots) <= MOST_ROBOTS_IN_ROWS:
         rows = [
@@ -112,19 +105,17 @@ class Metrics(Mapping[str, Any]):
         return len(self.parts)
 
     def __str__(self) -> str:
-        """Return the table."""
-        return '\n'.join(table_lines(self.parts, self.task))
+        """Return a row for each robot, then the metrics of the fleet."""
+        rows = str(robots_table(self.parts)).splitlines()
+        return '\n'.join([*rows, *fleet_lines(self.parts, self.task)])
 
 
 def measure(
     run: Run, warn: Callable[[str], None] = print, own: Mapping[str, Metric] | None = None
 ) -> Metrics:
-    """Return the metrics of a run.
+    """Return the metrics of a run; its rows at t >= 0 count.
 
-    Args:
-        run: The run; its rows at t >= 0 count.
-        warn: Shows the error of a failing metric; the others continue.
-        own: Further metrics by name.
+    `warn` shows the error of a failing metric; the others continue. `own` adds metrics by name.
 
     Raises:
         SetcmasError: No row has t >= 0, or vnom is not a speed.
@@ -212,11 +203,7 @@ def as_dict(metrics: Metrics) -> dict[str, Any]:
 
 
 def write_yaml(metrics: Metrics, path: Path) -> None:
-    """Write metrics with 6 significant digits.
-
-    Raises:
-        SetcmasError: The file cannot be written.
-    """
+    """Write metrics with 6 significant digits, or raise SetcmasError."""
     text = yaml.dump(as_dict(metrics), Dumper=_Dumper, sort_keys=False, width=98)
     try:
         path.write_text(text, encoding='utf-8', newline='\n')

@@ -83,11 +83,7 @@ def fleet_motion(run: Run) -> FleetMotion:
 
 
 def largest_speed(run: Run) -> float:
-    """Return the speed (m/s) that the robots of a run could reach: the limit or their own.
-
-    Raises:
-        SetcmasError: The run's parameters have no valid speed.
-    """
+    """Return the speed (m/s) that the robots of a run can reach; raise SetcmasError if unknown."""
     vnom = run.parameters.get('vnom', VNOM)
     limits = run.parameters.get('limits')
     if isinstance(limits, Mapping):  # those of a lab
@@ -105,17 +101,12 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
-    """Return the motion of a robot.
+    """Return the motion of a robot from its rows, at least one of them at t >= 0.
 
     The path length is the sum of the steps between poses, except resets; the mean speed is this
-    length over the time from the first to the last pose. The largest speed, the saturation and
-    the dead band (below SLOW) use the odometry's speed |v|; a row counts for the time since the
-    previous row, up to LONGEST_GAP_S.
-
-    Args:
-        track: The rows of one robot, at least one of them at t >= 0.
-        vnom: Speed limit of the commands in m/s.
-        communications: Number of states that the robot sent.
+    length over the time from the first to the last pose. The largest speed, the saturation (at
+    vnom, in m/s) and the dead band (below SLOW) use the odometry's speed |v|; a row counts for
+    the time since the previous row, up to LONGEST_GAP_S. `communications` are the states sent.
     """
     counted = track.rows((track.t >= 0) & np.isfinite(track.x + track.y))
     driven = ~resets(counted)

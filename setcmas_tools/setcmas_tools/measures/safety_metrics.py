@@ -68,14 +68,8 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Sepa
     """Return the smallest distance of two robots, their collisions, and the distance at the end.
 
     Between two samples of the grid, motion is taken as straight, at constant speed. Robots touch
-    as discs that are as large as their bodies. The end is the last sample with all robots known.
-
-    Args:
-        grid: The fleet's motion.
-        models: Model of each robot, by its number; unicycles by default.
-
-    Returns:
-        None if no two robots are known at the same time.
+    as discs that are as large as the bodies of their models, unicycles by default. The end is the
+    last sample with all robots known. None if no two robots are known at the same time.
     """
     radii = np.array([_radius((models or {}).get(robot, UNICYCLE)) for robot in grid.robots])
     steps = np.nan_to_num(np.hypot(np.diff(grid.x), np.diff(grid.y)))
@@ -96,22 +90,19 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Sepa
 
 
 def _radius(model: str) -> float:
-    """Return the radius in m of the disc that is as large as a model's largest part."""
-    outlines = (np.array(prism.outline).T for prism in shape_of(model).prisms)
-    area = max(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 for x, y in outlines)
+    """Return the radius in m of the disc that is as large as a model's body."""
+    x, y = np.array(shape_of(model).body).T
+    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     return math.sqrt(area / math.pi)
 
 
 def _touches(
     t: Floats, offsets: Floats, reach: Floats, radii: Floats
 ) -> Iterator[tuple[int, float]]:
-    """Yield the points that come within a radius, and the first time of each, sorted by point.
+    """Yield the points that come within their radii (M,), and the first time of each, by point.
 
-    Args:
-        t: Times, shape (K,).
-        offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
-        reach: Largest motion of the points from each time to the next, shape (K - 1,).
-        radii: Radius of each point, shape (M,).
+    Times t have shape (K,), offsets (2, M, K) with NaN where unknown; `reach` (K - 1,) is the
+    largest motion of the points from each time to the next.
     """
     distances = np.hypot(*offsets)
     points, samples = np.nonzero(distances < radii[:, None] + np.append(reach, 0.0))
@@ -129,9 +120,7 @@ def _touches(
 def _nearest(start: Floats, end: Floats) -> tuple[Floats, Floats]:
     """Return the smallest norm of points on their way, and the share of the way, shape (M,).
 
-    Args:
-        start: Rows x, y, shape (2, M).
-        end: The same; if it is NaN, the start counts.
+    Start and end are rows x, y, shape (2, M); where the end is NaN, the start counts.
     """
     step = np.nan_to_num(end - start)
     squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
@@ -161,13 +150,7 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
 
 
 def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
-    """Return the smallest norm of moving points, its time, and the index of the point.
-
-    Args:
-        t: Times, shape (K,).
-        offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
-        reach: Largest motion of the points from each time to the next, shape (K - 1,).
-    """
+    """Return the smallest norm of moving points, its time and point; see `_touches`."""
     distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
     distances[np.isnan(distances)] = np.inf
     point, sample = np.unravel_index(np.argmin(distances), distances.shape)
@@ -240,10 +223,7 @@ def fleet_safety(run: Run) -> Safety | None:
 def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, float]:
     """Return how often and how long (s) a robot was stopped, and how long it was overruled.
 
-    Args:
-        record: Record of the safety checks; times from 0 on count.
-        robot: Its number.
-        end: End of the period in s.
+    Times of the record from 0 to `end` (s) count.
     """
     mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
     t, moving = record.t[mine], np.array([state == MOVING for state in record.state])[mine]

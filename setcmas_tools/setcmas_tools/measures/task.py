@@ -55,29 +55,17 @@ class Task(TaskNames):
         return None
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
-        """Draw the references.
+        """Draw the references and return entries for the legend.
 
-        Args:
-            plot: The plot: 'trajectories' or 'film' (the plane in m), or 'distances' (of pairs in
-                m over time).
-            axes: Axes to draw in.
-            run: The run.
-            references: References of the run.
-
-        Returns:
-            Entries for the legend.
+        The plot is 'trajectories' or 'film' (the plane in m), or 'distances' (of pairs, in m over
+        time).
         """
         del plot, axes, run, references
         return []
 
 
 def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, Any]] | None:
-    """Return the task of a run and its references; None if unknown.
-
-    Args:
-        run: The run.
-        warn: Shows why a task cannot be used, for example because its package is missing.
-    """
+    """Return the task of a run and its references; None, with a warning, if it cannot be used."""
     if run.references is None:
         return None
     try:
@@ -112,12 +100,7 @@ def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
     """Return a run with the references in the plain values of a control script.
 
     The script is read, not run: `WPL = [[1, 1], [2, 2]]` is a plain value, a computed value is
-    not.
-
-    Args:
-        run: The run.
-        task: Name of the task; by default that of the script.
-        algo: The script, as for `--algo`; by default the run's, with its `--set`.
+    not. By default the task is that of the script, and the script that of the run, with `--set`.
 
     Raises:
         SetcmasError: The script or task is unknown, or a reference is missing.
@@ -139,7 +122,7 @@ def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
 
 
 def with_vnom(run: Run, vnom: float) -> Run:
-    """Return a run with another largest speed that was asked of robots, in m/s."""
+    """Return a run with another speed limit of commands, in m/s."""
     scenario = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
     return replace(run, info=replace(run.info, scenario=scenario, lab=None))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar
 
 from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
@@ -62,9 +62,9 @@ class Scenario:
     Attributes:
         law: The control laws, their settings, and how robots follow them.
         robots: The robots, their start poses, limits and rates.
-        communication: Which robot hears which, when, and how badly.
-        safety: What keeps robots apart, in the arena and off obstacles.
-        time: How long the run takes, in real, scaled or lockstep time.
+        communication: Graph, links with their losses and delays, and triggering conditions.
+        safety: The safety filter: distances between robots, arena and obstacles.
+        time: Duration, and real, scaled or lockstep time.
         lab: The lab of an experiment, emulated or real.
     """
 
@@ -86,25 +86,19 @@ class Scenario:
 
     @classmethod
     def of(cls, algo: Algo, **values: Any) -> Scenario:
-        """Return a scenario with values by name, and defaults for the others.
+        """Return a scenario with values by name, or raise SetcmasError; others have defaults.
 
         Args:
             algo: A control law by name, a script, a function control(robotNo, nbRobots, poses, t),
                 '1:leader.py,2-8:follower.py', or a dictionary with a law for each robot.
             values: As in a scenario file. `poses` may be an array with rows x, y (m) and theta
                 (rad); `graph` an adjacency matrix; `ctc` a function, or one for each robot.
-
-        Raises:
-            SetcmasError: There is no such value, or it is not what it must be.
         """
         return cls(law=LawOptions(algo=_option('algo').value(algo))).replace(**values)
 
     @classmethod
     def load(cls, path: str | Path) -> Scenario:
-        """Read a scenario from a file; files that it names must be in the same folder.
-
-        Args:
-            path: A scenario file, or the run.yaml of a run.
+        """Read a scenario file, or a run's run.yaml; files that it names must be in its folder.
 
         Raises:
             SetcmasError: It has a mistake; the message names file and line.
@@ -120,7 +114,7 @@ class Scenario:
 
         Args:
             content: The entry.
-            base: The scenario that the entry changes; None is the one of all defaults.
+            base: The scenario that the entry changes; None is the one with all defaults.
             of_run: Whether the entry is a run's, whose scripts are in its folder inputs/.
 
         Raises:
@@ -151,11 +145,7 @@ class Scenario:
         return scenario
 
     def replace(self, **changes: Any) -> Scenario:
-        """Return the same with other values by name, as for `of`.
-
-        Raises:
-            SetcmasError: There is no such value, or it is not what it must be.
-        """
+        """Return the same with other values by name, as for `of`, or raise SetcmasError."""
         given = {name: _option(name).value(value) for name, value in changes.items()}
         poses = given.get('poses')
         if poses is not None and not isinstance(poses, (Path, Mapping)):
@@ -174,11 +164,7 @@ class Scenario:
         return replace(self, **changed)
 
     def check(self) -> None:
-        """Check that laws, models, graph and poses exist and suit the fleet.
-
-        Raises:
-            SetcmasError: They do not.
-        """
+        """Raise SetcmasError unless laws, models, graph and poses exist and suit the fleet."""
         for check in self._checks().values():
             check()
 
@@ -214,14 +200,7 @@ class Scenario:
 
     @classmethod
     def recorded(cls, values: Mapping[str, Any]) -> Scenario:
-        """Return the scenario of a record, without looking for its files.
-
-        Args:
-            values: As `record` gives them; missing ones have their defaults.
-
-        Raises:
-            SetcmasError: A value is invalid.
-        """
+        """Return the scenario of a `record`, or raise SetcmasError; its files may be missing."""
         given = {name: value for name, value in values.items() if value is not None}
         _check_version(given.pop('version', VERSION))
         poses = given.pop('poses', None)
@@ -239,11 +218,7 @@ class Scenario:
         return {k: v for _, part in self._parts() for k, v in part.changed().items()}
 
     def found(self) -> Scenario:
-        """Return the same with absolute paths of the scripts and files that it names.
-
-        Raises:
-            SetcmasError: There is no such script.
-        """
+        """Return the same with absolute paths of scripts and files, or raise SetcmasError."""
         law, conditions = self.law, self.communication.found(self.law.exercise)
         algo: Algo = law.algo
         if isinstance(algo, str):
@@ -255,23 +230,16 @@ class Scenario:
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user, such as on scripts that are not filled in yet.
-
-        Raises:
-            SetcmasError: A script is missing or has a mistake.
-        """
+        """Notes for the user, such as on scripts to be filled in; may raise SetcmasError."""
         laws = self.law.scripts().notes if self.law.is_scripts else []
         conditions = self.communication.found(self.law.exercise).notes
         return [*laws, *conditions]
 
     def start_poses(self) -> Floats:
-        """Return the start poses of a simulation, checked against the safety filter.
-
-        Returns:
-            Rows x, y in m and theta in rad, shape (3, nb_robots).
+        """Return the start poses of a simulation: x, y in m and theta in rad, (3, nb_robots).
 
         Raises:
-            SetcmasError: They cannot be, or a robot starts where the filter does not allow it.
+            SetcmasError: They are invalid, or the safety filter allows no robot there.
         """
         poses = self.robots.start_poses(self.nb_robots)
         check_starts(self.safety, poses)
@@ -287,13 +255,9 @@ class Scenario:
         return [path for path in found if path.suffix == '.py' and not built_in_name(path)]
 
     def located(self, place_of: Callable[[str], Place]) -> Scenario:
-        """Return the same with the paths of the files that it names.
+        """Return the same with the paths of the files that it names, or raise SetcmasError.
 
-        Args:
-            place_of: Returns, for the name of a value, the function from its text to a path.
-
-        Raises:
-            SetcmasError: There is no such file.
+        `place_of` returns, for the name of a value, the function from its text to a path.
         """
         values = self.values()
         found = {}
@@ -310,14 +274,10 @@ class Scenario:
         return {'version': VERSION, **found, **names}
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario to a file, without defaults, and return its path.
+        """Write the scenario, without defaults, to a file in the folder of its scripts and files.
 
-        Args:
-            path: The file, in the folder of the scenario's scripts and files.
-
-        Raises:
-            SetcmasError: A value is a function or a matrix, a file is in another folder, or the
-                file cannot be written.
+        Returns its path. Raises SetcmasError for a function or a matrix, for a file in another
+        folder, or if the file cannot be written.
         """
         target = Path(path)
         folder = ScenarioFolder(target.parent)
@@ -330,11 +290,7 @@ class Scenario:
 
 
 def check_record(values: Mapping[str, Any]) -> None:
-    """Check the values of a record, without looking for its files.
-
-    Raises:
-        SetcmasError: A value is invalid.
-    """
+    """Check the values of a record, without looking for its files, or raise SetcmasError."""
     _check_version(values.get('version', VERSION))
     for name, value in values.items():
         if value is None or name not in options():
@@ -381,23 +337,17 @@ def options() -> dict[str, Option]:
 
 
 def _option(name: str) -> Option:
-    return options()[name] if name in options() else _refuse(name)
-
-
-def _refuse(name: str) -> NoReturn:
     known = options()
-    raise SetcmasError(
-        f"a scenario has no value '{name}'; it must be one of {', '.join(known)}"
-        f'{did_you_mean(name, known)}'
-    )
+    if name not in known:
+        raise SetcmasError(
+            f"a scenario has no value '{name}'; it must be one of {', '.join(known)}"
+            f'{did_you_mean(name, known)}'
+        )
+    return known[name]
 
 
 def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
-    """Return a value for a file.
-
-    Raises:
-        SetcmasError: A file cannot hold it.
-    """
+    """Return a value for a file, or raise SetcmasError if no file can hold it."""
     several = value.values() if name in ('algo', 'ctc') and isinstance(value, Mapping) else [value]
     if any(map(callable, several)):
         raise SetcmasError(f'{name} is a function, which no file can hold; name a script')

@@ -26,13 +26,7 @@ class ScenarioFolder:
     """The folder of a scenario's file; a stranger's scenario may name no file outside."""
 
     def __init__(self, folder: Path, exercise: bool = False, of_run: bool = False) -> None:
-        """Take a folder.
-
-        Args:
-            folder: The folder.
-            exercise: Whether names of laws may mean exercises.
-            of_run: Whether it is a run's, with its scripts in inputs/.
-        """
+        """Take a folder; laws may be exercises, and the folder a run's, with its inputs/."""
         self._folder = folder.resolve()
         self._of_run = of_run
         self._exercise = exercise
@@ -43,10 +37,7 @@ class ScenarioFolder:
         return places.get(name, self._file)
 
     def name_of(self, name: str) -> Place:
-        """Return the function from a value's text to its text in a file of this folder.
-
-        It raises SetcmasError for a file outside the folder.
-        """
+        """Return the function from a path to its text in a file here; it raises SetcmasError."""
         return lambda text: self._named(text, name)
 
     def _law(self, text: str) -> str:

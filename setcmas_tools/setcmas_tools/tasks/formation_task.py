@@ -63,18 +63,11 @@ def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:
 
 
 def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
-    """Return the position errors of a formation by places.
+    """Return the errors of a formation by places: those of robots 2, 3, ... in m, shape (M, 2).
 
-    Source: Oh, Park and Ahn, A survey of multi-agent formation control, Automatica 53, 2015
-    (displacement-based control).
-
-    Args:
-        grid: The fleet's motion.
-        places: Places of robots 2, 3, ... relative to the leader in m, shape (M, 2); further
-            followers have none.
-
-    Returns:
-        None without a leader, or without a follower known at the same time.
+    Places are relative to the leader; further followers have none. None without a leader, or
+    without a follower known at the same time. Source: Oh, Park and Ahn, A survey of multi-agent
+    formation control, Automatica 53, 2015 (displacement-based control).
     """
     errors = place_errors(grid, places)
     late = rms_by_robot(grid.t, errors, 0.75)
@@ -156,17 +149,10 @@ class DistanceMetrics(Measured):
 
 
 def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
-    """Return the errors of a formation by distances.
+    """Return the errors of a formation by distances (m), at times with all robots known.
 
-    Uses only times with all robots known.
+    None for one robot, or if the robots are never all known in the last quarter.
     Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
-
-    Args:
-        grid: The fleet's motion.
-        wanted: D in m.
-
-    Returns:
-        None for one robot, or if the robots are never all known in the last quarter.
     """
     known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
     if len(grid.robots) < 2 or not known.any():
@@ -186,12 +172,7 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
 
 
 def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
-    """Return the RMS error of each robot's distances to the others in m over time.
-
-    Args:
-        grid: The fleet's motion, at least two robots.
-        wanted: The distance in m.
-    """
+    """Return the RMS error of each robot's distances to the others in m over time."""
     errors = {}
     for i, robot in enumerate(grid.robots):
         gaps = np.delete(np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]), i, axis=0)

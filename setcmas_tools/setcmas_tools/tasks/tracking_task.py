@@ -61,14 +61,9 @@ def tracking_errors(grid: FleetGrid, radius: float, rate: float) -> dict[int, Fl
 
 
 def tracking(grid: FleetGrid, radius: float, rate: float) -> TrackingMetrics | None:
-    """Return the errors to the reference r(t) = R (cos W t, sin W t).
+    """Return the errors to the reference r(t) = R (cos W t, sin W t), with R in m and W in rad/s.
 
     Source: Siciliano et al., Robotics, 2009, section 11.6.
-
-    Args:
-        grid: The fleet's motion.
-        radius: R in m.
-        rate: W in rad/s.
     """
     errors = tracking_errors(grid, radius, rate)
     whole, late = rms_by_robot(grid.t, errors, 0.0), rms_by_robot(grid.t, errors, 0.5)
@@ -110,8 +105,8 @@ _MOST_ROBOTS_WITH_TIMES = 8
 class WaypointMetrics(Measured):
     """Which waypoints were reached and when.
 
-    The list is gone through from its start, over and over: of W waypoints, the k-th time of a
-    robot is that of waypoint number (k - 1) mod W + 1.
+    Robots visit the list again and again: of W waypoints, the k-th time of a robot is that of
+    waypoint number (k - 1) mod W + 1.
     """
 
     waypoints_m: list[list[float]]
@@ -140,14 +135,10 @@ class WaypointMetrics(Measured):
 
 
 def waypoints(table: FleetTable, references: Mapping[str, Any]) -> WaypointMetrics:
-    """Return when each robot of a table reached the waypoints, in the order of the list.
+    """Return when each robot of a table reached the waypoints WPL, within REACHED, in m.
 
     As for the built-in laws: a waypoint is reached at the first row (t >= 0) that is nearer than
-    REACHED; the next one is looked for from the next row on.
-
-    Args:
-        table: The motion of the robots that visit waypoints.
-        references: WPL, the list, and REACHED, a distance, in m.
+    REACHED; the search for the next one begins at the next row.
     """
     points, reached = np.array(references['WPL']), references['REACHED']
     times = {robot: _visits(table.of(robot), points, reached) for robot in table.robots}
@@ -164,7 +155,7 @@ def _visits(track: FleetTable, points: Floats, reached: float) -> list[float]:
 
 
 def draw_waypoints(axes: Axes, references: Mapping[str, Any]) -> list[Line2D]:
-    """Draw waypoints in the order of the list; returns what to put in the legend."""
+    """Draw waypoints in the order of the list; return entries for the legend."""
     from setcmas_tools.plots.trajectories import DOTTED, line_width, mark
 
     points = np.array(references['WPL']).T

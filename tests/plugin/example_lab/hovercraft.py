@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from setcmas_simu.robots.model import Prism, RobotModel, Shape, disc
+from setcmas_simu.robots.model import RobotModel, Shape, disc
 
 LAG = 0.5  # s
 GRIP = 1.0  # 1/s, decay rate of sideways sliding
@@ -11,7 +11,7 @@ GRIP = 1.0  # 1/s, decay rate of sideways sliding
 class Hovercraft(RobotModel):
     """A first-order lag in speed and turn rate; its motion lags behind its heading."""
 
-    shape = Shape(disc(0.15), (Prism(disc(0.15), 0.02, 0.12),))
+    shape = Shape(disc(0.15), disc(0.15), 0.12)  # outline, body and height in m
 
     def step(self, states, commands, Ts):
         """Return the states one period later."""

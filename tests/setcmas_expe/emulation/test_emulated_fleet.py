@@ -5,9 +5,9 @@ import pytest
 
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet, truncated
 from setcmas_simu.robots.identified_robot import IdentifiedRobot, Response
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
-BURGER = ROBOT_MODELS['burger']
+BURGER = ROBOT_LIMITS['burger']
 
 
 def fleet(nb_robots=1, seed=0):

@@ -11,7 +11,7 @@ from setcmas_expe.guard.guard_commands import (
     StopOnSilence,
     ramped,
 )
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
 FORWARD = (0.1, 0.0)
 BEHIND = 1000.0  # the clock of the sender
@@ -105,7 +105,7 @@ def test_an_infinite_command_sets_a_robot_going_and_is_ended():
     assert guard.must_stop(10.31)
 
 
-BURGER = ROBOT_MODELS['burger']
+BURGER = ROBOT_LIMITS['burger']
 
 
 def test_speed_is_gained_step_by_step_up_to_the_limit_and_lost_at_once():

@@ -8,7 +8,7 @@ from setcmas_expe.guard.obedience import (
     Obedience,
     Runaways,
 )
-from setcmas_simu.robots.model import IDEAL, ROBOT_MODELS
+from setcmas_simu.robots.model import IDEAL, ROBOT_LIMITS
 
 
 def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
@@ -77,7 +77,7 @@ def first_cut(wheels, commanded=((0.0, 0.0),), slows_within=SLOWS_WITHIN_S):
 
     The last command goes on.
     """
-    obedience = Obedience(ROBOT_MODELS['burger'], slows_within)
+    obedience = Obedience(ROBOT_LIMITS['burger'], slows_within)
     for step, measured in enumerate(wheels):
         if measured:
             obedience.measure(*measured, step / 20)
@@ -161,7 +161,7 @@ def test_a_robot_that_came_to_rest_is_carried():
 
 
 def test_a_robot_whose_wheels_show_no_more_than_noise_is_carried():
-    runaways = Runaways(ROBOT_MODELS['burger'])
+    runaways = Runaways(ROBOT_LIMITS['burger'])
     for step in range(60):
         seen = (0.5 if step > 20 else 0.0, 0.0)
         assert not runaways.update(1, True, seen, NOISE[step % 3], False, step / 20)

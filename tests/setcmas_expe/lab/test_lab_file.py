@@ -5,7 +5,7 @@ import pytest
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
+from setcmas_simu.robots.model import ROBOT_LIMITS, VelocityLimits
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
     assert lab.robots == (LabRobot(1, 'tb3_1', 'tb3_1'), LabRobot(2, 'tb3_2', 'tb3_2'))
     assert lab.mocap.topic_of(lab.robots[1]) == '/qualisys/tb3_2/odom'
     assert lab.robots[1].topic('cmd_vel') == '/tb3_2/cmd_vel'
-    assert lab.limits == ROBOT_MODELS['burger']
+    assert lab.limits == ROBOT_LIMITS['burger']
     assert lab.timeouts.pose_s == lab.timeouts.command_s == lab.timeouts.pause_s == 0.5
     assert lab.joystick_button == 7
     assert not lab.resumes
@@ -68,7 +68,7 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
     assert lab.mocap.y_up
     assert lab.robots[1].topic('odom') == '/lab/b/odom'
     assert (lab.arena.xmin, lab.arena.xmax, lab.arena.ymin) == (-1.0, 2.5, -3.0)
-    assert lab.limits == ROBOT_MODELS['waffle']
+    assert lab.limits == ROBOT_LIMITS['waffle']
     assert (lab.timeouts.command_s, lab.timeouts.pose_s) == (0.3, 0.5)
     assert lab.static_peers == ('10.0.0.2', 'robot3')
     assert lab.discovery_server == '10.0.0.1:11811'

@@ -8,7 +8,7 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import take_values
 from setcmas_simu.robots.arena import Arena
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
 
 def parsed(*arguments):
@@ -31,7 +31,7 @@ def test_what_options_say_goes_before_the_lab_file():
 
     assert lab.nb_robots == 3
     assert lab.mocap.preset == 'vicon'
-    assert lab.limits == ROBOT_MODELS['waffle']
+    assert lab.limits == ROBOT_LIMITS['waffle']
     assert lab.arena == Arena(-2, 2.5, -1, 1)
     assert (lab.min_separation, lab.cmd_vel_type, lab.joystick_button) == (0.3, 'twist', 2)
 

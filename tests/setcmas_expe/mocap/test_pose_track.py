@@ -15,7 +15,7 @@ from setcmas_expe.mocap.pose_track import (
 from setcmas_expe.mocap.sample import NOT_FINITE, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.arena import Arena
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 
 
 def came(*gaps):
@@ -46,7 +46,7 @@ class Tracker:
     """A track with a clock of its own, fed at the rate of a motion capture system."""
 
     def __init__(self, seed=0):
-        self.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_MODELS['burger'])
+        self.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'])
         self.now = 1000.0
         self.rng = np.random.default_rng(seed)
         self.moving = self.paused = False

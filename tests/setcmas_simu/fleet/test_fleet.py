@@ -9,7 +9,6 @@ from setcmas_simu.fleet.announcement import (
     decode,
     encode,
     own_source,
-    robots_of,
 )
 from setcmas_simu.fleet.fleet import (
     colour,
@@ -37,10 +36,6 @@ def test_fields_that_a_later_version_adds_do_no_harm():
 @pytest.mark.parametrize('text', ['', 'hello', '{}', '{"nb_robots":3}', '[1]'])
 def test_other_texts_are_none(text):
     assert decode(text) is None
-
-
-def test_robots_of_several_processes_are_one_fleet():
-    assert robots_of([SECOND, FIRST]) == [1, 2, 3, 4, 5, 8]
 
 
 def test_a_source_is_described_in_words():

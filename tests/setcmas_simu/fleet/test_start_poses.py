@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.start_poses import RandomPoses, given_poses, load_poses, parse_pose_option
+from setcmas_simu.fleet.start_poses import RandomPoses, given_poses, parse_pose_option
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_poses_file(tmp_path, content):
     path = tmp_path / 'poses.yaml'
     path.write_text(content)
 
-    assert load_poses(path) == {1: (1.0, 2.0, 3.0), 2: (4.0, 5.0, 0.0)}
+    assert given_poses(2, path) == {1: (1.0, 2.0, 3.0), 2: (4.0, 5.0, 0.0)}
 
 
 @pytest.mark.parametrize(
@@ -45,13 +45,13 @@ def test_malformed_poses_files_are_refused_in_one_line(tmp_path, content):
     path.write_text(content)
 
     with pytest.raises(SetcmasError, match=r'poses\.yaml') as caught:
-        load_poses(path)
+        given_poses(1, path)
     assert '\n' not in str(caught.value)
 
 
 def test_a_missing_poses_file_is_named(tmp_path):
     with pytest.raises(SetcmasError, match=r'none\.yaml.*No such file'):
-        load_poses(tmp_path / 'none.yaml')
+        given_poses(1, tmp_path / 'none.yaml')
 
 
 def test_single_poses_go_before_the_file(tmp_path):

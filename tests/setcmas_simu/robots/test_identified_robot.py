@@ -11,7 +11,7 @@ from setcmas_simu.robots.identified_robot import (
     read_model_file,
     write_model_file,
 )
-from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import check_models, fastest, robot_models
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 
@@ -25,7 +25,7 @@ def path(tmp_path):
 
 
 def test_what_is_written_is_read(path):
-    burger = ROBOT_MODELS['burger']
+    burger = ROBOT_LIMITS['burger']
     robot = IdentifiedRobot(SLOW, QUICK, burger, 0.06)
     write_model_file(ModelFile({2: robot}, None, 'burger'), path, 'of a test')
 
@@ -146,7 +146,7 @@ def test_robots_of_one_model_do_not_mix_and_a_reset_forgets():
 
 
 def test_commands_are_slowed_down_on_the_same_curve():
-    burger = ROBOT_MODELS['burger']
+    burger = ROBOT_LIMITS['burger']
     model = IdentifiedRobot(FORWARD, TURN, burger)
 
     V, left, omega = model.command(np.array([[0.0], [0.5]]), np.zeros((3, 1)), 1.5)[:, 0]

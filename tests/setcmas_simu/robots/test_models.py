@@ -55,16 +55,13 @@ def test_a_velocity_that_is_not_finite_becomes_zero(name, velocity):
 
 
 @pytest.mark.parametrize('name', SHIPPED)
-def test_outlines_have_the_front_ahead_and_parts_are_convex(name):
+def test_outlines_have_the_front_ahead_and_bodies_are_convex(name):
     shape = MODELS.get(name).shape
 
     assert max(shape.outline)[1] == 0.0 or max(x for x, _ in shape.outline) > 0
-    for prism in shape.prisms:
-        corners = np.array(prism.outline)
-        edges = np.roll(corners, -1, axis=0) - corners
-        after = np.roll(edges, -1, axis=0)
-        assert (edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0] > -1e-12).all()
-        assert prism.bottom < prism.top <= shape.height
+    edges = np.roll(shape.body, -1, axis=0) - shape.body
+    after = np.roll(edges, -1, axis=0)
+    assert (edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0] > -1e-12).all()
 
 
 @pytest.mark.parametrize(('name', 'fastest'), [('burger', 0.2108), ('waffle', 0.2661)])

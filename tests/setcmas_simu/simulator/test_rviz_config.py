@@ -75,10 +75,7 @@ def test_what_an_experiment_shows():
 def test_arrows_have_the_colour_of_their_robot(robot):
     shown = topics_of(rviz_config([robot]))
 
-    for display in (
-        shown[f'/tb3_{robot}/pose'],
-        shown[f'/tb3_{robot}/odom']['Shape'],
-    ):
+    for display in (shown[f'/tb3_{robot}/pose'], shown[f'/tb3_{robot}/odom']['Shape']):
         channels = [int(channel) / 255 for channel in display['Color'].split('; ')]
         assert channels == pytest.approx(colour(robot), abs=0.01)
 

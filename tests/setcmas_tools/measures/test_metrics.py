@@ -108,11 +108,7 @@ def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
         ('csv/fleet.csv', 't,robot\n1,2\n', r'fleet\.csv.*line 1'),
         ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row has t >= 0'),
         ('csv/communication.csv', 'sender\n1\n', r'communication\.csv., line'),
-        (
-            'csv/communication.csv',
-            f'{MESSAGES}\n1,all,2,x,0,\n',
-            r'communication\.csv., line',
-        ),
+        ('csv/communication.csv', f'{MESSAGES}\n1,all,2,x,0,\n', r'communication\.csv., line'),
     ],
 )
 def test_damaged_files(tmp_path, file, content, message):
