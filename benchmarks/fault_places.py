@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from fault_kinds.kind import Kind, Place
@@ -16,14 +17,7 @@ from network_namespaces import UDP_ONLY, Network
 from rehearsal import POSES, Rehearsal
 from ros_peer import Peer
 
-_EMULATED_LAB = [
-    sys.executable,
-    '-m',
-    'setcmas_expe.emulation.emulated_lab',
-    '--nb-robots',
-    '2',
-    *POSES,
-]
+_EMULATED_LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--nb-robots', '2']
 
 
 @contextmanager
@@ -31,7 +25,12 @@ def rehearsal(kind: Kind, domain: int) -> Iterator[Rehearsal]:
     """Run an experiment where a fault wants it, with a peer beside its robots."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     with tempfile.TemporaryDirectory() as name, contextlib.ExitStack() as stack:
-        place = {Place.EMULATED: _children, Place.APART: _apart, Place.NETWORK: _two_machines}
+        place = {
+            Place.EMULATED: _children,
+            Place.APART: _apart,
+            Place.OPEN: partial(_apart, options=('--no-remapped',)),
+            Place.NETWORK: _two_machines,
+        }
         yield place[kind.place](stack, kind, Path(name), domain)
 
 
@@ -40,9 +39,15 @@ def _children(stack: contextlib.ExitStack, kind: Kind, folder: Path, domain: int
     return stack.enter_context(Rehearsal(peer, folder, *kind.options))
 
 
-def _apart(stack: contextlib.ExitStack, kind: Kind, folder: Path, domain: int) -> Rehearsal:
+def _apart(
+    stack: contextlib.ExitStack,
+    kind: Kind,
+    folder: Path,
+    domain: int,
+    options: tuple[str, ...] = (),
+) -> Rehearsal:
     os.environ.update(UDP_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET')
-    stack.enter_context(_emulated_lab(folder))
+    stack.enter_context(_emulated_lab(folder, *options))
     peer = stack.enter_context(Peer(domain))
     return stack.enter_context(Rehearsal(peer, folder, *kind.options, lab=()))
 
@@ -61,11 +66,11 @@ def _two_machines(stack: contextlib.ExitStack, kind: Kind, folder: Path, domain:
 
 
 @contextmanager
-def _emulated_lab(folder: Path) -> Iterator[None]:
+def _emulated_lab(folder: Path, *options: str) -> Iterator[None]:
     """Run robots and motion capture on their own."""
     with (
         (folder / 'lab.txt').open('wb') as file,
-        subprocess.Popen(_EMULATED_LAB, stdout=file, stderr=file) as lab,
+        subprocess.Popen([*_EMULATED_LAB, *POSES, *options], stdout=file, stderr=file) as lab,
     ):
         try:
             yield

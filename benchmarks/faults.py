@@ -1,8 +1,9 @@
 """Injects every kind of fault into a rehearsed experiment; prints how robots stop, and stay.
 
-Run in the environment that setcmas is installed in, on a quiet machine, as root for the network:
+Run in the environment that setcmas is installed in, on a quiet machine, as root for the network;
+two at a time take some 15 minutes on 2 cores:
 
-    python benchmarks/faults.py [--repeat 3] [--only 'mocap nan']
+    python benchmarks/faults.py --jobs 2 [--repeat 3] [--only 'mocap nan']
 """
 
 from __future__ import annotations
@@ -11,9 +12,13 @@ import argparse
 import os
 import platform
 import re
+import signal
 import sys
 import traceback
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing.pool import ThreadPool
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
@@ -34,6 +39,7 @@ LASTS_S = 1.5
 WATCHED_S = 4.0
 """For how long robots are watched after that, in s: they must not set off again."""
 CREEPS_M_S = 0.005
+LONGEST_S = 180
 STATUS = re.compile('RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY')
 
 KINDS: dict[str, Kind] = {
@@ -45,7 +51,7 @@ KINDS: dict[str, Kind] = {
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a fault: the worst of its robots, and what was told."""
+    """What became of a fault: the worst of its robots, and the line that reports it."""
 
     seconds: float
     metres: float
@@ -54,19 +60,21 @@ class Result:
 
     def is_well(self, kind: Kind) -> bool:
         stays = kind.lets_go or not self.again
-        told = bool(self.line) or not kind.line
+        reported = bool(self.line) or not kind.line
         soon = self.seconds <= MOST_S or not kind.moving
-        return soon and self.metres < MOST_M and stays and told
+        return soon and self.metres < MOST_M and stays and reported
 
 
 def measured(name: str) -> Result:
-    """Bring a fault about, in a domain of its own."""
+    """Inject a fault, in a domain of its own."""
     kind = KINDS[name]
+    signal.signal(signal.SIGALRM, _give_up)
+    signal.alarm(LONGEST_S)
     with reserved_domain() as domain, rehearsal(kind, domain) as running:
         if kind.moving:
             running.let_go()
             running.peer.spin(1.0)
-        told = len(running.output())
+        before = len(running.output())
         fault = kind.inject(running)
         stops = kind.stops(running, fault)
         running.peer.spin(LASTS_S)
@@ -77,8 +85,12 @@ def measured(name: str) -> Result:
             max(stop.seconds for stop in stops),
             max(stop.metres for stop in stops),
             _set_off_again(running, rest),
-            _line(running.output()[told:], kind),
+            _line(running.output()[before:], kind),
         )
+
+
+def _give_up(*_: object) -> None:
+    raise AssertionError(f'it takes longer than {LONGEST_S} s')
 
 
 def _set_off_again(running: Rehearsal, rest: float) -> bool:
@@ -90,15 +102,15 @@ def _set_off_again(running: Rehearsal, rest: float) -> bool:
 
 
 def _line(output: str, kind: Kind) -> str:
-    """Return the first line that tells the fault, apart from those of the state of all robots."""
-    told = [line for line in output.splitlines() if not STATUS.match(line)]
-    found = [line for line in told if kind.line and re.search(kind.line, line)]
+    """Return the first line that reports the fault, without lines of the state of all robots."""
+    lines = [line for line in output.splitlines() if not STATUS.match(line)]
+    found = [line for line in lines if kind.line and re.search(kind.line, line)]
     if kind.line and not found:
-        print(f"no line has '{kind.line}':", *told, sep='\n  ')
+        print(f"no line has '{kind.line}':", *lines, sep='\n  ')
     return found[0].strip() if found else ''
 
 
-def row(name: str, repeat: int) -> tuple[str, ...]:
+def row(repeat: int, name: str) -> tuple[str, ...]:
     """Measure a fault several times; returns a line of the table with the worst values."""
     try:
         results = [in_a_process(measured, name) for _ in range(repeat)]
@@ -116,16 +128,26 @@ def row(name: str, repeat: int) -> tuple[str, ...]:
     )
 
 
+def _shown(rows: Iterable[tuple[str, ...]], total: int) -> Iterable[tuple[str, ...]]:
+    """Yield rows; each is printed at once, in case the benchmark is ended."""
+    for line in tqdm(rows, total=total, disable=None, leave=False):
+        tqdm.write(' | '.join(line), file=sys.stderr)
+        yield line
+
+
 def main() -> int:
     """Print the table; returns 1 if any fault is not well."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeat', type=int, default=3)
+    parser.add_argument('--repeat', type=int, default=1)
+    parser.add_argument('--jobs', type=int, default=1, help='faults at a time')
     parser.add_argument('--only', action='append', choices=list(KINDS))
     args = parser.parse_args()
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
-    print(f'two robots at 0.21 m/s, worst of {args.repeat} runs of each fault')
-    rows = [row(name, args.repeat) for name in tqdm(args.only or KINDS, disable=None, leave=False)]
-    columns = ('fault', 'stands after (s)', 'rolled (m)', 'set off again', 'told', 'well')
+    names = args.only or list(KINDS)
+    print(f'two robots at 0.21 m/s, {len(names)} faults, worst of {args.repeat} runs of each')
+    with ThreadPool(args.jobs) as pool:
+        rows = list(_shown(pool.imap(partial(row, args.repeat), names), len(names)))
+    columns = ('fault', 'stands after (s)', 'rolled (m)', 'set off again', 'reported', 'well')
     print(tabulate(rows, columns, tablefmt='github', disable_numparse=True))
     load = os.getloadavg()[0]
     print(f'bounds: {MOST_S} s, {MOST_M} m; load at the end {load:.1f}')

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rehearsal import BRIDGES, Rehearsal
 from std_msgs.msg import Bool
 
-from fault_kinds.kind import Kind, falls_silent, sends
+from fault_kinds.kind import Kind, Place, falls_silent, sends
 from setcmas_simu.ros import qos
 
 
@@ -20,7 +21,7 @@ def _release(r: Rehearsal) -> None:
 
 
 def _false_release(r: Rehearsal) -> float:
-    """Hold an emergency stop, and let somebody else say that it is released."""
+    """Hold an emergency stop, and have another node say that it is released."""
     stop = r.press('\x1b')
     r.peer.spin(2.0)
     sends(r, '/emergency_stopped', Bool(), qos=qos.LATCHED)
@@ -35,7 +36,9 @@ def _latched(r: Rehearsal) -> float:
     return time.time()
 
 
-def _deaf(stop: Callable[[Rehearsal], float], line: str = 'does not obey zero') -> Kind:
+def _deaf(
+    stop: Callable[[Rehearsal], float], line: str = 'does not obey zero', **how: Any
+) -> Kind:
     """Return a stop of a robot whose base keeps its last command."""
 
     def inject(r: Rehearsal) -> float:
@@ -43,7 +46,15 @@ def _deaf(stop: Callable[[Rehearsal], float], line: str = 'does not obey zero') 
         r.peer.spin(0.5)
         return stop(r)
 
-    return Kind(inject, line)
+    return Kind(inject, line, **how)
+
+
+def _space_bar_at_a_crawl(r: Rehearsal) -> float:
+    r.peer.wait_for(lambda: 'controlling robot' in r.output())
+    r.press_until(lambda: r.truth[1][-1].rolls > 0.0)
+    r.fault('deaf 1 60')
+    r.peer.spin(0.5)
+    return r.press(' ')
 
 
 KINDS = {
@@ -51,9 +62,15 @@ KINDS = {
     'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), '(?i)emergency'),
     'deaf base, latched stop': _deaf(_latched),
     'deaf base, bridge killed (-9)': _deaf(lambda r: r.kill(BRIDGES), 'bridge process has died'),
+    'deaf open base, bridge killed (-9)': _deaf(
+        lambda r: r.kill(BRIDGES), 'bridge process has died', place=Place.OPEN
+    ),
+    'deaf base that creeps, space bar': Kind(
+        _space_bar_at_a_crawl, 'does not obey zero', options=('--vnom', '0.02'), moving=False
+    ),
     'guard hung': Kind(lambda r: r.fault('unguarded 1 4'), 'cmd_vel_guard is silent'),
     'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),
-    'somebody else speaks as the guard': Kind(
+    'another node reports as the guard': Kind(
         lambda r: sends(r, '/tb3_1/guard_state', DiagnosticStatus()),
         'report as its guard|report is invalid',
         falls_silent,
@@ -61,5 +78,5 @@ KINDS = {
     'Esc, then released by the operator': Kind(
         lambda r: r.press('\x1b'), '(?i)emergency', _release
     ),
-    'Esc, then released by somebody else': Kind(_false_release, '(?i)emergency', falls_silent),
+    'Esc, then released by another node': Kind(_false_release, '(?i)emergency', falls_silent),
 }

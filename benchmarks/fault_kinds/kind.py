@@ -1,4 +1,4 @@
-"""A kind of fault: how it is brought about and undone, who must stop, and what must be told."""
+"""A kind of fault: how it begins and ends, which robots must stop, which line must report it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ class Place(enum.Enum):
 
     EMULATED = 'children of setcmas expe'
     APART = 'processes of their own'
+    OPEN = 'processes of their own; bases listen to cmd_vel'
     NETWORK = 'on another machine'
 
 
@@ -36,13 +37,12 @@ class Kind:
 
     Attributes:
         inject: Brings it about; returns when, in s since 1970.
-        line: A regular expression of the line that tells it.
+        line: A regular expression of the line that reports it.
         undo: Takes its cause away, after the stop.
         stops: Waits for the stops of those that must stop.
         lets_go: Whether robots may go on by themselves (arena, separation).
         options: Of `setcmas expe`.
-        place: Where robots and motion capture are: children of setcmas expe, processes of
-            their own, or another machine.
+        place: Where robots and motion capture are.
         moving: Whether robots move already; else the fault is there when they are started, and
             they are judged by how far they roll.
     """
@@ -58,7 +58,7 @@ class Kind:
 
 
 def sends(r: Rehearsal, topic: str, message: Any, rate: float = 20.0, qos: Any = 10) -> float:
-    """Let a node of somebody else's send a message again and again; returns since when."""
+    """Have another node send a message again and again; return since when."""
     publisher = r.peer.node.create_publisher(type(message), topic, qos)
     r.peer.node.create_timer(1.0 / rate, lambda: publisher.publish(_stamped(r, message)))
     r.others.append(publisher)
@@ -66,7 +66,7 @@ def sends(r: Rehearsal, topic: str, message: Any, rate: float = 20.0, qos: Any =
 
 
 def falls_silent(r: Rehearsal) -> None:
-    """Take all publishers of somebody else's away."""
+    """Remove all publishers of other nodes."""
     for timer in list(r.peer.node.timers):
         r.peer.node.destroy_timer(timer)
     for publisher in r.others:

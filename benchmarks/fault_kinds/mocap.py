@@ -1,4 +1,4 @@
-"""Motion capture that loses robots, or tells wrong poses; and bodies that are moved by others."""
+"""Motion capture that loses robots, or sends wrong poses; and bodies that others move."""
 
 from __future__ import annotations
 

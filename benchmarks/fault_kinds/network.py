@@ -13,7 +13,7 @@ _LAPTOP = 'laptop'
 
 
 def _cut(seconds: float | None = None) -> Callable[[Rehearsal], float]:
-    """Pull the laptop's plug; push it in again after a while, if told."""
+    """Pull the laptop's plug; push it in again after a while, if given."""
 
     def cut(r: Rehearsal) -> float:
         now = time.time()
@@ -30,10 +30,10 @@ def _restore(r: Rehearsal) -> None:
     r.network.restore(_LAPTOP)
 
 
-_TOLD = 'no good pose|guard is silent'
+_LINE = 'no good pose|guard is silent'
 
 KINDS = {
     "laptop's network cut": Kind(_cut(), '', place=Place.NETWORK),
-    "laptop's network cut and back": Kind(_cut(), _TOLD, _restore, place=Place.NETWORK),
-    "laptop's network cut for 0.6 s": Kind(_cut(0.6), _TOLD, place=Place.NETWORK),
+    "laptop's network cut and back": Kind(_cut(), _LINE, _restore, place=Place.NETWORK),
+    "laptop's network cut for 0.6 s": Kind(_cut(0.6), _LINE, place=Place.NETWORK),
 }

@@ -1,4 +1,4 @@
-"""Processes of the experiment that die, hang, or are told to end."""
+"""Processes of the experiment that die, hang, or end by a signal."""
 
 from __future__ import annotations
 

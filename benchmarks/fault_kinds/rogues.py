@@ -1,4 +1,4 @@
-"""Nodes of somebody else's that command robots, or pretend to be part of the experiment."""
+"""Other nodes that command robots, or pretend to be part of the experiment."""
 
 from __future__ import annotations
 
@@ -67,21 +67,21 @@ def _after_a_stop(kind: Kind) -> Kind:
 
 
 KINDS = {
-    'somebody else on cmd_vel': _sends('/tb3_1/cmd_vel', _drive(), 'commands it|command it'),
-    'somebody else on cmd_vel, 200 Hz': _sends(
+    'another node on cmd_vel': _sends('/tb3_1/cmd_vel', _drive(), 'commands it|command it'),
+    'another node on cmd_vel, 200 Hz': _sends(
         '/tb3_1/cmd_vel', _drive(), 'commands it|command it', rate=200
     ),
-    'somebody else on cmd_vel_wanted': _sends(
-        '/tb3_1/cmd_vel_wanted', _drive(), 'controllers want'
+    'another node on cmd_vel_wanted': _sends(
+        '/tb3_1/cmd_vel_wanted', _drive(), 'controllers command it'
     ),
-    'somebody else on cmd_vel_guarded': _sends(
+    'another node on cmd_vel_guarded': _sends(
         '/tb3_1/cmd_vel_guarded', _drive(), 'past its guard'
     ),
     'commands while paused': _after_a_stop(_sends('/tb3_1/cmd_vel', _drive(), '')),
     'guarded commands while paused': _after_a_stop(_sends('/tb3_1/cmd_vel_guarded', _drive(), '')),
     'false on /pause while paused': _after_a_stop(_sends('/pause', Bool(), '', rate=1)),
     'false on /paused while paused': _after_a_stop(_sends('/paused', Bool(), '', qos=qos.STATE)),
-    'somebody else says /paused': _sends('/paused', Bool(), 'paused', qos=qos.STATE),
+    'another node on /paused': _sends('/paused', Bool(), 'paused', qos=qos.STATE),
     'poses on the topic of the bridge': _sends('/mocap/tb3_1/odom', _odometry(), 'else|send'),
     'poses on the topic of motion capture': _sends(
         '/qualisys/tb3_1/odom', _odometry(), 'nodes send it'

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from setcmas_expe.emulation.faults import BLOCKED, DEAF, STALLED
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.model import TWIST, RobotModel, VelocityLimits
@@ -48,13 +49,10 @@ class EmulatedFleet:
         rng: np.random.Generator,
         model: RobotModel | None = None,
     ) -> None:
-        """Place the robots.
+        """Place the robots at poses with rows x, y in m and theta in rad, shape (3, N).
 
-        Args:
-            start_poses: Rows x, y in m and theta in rad, shape (3, N).
-            limits: The limits of their firmware.
-            rng: Draws the errors of their wheels.
-            model: How they follow commands within these limits; at once by default.
+        They follow commands as the model does, at once by default, within the limits of their
+        firmware. `rng` draws the errors of their wheels.
         """
         nb_robots = start_poses.shape[1]
         self.poses = np.array(start_poses, dtype=float)
@@ -67,16 +65,14 @@ class EmulatedFleet:
         self._states = self._model.start(self.poses)
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)
-        self._held_for = np.zeros(nb_robots)
-        self._stalled_for = np.zeros(nb_robots)
-        self._deaf_for = np.zeros(nb_robots)
+        self._left = {kind: np.zeros(nb_robots) for kind in (BLOCKED, STALLED, DEAF)}
         self._pushes = np.zeros((2, nb_robots))
         self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
         """Have a robot follow a command (m/s, rad/s) from now on, unless it takes none."""
-        if self._deaf_for[index] <= 0.0:
+        if self._left[DEAF][index] <= 0.0:
             self._commands[:, index] = truncated(V), truncated(omega)
 
     def set_torque(self, index: int, on: bool) -> None:
@@ -91,27 +87,19 @@ class EmulatedFleet:
         self._pushes[:, index] = _PUSH_SPEED * direction
         self._pushed_for[index] = duration
 
-    def hold(self, index: int, duration: float) -> None:
-        """Hold a robot for a time (s) while its wheels turn."""
-        self._held_for[index] = duration
-
-    def stall(self, index: int, duration: float) -> None:
-        """Stop the wheels of a robot for a time (s)."""
-        self._stalled_for[index] = duration
-
-    def ignore_commands(self, index: int, duration: float) -> None:
-        """Have a robot keep its last command for a time (s)."""
-        self._deaf_for[index] = duration
+    def fail(self, kind: str, index: int, duration: float) -> None:
+        """Begin a fault (BLOCKED, STALLED, DEAF) of a robot that lasts for a time (s)."""
+        self._left[kind][index] = duration
 
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
-        turns = self._torque * (self._stalled_for <= 0.0)
+        turns = self._torque * (self._left[STALLED] <= 0.0)
         V, omega = self._limits.saturate(*(self._commands * turns))
         self._states = self._model.step(self._states, np.stack([V, 0.0 * V, omega]), Ts)
         self.V, self.omega = self._states[TWIST][[0, 2]] * turns
-        free = self._held_for <= 0.0
+        free = self._left[BLOCKED] <= 0.0
         self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
-        for left in (self._held_for, self._stalled_for, self._deaf_for):
+        for left in self._left.values():
             left -= Ts
         self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
         self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)

@@ -21,7 +21,7 @@ from nav_msgs.msg import Odometry
 from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
-from setcmas_expe.emulation import faults as emulated_faults
+from setcmas_expe.emulation import faults
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
 from setcmas_expe.emulation.emulated_mocap import EmulatedMocap, Sighting
 from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3, fill_odometry
@@ -30,7 +30,7 @@ from setcmas_expe.emulation.emulation_options import (
     check_emulated_mocap,
     emulated_start_poses,
 )
-from setcmas_expe.emulation.faults import parse_fault
+from setcmas_expe.emulation.faults import Fault, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.lab.lab import Lab, LabRobot
@@ -255,25 +255,23 @@ class EmulatedLab(FleetNode):
             self.get_logger().warning(str(error))
             return
         self.get_logger().info(
-            f'robot {fault.robot}, for {fault.duration:g} s: '
-            f'{emulated_faults.PURPOSES[fault.kind]}'
+            f'robot {fault.robot}, for {fault.duration:g} s: {faults.PURPOSES[fault.kind]}'
         )
-        index = fault.robot - 1
-        end = time.monotonic() + fault.duration
-        if fault.kind in (emulated_faults.OFF, emulated_faults.UNGUARDED):
-            self._robot_guards.hang(index, end)
-        if fault.kind == emulated_faults.OFF:
-            self._off_until[index] = end
-        elif fault.kind == emulated_faults.PUSH:
+        self._begin(fault, fault.robot - 1, time.monotonic())
+
+    def _begin(self, fault: Fault, index: int, now: float) -> None:
+        if fault.kind in faults.OF_MOCAP:
+            self._mocap.begin(fault, now)
+        if fault.kind in (faults.OFF, faults.UNGUARDED):
+            self._robot_guards.hang(index, now + fault.duration)
+        if fault.kind == faults.OFF:
+            self._off_until[index] = now + fault.duration
+        elif fault.kind == faults.PUSH:
             self._fleet.push_outwards(index, self._middle, fault.duration)
-        elif fault.kind == emulated_faults.STALLED:
-            self._fleet.stall(index, fault.duration)
-        elif fault.kind == emulated_faults.DEAF:
-            self._fleet.ignore_commands(index, fault.duration)
-        elif fault.kind in (emulated_faults.BLOCKED, emulated_faults.LIFT):
-            self._fleet.hold(index, fault.duration)
-        if fault.kind in emulated_faults.OF_MOCAP:
-            self._mocap.begin(fault, time.monotonic())
+        elif fault.kind in (faults.STALLED, faults.DEAF, faults.BLOCKED):
+            self._fleet.fail(fault.kind, index, fault.duration)
+        elif fault.kind == faults.LIFT:
+            self._fleet.fail(faults.BLOCKED, index, fault.duration)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -51,13 +51,7 @@ class EmulatedMocap:
     """Sees robots, and delays each sighting by its latency."""
 
     def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
-        """Prepare.
-
-        Args:
-            nb_robots: Number of bodies.
-            y_up: Whether the y axis of the system points upwards.
-            rng: Draws the noise.
-        """
+        """Prepare for a number of bodies, with the y or the z axis upwards; `rng` draws noise."""
         self._nb_robots = nb_robots
         self._y_up = y_up
         self._rng = rng
@@ -74,12 +68,7 @@ class EmulatedMocap:
         self._fallen.pop(fault.robot - 1, None)
 
     def capture(self, poses: Floats, now: float) -> None:
-        """Take a frame.
-
-        Args:
-            poses: True poses: rows x, y in m and theta in rad, shape (3, N).
-            now: Time in s.
-        """
+        """Take a frame at a time (s) of true poses: rows x, y in m, theta in rad, shape (3, N)."""
         self._faults = {key: span for key, span in self._faults.items() if span[1] > now}
         poses = self._misplaced(poses, now)
         sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))

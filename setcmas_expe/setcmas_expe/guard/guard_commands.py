@@ -37,13 +37,9 @@ class Commands:
         self._late = 0.0
 
     def receive(self, V: float, omega: float, stamp: float, now: float) -> None:
-        """Take a command, unless it is late or not a number.
+        """Take a command (m/s, rad/s), unless it is late or not a number.
 
-        Args:
-            V: Forward speed in m/s.
-            omega: Turn rate in rad/s.
-            stamp: When it was sent, in s on the sender's clock; 0 if unknown.
-            now: Time in s on a steady clock.
+        Its stamp is in s on the sender's clock, 0 if unknown; `now` on a steady clock here.
         """
         self._late = self._clock.lateness(stamp, now)
         if self._late <= LATEST_S and math.isfinite(V) and math.isfinite(omega):
@@ -96,7 +92,7 @@ class StopOnSilence:
         return now < self._zero_until
 
 
-def ramped(
+def accelerated(
     wanted: Velocities, before: Velocities, limits: VelocityLimits, gain: float
 ) -> Velocities:
     """Return the part of a command that a robot may follow now, on the same curve.

@@ -8,22 +8,18 @@ from dataclasses import dataclass
 
 from setcmas_ctrl.driving.fleet_pause import PAUSED
 
-UNHEARD = 'its base does not listen; is its bringup running?'
+NO_LISTENER = 'its base does not listen; is its bringup running?'
 
 
 class State(enum.Enum):
     """What a guard lets its robot do."""
 
-    IDLE = 'idle'
-    """No process commands the robot."""
+    IDLE = 'idle'  # no process commands the robot
     PAUSED = 'paused'
     FOLLOWING = 'following'
-    SILENT = 'silent'
-    """Its commands ended or come late; it waits for a start."""
-    RIVAL = 'rival'
-    """A second process may command it; it waits for a start."""
-    HELD = 'held'
-    """It missed the pause that must come before a start."""
+    SILENT = 'silent'  # its commands ended or come late; it waits for a start
+    RIVAL = 'rival'  # a second process may command it; it waits for a start
+    HELD = 'held'  # it missed the pause that must come before a start
     EMERGENCY = 'emergency'
 
 
@@ -68,7 +64,7 @@ class Situation:
         emergency: Whether an emergency stop is held.
         intruder: Who else publishes to the base; empty if none.
         conflict: Why the guard must follow no process; empty if it may.
-        is_heard: Whether the base listens.
+        base_listens: Whether the base listens.
         is_commanded: Whether a process commands the robot.
         has_ended: Whether there is no command to follow.
         ending: Why there is none.
@@ -77,7 +73,7 @@ class Situation:
     emergency: bool
     intruder: str
     conflict: str
-    is_heard: bool
+    base_listens: bool
     is_commanded: bool
     has_ended: bool
     ending: str
@@ -134,6 +130,6 @@ def _trouble(situation: Situation) -> tuple[State | None, str]:
         return State.EMERGENCY, 'emergency stop'
     if situation.intruder or situation.conflict:
         return State.RIVAL, situation.intruder or situation.conflict
-    if not situation.is_heard:
-        return State.HELD, UNHEARD
+    if not situation.base_listens:
+        return State.HELD, NO_LISTENER
     return (State.SILENT, situation.ending) if situation.has_ended else (None, '')

@@ -26,7 +26,7 @@ from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
 from setcmas_ctrl.driving.fleet_pause import EmergencyWatch, PauseWatch
-from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, ramped
+from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, accelerated
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_expe.guard.machine_load import prefer_this_process
@@ -156,7 +156,7 @@ class CmdVelGuard(FleetNode):
             emergency=self._emergency.take(),
             intruder=self._surroundings.intruder(),
             conflict=conflict,
-            is_heard=self._base.is_there,
+            base_listens=self._base.is_there,
             is_commanded=bool(self._source.pinned),
             has_ended=self._has_ended(now),
             ending=self._commands.trouble,
@@ -253,7 +253,7 @@ class CmdVelGuard(FleetNode):
             return
         wanted = self._commands.newest(now) if state is State.FOLLOWING else None
         gain = self._options.accel * min(now - self._stepped, _LONGEST_STEP_S)
-        self._sent = ramped(wanted, self._sent, self._limits, gain) if wanted else _STOP
+        self._sent = accelerated(wanted, self._sent, self._limits, gain) if wanted else _STOP
         self._publish(*self._sent)
 
     def _publish(self, V: float, omega: float) -> None:

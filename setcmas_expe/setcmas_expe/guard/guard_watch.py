@@ -31,14 +31,6 @@ class Power(enum.Enum):
     UNKNOWN = 'unknown'
 
 
-_LEVELS = {
-    State.IDLE: DiagnosticStatus.OK,
-    State.PAUSED: DiagnosticStatus.OK,
-    State.FOLLOWING: DiagnosticStatus.OK,
-    State.EMERGENCY: DiagnosticStatus.ERROR,
-}
-
-
 def diagnostic_status(
     level: bytes, name: str, message: str, topic: str, values: Mapping[str, str]
 ) -> DiagnosticStatus:
@@ -85,7 +77,9 @@ class GuardReport:
             'motor_power': self.power.value,
             'source': self.source,
         }
-        level = _LEVELS.get(self.state, DiagnosticStatus.WARN)
+        level = DiagnosticStatus.WARN if self.stops else DiagnosticStatus.OK
+        if self.state is State.EMERGENCY:
+            level = DiagnosticStatus.ERROR
         return diagnostic_status(level, name, self.reason, topic, values)
 
     @classmethod

@@ -46,9 +46,7 @@ class BridgeWatch:
     def trouble(self, now: float, paused: bool) -> str:
         """Return why the bridge is not reliable at a time (s); empty if it is.
 
-        Args:
-            now: The time.
-            paused: Whether robots are paused: then a new bridge may take over.
+        While robots are paused a new bridge may take over.
         """
         if now >= self._next_follow:
             self._next_follow = now + _FOLLOW_EVERY_S

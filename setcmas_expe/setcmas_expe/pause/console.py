@@ -29,27 +29,13 @@ class Action(enum.Enum):
     """What the operator wants."""
 
     PAUSE = 'pause'
-
-    START = 'start'
-    """Start, by a key or a button; repeated while that is held."""
-
-    GO = 'go'
-    """Start, by a command that does so once everything is ready."""
-
+    START = 'start'  # by a key or a button; repeated while that is held
+    GO = 'go'  # by a command that starts robots once everything is ready
     EMERGENCY = 'emergency'
-    """Emergency stop."""
-
-    RELEASE = 'release'
-    """The first or the second press that releases the emergency stop."""
-
-    HALT = 'halt'
-    """The bridge process has died: command zero in its place."""
-
-    END = 'end'
-    """The experiment ends: pause, and ignore other processes that end."""
-
-    ALIVE = 'alive'
-    """The keyboard is served; sent several times a second."""
+    RELEASE = 'release'  # the first or the second press that releases the emergency stop
+    HALT = 'halt'  # the bridge process has died: command zero in its place
+    END = 'end'  # the experiment ends: pause, and ignore other processes that end
+    ALIVE = 'alive'  # the keyboard is served; sent several times a second
 
 
 _NEVER_LATE = (Action.START, Action.RELEASE)

@@ -61,7 +61,7 @@ class Pause(FleetNode):
 
         Args:
             lab: The robots and the joystick's start button.
-            keys: Requests from the terminal; None without one.
+            keys: Requests from the terminal; None without it.
             launcher: Shows the state in the terminal.
             hold: Whether robots move only while a key or button is held.
             joystick: Whether `setcmas expe` reads a joystick; else joysticks only stop robots.
@@ -156,7 +156,7 @@ class Pause(FleetNode):
 
     def _report_stop(self) -> None:
         intruded = ', '.join(self._bridge.intruded)
-        danger = f'SWITCH {intruded} OFF, somebody else drives it; ' if intruded else ''
+        danger = f'SWITCH {intruded} OFF, another process drives it; ' if intruded else ''
         self.get_logger().error(
             f'EMERGENCY STOP {self._emergency.why}: {danger}press R twice to release it; robots '
             'then stay paused'

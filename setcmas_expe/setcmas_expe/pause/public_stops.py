@@ -22,19 +22,12 @@ _WHO_STARTS = 'press s in the terminal of the experiment, or start on its joysti
 
 @dataclass(frozen=True)
 class Stops:
-    """Actions of the pause node; each takes how it was asked.
-
-    Attributes:
-        pause: Pauses the robots.
-        emergency: Stops the robots by an emergency stop.
-        take_over: Takes over the emergency stop of a guard.
-        hint: Shows the user why nothing was done.
-    """
+    """Actions of the pause node; each takes how it was asked."""
 
     pause: Callable[[str], None]
     emergency: Callable[[str], None]
-    take_over: Callable[[str], None]
-    hint: Callable[[str], None]
+    take_over: Callable[[str], None]  # of the emergency stop of a guard
+    hint: Callable[[str], None]  # why nothing was done
 
 
 class PublicStops:

@@ -19,7 +19,6 @@ class State(enum.Enum):
     """What a robot may do."""
 
     MOVING = 'moving'
-    """It may move."""
     PAUSED = 'paused'
     STOPPED = 'stopped'
 

@@ -120,9 +120,9 @@ class BridgeReports:
     def _check_graph(self, running_s: float) -> None:
         if running_s < _SILENT_AFTER_S:  # discovery takes time
             return
-        unheard = [bridge.robot for _, bridge in self._robots if not bridge.is_heard]
-        if unheard != self._silent:
-            self._report_unheard(unheard)
+        without_listener = [bridge.robot for _, bridge in self._robots if not bridge.robot_listens]
+        if without_listener != self._silent:
+            self._report_no_listener(without_listener)
         bridges = [bridge for _, bridge in self._robots]
         silent = [one for one in bridges if not one.guard.is_there() and not one.guard.doubt]
         self._once(
@@ -159,16 +159,16 @@ class BridgeReports:
                 'or its network dies, the last velocity goes on'
             )
 
-    def _report_unheard(self, unheard: list[int]) -> None:
-        if unheard:
-            robot = next(b for _, b in self._robots if b.robot == unheard[0])
+    def _report_no_listener(self, without_listener: list[int]) -> None:
+        if without_listener:
+            robot = next(b for _, b in self._robots if b.robot == without_listener[0])
             self._warn(
-                f'nothing listens to the commands of {robots_in_words(unheard)} '
+                f'nothing listens to the commands of {robots_in_words(without_listener)} '
                 f'({robot.topic}): is the bringup running, in this ROS domain and namespace?'
             )
         elif self._silent:
             self._warn('all robots listen now')
-        self._silent = unheard
+        self._silent = without_listener
 
     def _once(self, topic: str, robots: list[int], message: str) -> None:
         new = [robot for robot in robots if (topic, robot) not in self._reported]
@@ -199,14 +199,9 @@ class RobotDiagnostics:
         held: str,
         now: float,
     ) -> None:
-        """Publish the decisions for the robots.
+        """Publish the decisions for the robots, and which of them do not stop.
 
-        Args:
-            robots: The bridges of each robot.
-            decisions: What each robot may do.
-            runaways: Robots that do not stop.
-            held: Why the bridge itself pauses all robots; empty if it does not.
-            now: Time in s on a steady clock.
+        `held` is why the bridge itself pauses all robots; empty if it does not.
         """
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()

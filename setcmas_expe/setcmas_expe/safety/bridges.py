@@ -53,19 +53,13 @@ def publish_arena(node: Node, lab: Lab) -> None:
 
 
 def _border(lab: Lab) -> Marker:
-    arena = lab.arena
+    xmin, xmax, ymin, ymax = lab.arena
+    corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
     marker = Marker(ns='arena', id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
     marker.header.frame_id = topics.WORLD_FRAME
     marker.pose.orientation.w = 1.0
     marker.scale.x = _LINE_M
     marker.color.r, marker.color.a = 1.0, 1.0
-    corners = [
-        (arena.xmin, arena.ymin),
-        (arena.xmax, arena.ymin),
-        (arena.xmax, arena.ymax),
-        (arena.xmin, arena.ymax),
-        (arena.xmin, arena.ymin),
-    ]
     marker.points = [Point(x=x, y=y) for x, y in corners]
     return marker
 

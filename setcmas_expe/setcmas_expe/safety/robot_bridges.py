@@ -84,7 +84,7 @@ class MocapBridge(FleetNode):
 
 
 class CmdVelBridge(FleetNode):
-    """Keeps the wish of a controller, and sends what SafetyStepper decides.
+    """Takes the commands of a controller, and sends the decisions of SafetyStepper.
 
     Attributes:
         robot: Number of the robot.
@@ -94,7 +94,7 @@ class CmdVelBridge(FleetNode):
         omega: Wanted turn rate in rad/s.
         rival: Who else may move the robot, or move in its place; empty if none.
         fault: Why the robot is not reliable: guard, wheels; empty if it is.
-        is_heard: Whether the robot listens to its commands.
+        robot_listens: Whether the robot listens to its commands.
         ignores_zero: Whether it moved although commanded zero, since the last pause.
         guard: The watch over its guard.
         wheels: Forward speed by its odometry in m/s, and time of arrival in s; None before.
@@ -108,7 +108,7 @@ class CmdVelBridge(FleetNode):
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
         self.rival = self.fault = ''
-        self.is_heard = True
+        self.robot_listens = True
         self.ignores_zero = self._was_paused = False
         self.guard = GuardWatch(self, robot.namespace)
         self._motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
@@ -152,7 +152,11 @@ class CmdVelBridge(FleetNode):
         self._motors.step(now)
         self.fault = (
             self.guard.trouble(self._demands_guard)
-            or ('' if self.is_heard else f'nothing listens to {self.topic}; is it switched on?')
+            or (
+                ''
+                if self.robot_listens
+                else f'nothing listens to {self.topic}; is it switched on?'
+            )
             or disobeys
             or (IGNORES_ZERO if self.ignores_zero else '')
         )
@@ -176,8 +180,8 @@ class CmdVelBridge(FleetNode):
         return self._rolls if is_new and not self._impostor else None
 
     def look_around(self) -> None:
-        """Check who else commands the robot, or poses as it."""
-        self.is_heard = self.cmd_vel.follow_listeners()
+        """Look for other processes that command the robot or send its messages."""
+        self.robot_listens = self.cmd_vel.follow_listeners()
         # The pause node may command zero; several of them pause all robots.
         operator = cmd_vel_topics.participants(self, topics.PAUSED)
         guards = self.guard.look_around()
@@ -192,12 +196,12 @@ class CmdVelBridge(FleetNode):
         self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:
-        """Command the robot; each start switches its motors on: who cut them may have ended."""
+        """Command the robot; a start without a guard switches its motors on, whoever cut them."""
         if decision.state is State.PAUSED:
             self.ignores_zero, self._was_paused = False, True
             self._motors.leave()
         elif not (decision.lasting or self.guard.has_ended):
-            if self._motors.is_cut or self._was_paused:
+            if self._motors.is_cut or (self._was_paused and not self.guard.is_there()):
                 self._motors.give()
             self._was_paused = False
         self._sent = decision.V, decision.omega

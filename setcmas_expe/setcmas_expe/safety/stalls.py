@@ -21,12 +21,7 @@ class StallDetector:
     """Finds gaps between ticks: the process was stopped, starved, or asleep with the machine."""
 
     def __init__(self, longest_s: float, now: float) -> None:
-        """Start at a time.
-
-        Args:
-            longest_s: Shortest gap in s that counts as a stall.
-            now: Time since boot in s.
-        """
+        """Start at a time since boot (s); gaps above `longest_s` count as stalls."""
         self._longest_s = longest_s
         self._ticked = now
         self._ended = -float('inf')

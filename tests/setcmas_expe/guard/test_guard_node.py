@@ -195,8 +195,9 @@ def test_a_base_that_begins_to_listen_to_others_is_stopped(start, peer):
     start(*GUARD, *NAMESPACE)
     robot.start(COMMAND)
     peer.cmd_vel(1)
-    robot.wait_for(State.HELD, STOP)
-    assert not robot.report.private
+    # On a busy machine its commands may have come late before: then it is silent, not held.
+    peer.wait_for(lambda: robot.report.stops and not robot.report.private)
+    peer.wait_for(lambda: velocities(robot.heard[-1]) == STOP)
 
 
 def test_a_base_that_listens_to_others_is_stopped_by_zeros_and_by_its_motors(start, peer, other):

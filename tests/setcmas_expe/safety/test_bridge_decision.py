@@ -101,14 +101,6 @@ def test_just_in_time_is_in_time():
     assert decision(pose_age=0.44, command_age=0.49).state == State.MOVING
 
 
-def test_a_command_that_is_too_fast_keeps_its_curvature():
-    result = decision(V=0.5, omega=3.0)
-
-    assert result.omega / result.V == pytest.approx(6.0)
-    wheels = abs(result.V) + 0.5 * LAB.limits.wheel_separation * abs(result.omega)
-    assert wheels <= LAB.limits.wheel_speed_max + 1e-12
-
-
 @pytest.mark.parametrize(
     ('pose', 'V', 'goes'),
     [
@@ -127,15 +119,10 @@ def test_a_command_that_is_too_fast_keeps_its_curvature():
 def test_outside_the_arena_only_motion_back_inside_is_let_through(pose, V, goes):
     result = decision(pose=pose, V=V, omega=0.0, others={})
 
+    assert decision(pose=pose, V=V, omega=1.0, others={}).omega == 1.0  # it may turn
     assert (V if goes else 0.0) == result.V
     assert result.state == (State.MOVING if goes else State.STOPPED)
     assert ('outside' in result.reason) == (pose[:2] != (2.0, 1.0))
-
-
-def test_a_robot_outside_may_turn_on_the_spot_towards_the_way_in():
-    result = decision(pose=(2.1, 0.0, 0.0), V=0.1, omega=1.0, others={})
-
-    assert (result.V, result.omega) == (0.0, 1.0)
 
 
 def places_over_a_hold(pose, V, omega):

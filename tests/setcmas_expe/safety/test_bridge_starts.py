@@ -152,20 +152,6 @@ def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
     see_it_stand(lab, '/tb3_1/cmd_vel_guard also commands it')
 
 
-def test_a_robot_stands_while_another_node_sends_poses_to_its_law(lab):
-    lab.let_go({1: GO})
-    lab.peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
-
-    see_it_stand(lab, 'paused: robot 1: /peer sends poses of it to its law')
-
-
-def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
-    lab.let_go({1: GO})
-    lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel_wanted', 1)
-
-    see_it_stand(lab, '2 controllers command it')
-
-
 def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
     lab.let_go({1: GO})
     with Peer(domain) as other:
@@ -181,11 +167,19 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
             robot.destroy_node()
 
 
-def test_poses_that_two_nodes_send_are_not_believed(lab):
+@pytest.mark.parametrize(
+    ('kind', 'topic', 'reason'),
+    [
+        (Odometry, '/mocap/tb3_1/odom', 'paused: robot 1: /peer sends poses of it to its law'),
+        (Odometry, '/qualisys/tb3_1/odom', '2 nodes send it on /qualisys/tb3_1/odom'),
+        (TwistStamped, '/tb3_1/cmd_vel_wanted', '2 controllers command it'),
+    ],
+)
+def test_a_robot_whose_poses_or_commands_two_nodes_send_stands(lab, kind, topic, reason):
     lab.let_go({1: GO})
-    lab.peer.node.create_publisher(Odometry, '/qualisys/tb3_1/odom', 1)
+    lab.peer.node.create_publisher(kind, topic, 1)
 
-    see_it_stand(lab, '2 nodes send it on /qualisys/tb3_1/odom')
+    see_it_stand(lab, reason)
 
 
 def test_the_end_of_a_second_experiment_starts_nothing(lab):
