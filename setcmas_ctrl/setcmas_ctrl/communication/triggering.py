@@ -93,12 +93,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
 
 
 class Broadcast:
-    """Decides at each odometry whether one robot sends its state.
-
-    Attributes:
-        robot: Number of the robot.
-        path: The script of its condition.
-    """
+    """Decides at each odometry whether one robot sends its state."""
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
         """Prepare; the first state is always sent.

@@ -87,9 +87,9 @@ class Commander:
             self._model = fleet_model(models)
             if self._filter:
                 limited = Unicycle(self.limits or IDEAL)
-                self._filter.use([limited if _is_unlimited(one) else one for one in models])
+                self._filter.use([limited if _is_unlimited(m) else m for m in models])
 
-    def stand(self) -> Commanded:
+    def stop(self) -> Commanded:
         """Return zero commands."""
         self._last = np.zeros((3, len(self._own)))
         return Commanded(np.zeros((2, len(self._own))), self._last)
@@ -112,9 +112,8 @@ class Commander:
         if not self._filter:
             self._last = follow(wanted)
             return Commanded(wanted, self._last)
-        doubt = self._filter.doubt(poses)
-        if doubt:
-            self._report(doubt)
+        if warning := self._filter.start_warning(poses):
+            self._report(warning)
         safe = self._filter(wanted, follow, poses, gains.vnom, self._last, Now(t, Ts))
         for block in safe.blocks:
             self._report(str(block))

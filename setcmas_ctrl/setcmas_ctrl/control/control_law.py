@@ -38,8 +38,6 @@ class ControlLaw:
 
     Attributes:
         path: The script, or the file of the function.
-        is_script: Whether it is a script.
-        robot: Number of the robot.
         names: Its top-level names and their values.
     """
 

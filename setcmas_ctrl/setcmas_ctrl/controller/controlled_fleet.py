@@ -46,12 +46,7 @@ from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepLoop
 
 
 class ControlledFleet:
-    """The robots that one process controls, all or some of a fleet.
-
-    Attributes:
-        stepper: Calls their laws.
-        loop: Calls the stepper.
-    """
+    """The robots that one process controls, all or some of a fleet."""
 
     def __init__(
         self,
@@ -151,16 +146,16 @@ class ControlledFleet:
         if self._safety.is_on:
             for controller in controllers:
                 controller.add_allowed_topic(self._profile)
-        followers = self._followers()
-        commander = self._commander(followers)
-        pause = self._pause(followers)
-        graph = GraphWatch(self._node, self._odometry, self._announced, followers, self._warn)
+        drivers = self._drivers()
+        commander = self._commander(drivers)
+        pause = self._pause(drivers)
+        graph = GraphWatch(self._node, self._odometry, self._announced, drivers, self._warn)
         scripts = {law.robot: law.path for law in laws}
         condition = self._communication.condition_script or Path(CTC)
         outcomes = ScriptOutcomes(
             self._warn, self._loader.watch, self._process.launcher, scripts, condition
         )
-        robots = list(zip(controllers, followers, strict=True))
+        robots = list(zip(controllers, drivers, strict=True))
         stepper = ControlStepper(
             self._node, self._odometry, robots, commander, outcomes, graph, pause
         )
@@ -172,31 +167,31 @@ class ControlledFleet:
             arena = Arena(*self._safety.arena)
         publish_obstacles(self._node, Obstacles.of(self._safety.obstacles or ''), arena)
 
-    def _followers(self) -> list[SiToUni]:
+    def _drivers(self) -> list[SiToUni]:
         options = self._options
         topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
-        followers = [
+        drivers = [
             SiToUni(robot, options.cmd_vel_type, topic, self._profile) for robot in self._robots
         ]
-        models = DrivenModels(followers, self._warn)
+        models = DrivenModels(drivers, self._warn)
         if options.model:
             models.use(model_names(options.model, self._nb_robots))
         else:
             models.follow(self._announced)
-        return followers
+        return drivers
 
-    def _commander(self, followers: list[SiToUni]) -> Commander:
+    def _commander(self, drivers: list[SiToUni]) -> Commander:
         commander = Commander(self._law, self._safety, self._robots, self._nb_robots, self._warn)
         commander.limits = self._options.limits
-        commander.use([follower.model for follower in followers])
+        commander.use([driver.model for driver in drivers])
         return commander
 
-    def _pause(self, followers: list[SiToUni]) -> PauseWatch | None:
+    def _pause(self, drivers: list[SiToUni]) -> PauseWatch | None:
         """Let the fleet be paused; return the monitor of an experiment's pause node."""
         if self._options.experiment:
             return PauseWatch(self._node, self._options.pause_timeout)
         in_lockstep = isinstance(self._time, Lockstep)
-        FleetPause(self._node, followers, self._process.launcher, in_lockstep)
+        FleetPause(self._node, drivers, self._process.launcher, in_lockstep)
         return None
 
     def _connect(self) -> list[EventTriggeredComm]:

@@ -26,7 +26,6 @@ class EventTriggeredComm(FleetNode):
     """Broadcasts the state of one robot when its condition triggers, and publishes each decision.
 
     Attributes:
-        robot: Number of the robot.
         sent: Stamp of the last state sent in ns; NO_STAMP if none was sent.
     """
 

@@ -30,13 +30,13 @@ class GraphWatch:
         node: Node,
         odometry: FleetOdometry,
         announced: FleetListener,
-        followers: list[SiToUni],
+        drivers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
         self._node = node
         self._odometry = odometry
         self._announced = announced
-        self._followers = followers
+        self._drivers = drivers
         self._warn = warn
         self._begin = time.monotonic()
         self._next_round = 0.0
@@ -53,7 +53,7 @@ class GraphWatch:
 
     def all_connected(self) -> Callable[[], bool]:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
-        return self._all(lambda follower: follower.cmd_vel.follow_listeners())
+        return self._all(lambda driver: driver.cmd_vel.follow_listeners())
 
     def all_recorded(self, required: bool) -> Callable[[], bool]:
         """Return a check whether a recorder listens to all commands and poses, if required.
@@ -62,9 +62,9 @@ class GraphWatch:
         it knows the robots. If it is not required, the check also passes without a recorder.
         """
         recorded = self._all(
-            lambda follower: (
-                self._recorder_listens(follower.cmd_vel.topic)
-                and self._recorder_listens(self._odometry.topic_of(follower.robot))
+            lambda driver: (
+                self._recorder_listens(driver.cmd_vel.topic)
+                and self._recorder_listens(self._odometry.topic_of(driver.robot))
             )
         )
         return lambda: (not required and not self._has_recorder()) or recorded()
@@ -81,10 +81,10 @@ class GraphWatch:
 
     def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:
         """Return a function that checks a condition for each robot until it holds for all."""
-        left = list(self._followers)
+        left = list(self._drivers)
 
         def all_hold() -> bool:
-            left[:] = [follower for follower in left if not holds(follower)]
+            left[:] = [driver for driver in left if not holds(driver)]
             return not left
 
         return all_hold
@@ -109,18 +109,18 @@ class GraphWatch:
         now = time.monotonic()
         if not self._to_look_at and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
-            self._to_look_at = list(self._followers)
+            self._to_look_at = list(self._drivers)
             self._unconnected, self._rivals = set(), {}
         some, self._to_look_at = self._to_look_at[:_LOOKS], self._to_look_at[_LOOKS:]
-        for follower in some:
-            self._look_at(follower, now)
+        for driver in some:
+            self._look_at(driver, now)
         if some and not self._to_look_at:
             self._notice_unconnected(now)
             self._notice_latecomers()
             self._notice_rivals()
 
-    def _look_at(self, follower: SiToUni, now: float) -> None:
-        robot, cmd_vel = follower.robot, follower.cmd_vel
+    def _look_at(self, driver: SiToUni, now: float) -> None:
+        robot, cmd_vel = driver.robot, driver.cmd_vel
         if not cmd_vel.follow_listeners():
             self._unconnected.add(robot)
         if cmd_vel.mixed and robot not in self._mixed_reported:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import rclpy
@@ -26,28 +27,16 @@ from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Reloaded
 
 
+@dataclass(frozen=True)
 class LawLoader:
-    """Loads the laws of this process's robots, each time with fresh state.
+    """Loads the laws of this process's robots, each time with fresh state."""
 
-    Attributes:
-        watch: Knows whether a script is stuck while it loads.
-    """
-
-    def __init__(
-        self,
-        scripts: LawScripts,
-        seed: int,
-        robots: Sequence[int],
-        nb_robots: int,
-        watch: CallWatch,
-        task: TaskTopic,
-    ) -> None:
-        self.watch = watch
-        self._scripts = scripts
-        self._seed = seed
-        self._robots = robots
-        self._nb_robots = nb_robots
-        self._task = task
+    scripts: LawScripts
+    seed: int
+    robots: Sequence[int]
+    nb_robots: int
+    watch: CallWatch
+    task: TaskTopic
 
     def load(self) -> list[ControlLaw]:
         """Return a new law for each robot, and publish their task.
@@ -55,16 +44,16 @@ class LawLoader:
         Raises:
             SetcmasError: A script does not load, or has shut down ROS.
         """
-        seed_scripts(self._seed, self._robots[0])
-        laws = [self._law(robot) for robot in self._robots]
+        seed_scripts(self.seed, self.robots[0])
+        laws = [self._law(robot) for robot in self.robots]
         with self.watch.loading(laws[0].robot, laws[0].path):
-            self._task.publish(laws)
+            self.task.publish(laws)
         return laws
 
     def _law(self, robot: int) -> ControlLaw:
-        script = self._scripts.script(robot)
+        script = self.scripts.script(robot)
         with self.watch.loading(robot, script):
-            law = self._scripts.law(robot, self._nb_robots)
+            law = self.scripts.law(robot, self.nb_robots)
         if not rclpy.ok():
             raise SetcmasError(
                 f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'

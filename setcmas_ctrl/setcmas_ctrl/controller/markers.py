@@ -43,11 +43,7 @@ _TRAIL = QoSProfile(depth=TRAIL_LENGTH, durability=DurabilityPolicy.TRANSIENT_LO
 
 
 class MarkerCanvas:
-    """Publishes each drawing on /tb3_i/<name>, latched for displays that start later.
-
-    Attributes:
-        profile: Quality of service of markers.
-    """
+    """Publishes each drawing on /tb3_i/<name>, latched for displays that start later."""
 
     def __init__(self, node: Node) -> None:
         self.profile = qos.LATCHED

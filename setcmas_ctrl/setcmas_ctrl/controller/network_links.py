@@ -12,7 +12,6 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
 
 from setcmas_ctrl.communication.communication_settings import Communication
-from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.driving.odometry import FleetOdometry, State, read_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
@@ -48,9 +47,9 @@ class FleetCommunication:
         self._own = np.array(robots) - 1
         self._links = communication.links(robots)
         self._nb_robots = odometry.poses.shape[1]
-        self._graph = GraphChanges(self._nb_robots)
+        self._published: Floats = np.zeros((self._nb_robots, self._nb_robots))
         self._segment = ''
-        self._warn = node.get_logger().info
+        self._log = node.get_logger().info
         self.jitter_s = _TIMER_JITTER_S
         """A step this much too early counts as on time."""
         self._begun = False
@@ -69,18 +68,15 @@ class FleetCommunication:
         self.stamps = np.full(self._nb_robots, NO_STAMP)
         """Stamps of the states that event-triggered robots have sent, in ns, shape (N,)."""
         self._states: list[PolledTopic] = []
-        self._listen(node)
-
-    def _listen(self, node: Node) -> None:
         for robot in range(1, self._nb_robots + 1):
-            if self._communication.event_triggered:
+            if communication.event_triggered:
                 topic = topics.robot_topic(robot, topics.TRIG_ODOM)
                 on_state = partial(self._on_state, robot)
                 self._states.append(
                     PolledTopic(node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
                 )
             else:
-                self._odometry.listen(robot, partial(self._send, robot))
+                odometry.listen(robot, partial(self._send, robot))
 
     def take(self) -> None:
         """Take the states that robots have sent; call after taking odometry."""
@@ -116,9 +112,9 @@ class FleetCommunication:
             self._links.begin(adjacency)
         else:
             self._links.connect(adjacency, now)
-        if now >= self._next_graph and self._graph.note(t, adjacency):
+        if now >= self._next_graph and not np.array_equal(adjacency, self._published):
             self._next_graph = now + _GRAPH_EVERY_S - 0.01
-            self._graph.rows.clear()  # the recorder stores them
+            self._published = adjacency
             self._publish_graph(adjacency)
         if now >= self._next_counts:
             self._next_counts = now + _COUNTS_EVERY_S
@@ -129,7 +125,7 @@ class FleetCommunication:
         segment = self._communication.graph.segment(t).name
         if segment != self._segment and self._graph_publisher:
             self._segment = segment
-            self._warn(f'graph at t = {t:.1f} s: {segment}')
+            self._log(f'graph at t = {t:.1f} s: {segment}')
 
     def stop(self) -> None:
         """Publish the final counts, and wait briefly until they have arrived."""

@@ -46,13 +46,7 @@ def end_process(status: int) -> NoReturn:
 
 
 class ScriptOutcomes:
-    """Collects failed and stuck calls over all versions of a script.
-
-    Attributes:
-        watch: Monitors the calls.
-        laws: Errors of control laws.
-        conditions: Errors of triggering conditions.
-    """
+    """Collects failed and stuck calls over all versions of a script."""
 
     def __init__(
         self,

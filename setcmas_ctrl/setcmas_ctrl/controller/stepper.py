@@ -29,7 +29,7 @@ from setcmas_simu.reports.reports import Started
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
-_NOTHING = (math.nan, 0.0, math.nan)
+_NO_COMMAND = (math.nan, 0.0, math.nan)
 _LOOK_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
 _LISTENERS_WAIT_S = 2.0
@@ -38,11 +38,7 @@ _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk 
 
 
 class ControlStepper:
-    """Calls the control laws at a fixed rate, all with the same poses and time.
-
-    Attributes:
-        clock: The clock that it follows.
-    """
+    """Calls the control laws at a fixed rate, all with the same poses and time."""
 
     def __init__(
         self,
@@ -62,7 +58,7 @@ class ControlStepper:
         self._node = node
         self._odometry = odometry
         self._controllers = [controller for controller, _ in robots]
-        self._followers = [follower for _, follower in robots]
+        self._drivers = [driver for _, driver in robots]
         self._commander = commander
         self.clock: Clock = SteadyClock()
         self._pause = pause
@@ -160,7 +156,7 @@ class ControlStepper:
     @property
     def nodes(self) -> list[Node]:
         """The nodes of the robots of this process."""
-        return [*self._controllers, *self._followers]
+        return [*self._controllers, *self._drivers]
 
     @property
     def robots(self) -> tuple[int, ...]:
@@ -195,10 +191,10 @@ class ControlStepper:
 
     def stop(self) -> None:
         """Command zero to every robot."""
-        for follower in self._followers:
-            follower.stop()
-        for follower in self._followers:
-            follower.cmd_vel.wait_until_sent()
+        for driver in self._drivers:
+            driver.stop()
+        for driver in self._drivers:
+            driver.cmd_vel.wait_until_sent()
         if self.communication:
             self.communication.stop()
 
@@ -212,10 +208,10 @@ class ControlStepper:
         # A step cannot receive odometry while it runs.
         self._lost.look(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
-            held = self._is_held()
-            t = self._time.step(now, held)
-            if held:
-                self._stand()
+            paused = self._is_paused()
+            t = self._time.step(now, paused)
+            if paused:  # laws are not called, so that references do not run ahead
+                self._command(self._commander.stop())
             else:
                 self._control(t)
         if self._time_topic:
@@ -228,17 +224,13 @@ class ControlStepper:
         self._odometry.take(now)
         if self.communication:
             self.communication.take()
-        for follower in self._followers:
-            follower.take()
+        for driver in self._drivers:
+            driver.take()
 
-    def _is_held(self) -> bool:
+    def _is_paused(self) -> bool:
         if self._pause:
             return self._pause.reason() != ''
-        return all(follower.paused for follower in self._followers)
-
-    def _stand(self) -> None:
-        """Command zero without calling the laws, so that references do not run ahead."""
-        self._command(self._commander.stand())
+        return all(driver.paused for driver in self._drivers)
 
     def _control(self, t: float) -> None:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
@@ -259,7 +251,7 @@ class ControlStepper:
             velocities.append(velocity or (0.0, 0.0))
             if velocity is None:
                 idle.add(controller.robot)
-        self._commander.use([follower.model for follower in self._followers])
+        self._commander.use([driver.model for driver in self._drivers])
         wanted = np.array(velocities).T
         self._command(self._commander(wanted, self._odometry.poses, t), idle)
 
@@ -274,11 +266,11 @@ class ControlStepper:
                 self._controllers, commanded.allowed.T.tolist(), strict=True
             ):
                 controller.publish_allowed(*allowed)
-        for follower, command in zip(self._followers, commanded.commands.T.tolist(), strict=True):
+        for driver, command in zip(self._drivers, commanded.commands.T.tolist(), strict=True):
             # A failing law differs from a law that returns zero: in an experiment the bridge
             # stops the robot until a person starts it again.
-            nothing = self._pause is not None and follower.robot in idle
-            follower.command(*(_NOTHING if nothing else command))
+            has_failed = self._pause is not None and driver.robot in idle
+            driver.command(*(_NO_COMMAND if has_failed else command))
 
     def _check_ros(self, controller: Controller, t: float) -> None:
         """Check that no script has shut down ROS in this process.

@@ -55,14 +55,7 @@ NODE_NAME = 'si_to_uni'
 
 
 class SiToUni(FleetNode):
-    """Commands one robot; zero while it is paused and when the process ends.
-
-    Attributes:
-        robot: Number of the robot.
-        paused: Whether it is paused.
-        stopped: Whether an emergency stop holds it.
-        model: Converts velocities to commands.
-    """
+    """Commands one robot; zero while it is paused and when the process ends."""
 
     def __init__(
         self,
@@ -116,8 +109,8 @@ class SiToUni(FleetNode):
 class DrivenModels:
     """Sets the robot models of the nodes that command robots."""
 
-    def __init__(self, followers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
-        self._followers = {follower.robot: follower for follower in followers}
+    def __init__(self, drivers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
+        self._drivers = {driver.robot: driver for driver in drivers}
         self._warn = warn
         self._reported: set[str] = set()
 
@@ -127,7 +120,7 @@ class DrivenModels:
         Raises:
             SetcmasError: A model is unknown, or a script does not load.
         """
-        robots = list(self._followers)
+        robots = list(self._drivers)
         self._set(robots, [names[robot - 1] for robot in robots])
 
     def follow(self, announced: FleetListener) -> None:
@@ -137,7 +130,7 @@ class DrivenModels:
 
     def _take(self, models: Mapping[int, str]) -> None:
         for name in dict.fromkeys(models.values()):
-            robots = [robot for robot in self._followers if models.get(robot) == name]
+            robots = [robot for robot in self._drivers if models.get(robot) == name]
             try:
                 if is_script(name):
                     raise SetcmasError(f'if {name} defines command(), add --model {name}')
@@ -148,7 +141,7 @@ class DrivenModels:
     def _set(self, robots: list[int], names: list[str]) -> None:
         models = robot_models(names, robots, warn=self._warn)
         for robot, model in zip(robots, models, strict=True):
-            self._followers[robot].model = model
+            self._drivers[robot].model = model
 
     def _report(self, name: str, robots: list[int], error: SetcmasError) -> None:
         if robots and name not in self._reported:

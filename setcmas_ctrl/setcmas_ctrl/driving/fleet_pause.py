@@ -25,10 +25,10 @@ class FleetPause:
     """Pauses and resumes robots, and reports it to the launcher."""
 
     def __init__(
-        self, node: Node, followers: Sequence[SiToUni], launcher: Launcher, in_lockstep: bool
+        self, node: Node, drivers: Sequence[SiToUni], launcher: Launcher, in_lockstep: bool
     ) -> None:
         """Subscribe and offer the service through a node; in lockstep a pause stops time."""
-        self._followers = followers
+        self._drivers = drivers
         self._launcher = launcher
         self._stopped = False
         self._printed: list[float] = []
@@ -43,8 +43,8 @@ class FleetPause:
             self._pause(True, topics.EMERGENCY_STOP)
             print('emergency stop: to continue, start this process again', flush=True)
             self._stopped = True
-            for follower in self._followers:
-                follower.stopped = True
+            for driver in self._drivers:
+                driver.stopped = True
 
     def _on_pause(self, message: Bool) -> None:
         self._pause(message.data, '/pause')
@@ -52,11 +52,11 @@ class FleetPause:
     def _pause(self, paused: bool, by: str) -> None:
         if self._stopped:
             return
-        if any(follower.paused != paused for follower in self._followers):
+        if any(driver.paused != paused for driver in self._drivers):
             self._print(f'{"paused" if paused else "started"} by {by}')
             self._launcher.report(Paused(paused))
-        for follower in self._followers:
-            follower.pause(paused)
+        for driver in self._drivers:
+            driver.pause(paused)
 
     def _print(self, line: str) -> None:
         """Print a line, unless a flood of requests would fill the terminal."""
@@ -163,9 +163,6 @@ class EmergencyWatch:
 
     Any node may stop the robots. Only a pause node that has since said "stopped", and that is the
     only one, ends the stop by saying "not stopped"; a later or different pause node cannot.
-
-    Attributes:
-        stopped: Whether robots must stop.
     """
 
     def __init__(self, node: Node) -> None:

@@ -30,7 +30,7 @@ class FleetTime:
     def __init__(self) -> None:
         self._zero: float | None = None  # when t would have been 0 without pauses
         self._stepped = 0.0
-        self._held = False
+        self._paused = False
         self._received_zero = 0.0
         self._received_at = -float('inf')
         self._is_clocks = False
@@ -39,15 +39,15 @@ class FleetTime:
         """Return t in s: 0 before the first step, and constant while paused."""
         if self._zero is None:
             return 0.0
-        return (self._stepped if self._held else now) - self._zero
+        return (self._stepped if self._paused else now) - self._zero
 
-    def step(self, now: float, held: bool) -> float:
-        """Advance t to this step, unless it is held; return t."""
+    def step(self, now: float, paused: bool) -> float:
+        """Advance t to this step, unless it is paused; return t."""
         if self._zero is None:
             self._zero = self._received_zero if self.is_shared(now) else now
-        elif held:
+        elif paused:
             self._zero += now - self._stepped
-        self._stepped, self._held = now, held
+        self._stepped, self._paused = now, paused
         return now - self._zero
 
     def synchronise(self, t: float, now: float) -> None:

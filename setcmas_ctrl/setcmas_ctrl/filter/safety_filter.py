@@ -91,7 +91,7 @@ class SafetyFilter:
             separation, options.gamma, self._points.ahead, self._is_own
         )
 
-    def doubt(self, poses: Floats) -> str:
+    def start_warning(self, poses: Floats) -> str:
         """Return, once, a warning about robots too close for the guarantee; '' if none."""
         if self._started or not np.isfinite(poses).all():
             return ''

@@ -22,11 +22,7 @@ _REPORT_EVERY_S = 5.0
 
 
 class SlowCalls:
-    """Adds up the duration of each script's calls in a control period.
-
-    Attributes:
-        period: Control period in s.
-    """
+    """Adds up the duration of each script's calls in a control period."""
 
     def __init__(self, period: float, warn: Callable[[str], None]) -> None:
         self.period = period
@@ -77,11 +73,7 @@ class _Call(NamedTuple):
 
 
 class CallWatch:
-    """Times the calls of the main thread, from its own thread.
-
-    Attributes:
-        slow: Reports calls that together take too long.
-    """
+    """Times the calls of the main thread, from its own thread."""
 
     def __init__(
         self,

@@ -50,12 +50,7 @@ def helper_files(module: types.ModuleType) -> list[Path]:
 
 
 class ScriptImports(MetaPathFinder):
-    """Imports of a robot's script.
-
-    Attributes:
-        robot: Number of the robot.
-        builtins: Builtins of the script.
-    """
+    """Imports of a robot's script."""
 
     def __init__(self, folder: Path, robot: int) -> None:
         self.robot = robot

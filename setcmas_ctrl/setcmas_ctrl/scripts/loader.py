@@ -33,8 +33,7 @@ EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 """Scripts whose maths students fill in."""
 
 _MOST_NAMES = 10
-_syntax_warnings: dict[Path, list[str]] = {}  # of each script
-_shown: set[str] = set()
+_syntax_warnings: dict[Path, list[str]] = {}  # not shown yet, by script
 _compiled: dict[Path, tuple[object, types.CodeType]] = {}  # code of each script, with its key
 
 
@@ -42,7 +41,7 @@ def find_script(name: str, exercise: bool = False) -> Path:
     """Return the script for `--algo NAME`.
 
     In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
-    a built-in control law or one of a plugin.
+    a control law, built in or of a plugin.
 
     Raises:
         SetcmasError: There is no such script; the message suggests similar names.
@@ -139,14 +138,6 @@ def _compile(path: Path, source: str, expected: str, settings: Settings | None) 
     return code
 
 
-def _show_syntax_warnings(path: Path) -> None:
-    """Show Python's syntax warnings for a script, once for all robots."""
-    for warning in _syntax_warnings.get(path, ()):
-        if warning not in _shown:
-            _shown.add(warning)
-            print(f'warning: {warning}', file=sys.stderr, flush=True)
-
-
 def _read(path: Path) -> str:
     try:
         with tokenize.open(path) as file:
@@ -177,7 +168,8 @@ def load_script(
     """
     settings = settings or {}
     code = compile_script(path, expected, settings)
-    _show_syntax_warnings(path)
+    for warning in _syntax_warnings.pop(path, ()):  # once for all robots
+        print(f'warning: {warning}', file=sys.stderr, flush=True)
     module = _fresh_module(path, robot, settings)
     try:
         exec(code, module.__dict__)

@@ -6,10 +6,9 @@ import contextlib
 import sys
 import threading
 import time
-import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from typing import IO, Any, TextIO, cast
+from typing import IO, Any, cast
 
 from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_simu.fleet.topics import robot_name
@@ -110,35 +109,10 @@ class ScriptOutput:
 
 
 @contextlib.contextmanager
-def _warnings_once() -> Iterator[None]:
-    """Show each warning once per line for all robots, although each has its own module."""
-    show, shown = warnings.showwarning, set[tuple[str, str, int]]()
-
-    def show_once(
-        message: Warning | str,
-        category: type[Warning],
-        filename: str,
-        lineno: int,
-        file: TextIO | None = None,
-        line: str | None = None,
-    ) -> None:
-        if (place := (str(message), filename, lineno)) not in shown:
-            shown.add(place)
-            show(message, category, filename, lineno, file, line)
-
-    warnings.showwarning = show_once
-    try:
-        yield
-    finally:
-        warnings.showwarning = show
-
-
-@contextlib.contextmanager
 def named_output() -> Iterator[None]:
     """Put the robot's name before output of scripts, inside."""
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
-        _warnings_once(),
         contextlib.redirect_stdout(cast(IO[str], stdout)),
         contextlib.redirect_stderr(cast(IO[str], stderr)),
     ):

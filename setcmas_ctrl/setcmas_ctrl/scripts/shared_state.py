@@ -32,7 +32,9 @@ _system_bits: Callable[[int], int] = vars(bit_generator)['randbits']
 _seed_random = random.Random.seed
 _seed = SEED
 _on_unseeded: Callable[[], object] = bool
-_made: Counter[int] = Counter()  # by robot: generators that its script has made without a seed
+_nb_unseeded: Counter[int] = (
+    Counter()
+)  # by robot: generators that its script has made without a seed
 
 
 def seed_scripts(seed: int, first_robot: int = 1) -> None:
@@ -42,7 +44,7 @@ def seed_scripts(seed: int, first_robot: int = 1) -> None:
     """
     global _seed
     _seed = seed
-    _made.clear()
+    _nb_unseeded.clear()
     own = seed
     if first_robot > 1:  # other sequences than those of other seeds
         own = int(np.random.SeedSequence([seed, first_robot]).generate_state(1)[0])
@@ -69,8 +71,8 @@ def _script_bits(count: int) -> int | None:
     robot = calling_robot()
     if robot is None:
         return None
-    _made[robot] += 1
-    name = f'{_seed} {robot} {_made[robot]}'
+    _nb_unseeded[robot] += 1
+    name = f'{_seed} {robot} {_nb_unseeded[robot]}'
     return int.from_bytes(hashlib.shake_256(name.encode()).digest(count // 8), 'big')
 
 

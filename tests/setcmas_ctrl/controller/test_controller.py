@@ -27,23 +27,6 @@ def test_consensus_over_the_topics(start, peer):
     assert process.end() == 0
 
 
-def test_the_law_sees_number_fleet_poses_and_time(start, peer, script):
-    law = script(
-        """
-        def control(robotNo, nbRobots, poses, t):
-            assert poses.shape == (3, nbRobots)
-            return 0.1 * robotNo, 0.01 * poses[2, 1]
-        """
-    )
-    start(*SIMU, '--nb-robots', '2', '--pose', '2:0,0,1.5')
-    wanted = [peer.cmd_cart_vel(robot) for robot in (1, 2)]
-    start(*CTRL, '--algo', law)
-    peer.wait_for(lambda: all(wanted))
-
-    assert (wanted[0][0].x, wanted[0][0].y) == pytest.approx((0.1, 0.015))
-    assert (wanted[1][0].x, wanted[1][0].y) == pytest.approx((0.2, 0.015))
-
-
 def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
     law = script('def control(i, n, p, t):\n    return 0, 30\n')
     start(*SIMU, '--nb-robots', '1')

@@ -5,17 +5,22 @@ from processes import CTRL
 
 pytest.importorskip('rclpy')
 
+from geometry_msgs.msg import TwistStamped
 from lab_peer import LabPeer
 from nav_msgs.msg import Odometry
-from ros_peer import twist_stamped
+
+
+def lab_of_one_robot(peer):
+    """Return a lab with motion capture of a robot, and a list of the commands that it gets."""
+    odometry = peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
+    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
+    wanted = peer.listen(TwistStamped, '/tb3_1/cmd_vel_wanted')
+    return LabPeer(peer, ('tb3_1',)), wanted
 
 
 def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer, script):
     law = script('def control(i, n, poses, t):\n    return 0.1 + 1e-3 * t, 0.0\n')
-    lab = LabPeer(peer, ('tb3_1',))
-    odometry = peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
-    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
-    wanted = peer.listen(type(twist_stamped(0.0, 0.0)), '/tb3_1/cmd_vel_wanted')
+    lab, wanted = lab_of_one_robot(peer)
     process = start(*CTRL, '--algo', law, '--nb-robots', '1', '--experiment')
 
     def speed():
@@ -25,13 +30,13 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
         return 1e3 * (speed() - 0.1)
 
     peer.wait_for(lambda: 'controlling robot 1' in process.output())
-    assert speed() == 0.0  # nothing is heard of a pause node
+    assert speed() == 0.0  # no pause node yet
     lab.paused = True
     peer.spin(1.0)
     assert all(message.twist.linear.x == 0.0 for message in wanted)
     lab.paused = False
     peer.wait_for(lambda: speed() > 0.0)
-    assert t() < 0.9  # though more has passed since the controller is there
+    assert t() < 0.9  # more time has passed since the controller started
     peer.wait_for(lambda: t() > 1.0)
     lab.paused = True
     peer.wait_for(lambda: speed() == 0.0)
@@ -46,10 +51,7 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
 
 def test_a_law_that_fails_is_not_one_that_lets_its_robot_stand(start, peer, script):
     law = script('def control(i, n, poses, t):\n    return 0.0 / 0\n')
-    lab = LabPeer(peer, ('tb3_1',))
-    odometry = peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
-    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
-    wanted = peer.listen(type(twist_stamped(0.0, 0.0)), '/tb3_1/cmd_vel_wanted')
+    lab, wanted = lab_of_one_robot(peer)
     lab.paused = False
     start(*CTRL, '--algo', law, '--nb-robots', '1', '--experiment')
 

@@ -1,5 +1,4 @@
 import os
-import sys
 
 import pytest
 from processes import CTRL, SIMU
@@ -82,16 +81,3 @@ def test_a_controller_waits_for_its_own_simulator(start, peer, script):
     assert peer.node.count_publishers('/tb3_1/cmd_vel') == 0
     assert commands == []
     assert process.end() == 0
-
-
-@pytest.mark.nightly
-def test_fifteen_times_in_a_row_with_two_busy_loops(start, script):
-    for _ in range(2):
-        start(sys.executable, '-c', 'while True: pass')
-    for _ in range(15):
-        simulator = start(*SIMU, '--nb-robots', '8')
-        controller = start(*CTRL, '--algo', script(STAND))
-        controller.wait_for_output('controlling robots')
-        assert 'controlling robots 1-8 ' in controller.output()
-        controller.end()
-        simulator.end()

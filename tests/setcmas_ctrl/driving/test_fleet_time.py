@@ -9,7 +9,7 @@ from setcmas_ctrl.driving.fleet_time import FleetTime
 
 def begun(at=100.0):
     time = FleetTime()
-    time.step(at, held=False)
+    time.step(at, paused=False)
     return time
 
 
@@ -17,50 +17,50 @@ def test_the_first_process_begins_at_0_and_goes_on_between_steps():
     time = FleetTime()
 
     assert time.at(99.0) == 0.0
-    assert time.step(100.0, held=False) == 0.0
+    assert time.step(100.0, paused=False) == 0.0
     assert time.at(100.1) == pytest.approx(0.1)
-    assert time.step(100.2, held=False) == pytest.approx(0.2)
+    assert time.step(100.2, paused=False) == pytest.approx(0.2)
 
 
-def test_it_stands_still_while_it_is_held():
+def test_it_stands_still_while_it_is_paused():
     time = begun()
-    time.step(100.2, held=False)
+    time.step(100.2, paused=False)
     for now in (100.4, 100.6):
-        assert time.step(now, held=True) == pytest.approx(0.2)
+        assert time.step(now, paused=True) == pytest.approx(0.2)
         assert time.at(now + 0.1) == pytest.approx(0.2)
 
-    assert time.step(100.8, held=False) == pytest.approx(0.4)
+    assert time.step(100.8, paused=False) == pytest.approx(0.4)
 
 
 def test_a_process_that_comes_later_joins_whatever_its_clock_says():
     time = FleetTime()
     time.synchronise(57.0, 9.9)
 
-    assert time.step(10.0, held=False) == pytest.approx(57.1)
+    assert time.step(10.0, paused=False) == pytest.approx(57.1)
 
 
 def test_an_old_t_belongs_to_a_fleet_that_has_ended():
     time = FleetTime()
     time.synchronise(57.0, 8.0)
 
-    assert time.step(10.0, held=False) == 0.0
+    assert time.step(10.0, paused=False) == 0.0
 
 
 @pytest.mark.parametrize(
-    ('heard', 't'), [(30.0, 30.0), (5.01, 5.0), (4.9, 5.0)], ids=['later', 'same', 'on its way']
+    ('received', 't'), [(30.0, 30.0), (5.01, 5.0), (4.9, 5.0)], ids=['later', 'same', 'on its way']
 )
-def test_the_latest_received_t_is_that_of_the_fleet(heard, t):
+def test_the_latest_received_t_is_that_of_the_fleet(received, t):
     time = begun()
-    time.synchronise(heard, 105.0)
+    time.synchronise(received, 105.0)
 
     assert time.at(105.0) == pytest.approx(t)
 
 
-def test_two_that_are_held_do_not_push_each_other_on():
+def test_two_that_are_paused_do_not_push_each_other_on():
     first, second = begun(), begun(50.0)
     for step in range(1, 50):
-        first.step(100 + 0.2 * step, held=step > 5)
-        second.step(50 + 0.2 * step + 0.1, held=step > 5)
+        first.step(100 + 0.2 * step, paused=step > 5)
+        second.step(50 + 0.2 * step + 0.1, paused=step > 5)
         first.synchronise(second.at(50 + 0.2 * step + 0.1), 100 + 0.2 * step + 0.13)
         second.synchronise(first.at(100 + 0.2 * step + 0.1), 50 + 0.2 * step + 0.13)
 
@@ -74,8 +74,8 @@ def test_laws_that_begin_anew_join_the_others_or_begin_at_0():
     alone.begin_anew()
     beside_another.begin_anew()
 
-    assert alone.step(101.1, held=False) == 0.0
-    assert beside_another.step(101.1, held=False) == pytest.approx(1.0)
+    assert alone.step(101.1, paused=False) == 0.0
+    assert beside_another.step(101.1, paused=False) == pytest.approx(1.0)
 
 
 pytest.importorskip('rclpy')
@@ -92,10 +92,12 @@ def test_a_controller_that_comes_later_or_again_joins_at_the_t_of_the_fleet(star
     law = script(STANDS)
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     control = [*CTRL, '--algo', law, '--nb-robots', '2', '--robots']
-    told = peer.listen(TimeReference, '/fleet_time')
+    received = peer.listen(TimeReference, '/fleet_time')
 
     def newest(robot):
-        return next((one for one in told[::-1] if one.source.startswith(f'robot {robot} ')), None)
+        return next(
+            (one for one in received[::-1] if one.source.startswith(f'robot {robot} ')), None
+        )
 
     def begin(robot):
         """Return when t was 0."""
@@ -110,5 +112,5 @@ def test_a_controller_that_comes_later_or_again_joins_at_the_t_of_the_fleet(star
         first_call = second.wait_for_output('tb3_2: ').partition('tb3_2: ')[2]
         assert float(first_call.split()[0]) > before
         second.end(signum)
-        told.clear()
+        received.clear()
         peer.wait_for(lambda: newest(1))

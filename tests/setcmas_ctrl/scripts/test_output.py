@@ -4,9 +4,7 @@ import subprocess
 import sys
 import textwrap
 import time
-import warnings
 
-import numpy as np
 from control_functions import load_control
 from processes import TIMEOUT_S
 
@@ -54,18 +52,6 @@ def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, caps
         'tb3_2: rest',
     ]
     assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
-
-
-def test_a_warning_is_reported_once_for_all_robots_and_calls(tmp_path):
-    body = 'import numpy as np\nnp.float64(1.0) / np.float64(t)\nreturn np.zeros(2)'
-    with warnings.catch_warnings(record=True) as told, named_output():
-        warnings.simplefilter('always')
-        for robot in (1, 2):
-            control = law(tmp_path, body, robot)
-            for _ in range(2):
-                control(robot, 2, np.zeros((3, 2)), 0.0)
-
-    assert [one.category for one in told] == [RuntimeWarning]
 
 
 def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
@@ -174,14 +160,13 @@ def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
     assert result.stdout == 'tb3_1: a \ntb3_1: True b\n'
 
 
-def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys):
+def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('time.monotonic', lambda: 5.0)  # all within a second
     with named_output():
-        control = law(tmp_path, 'for k in range(50_000): print(k)')
+        control = law(tmp_path, 'for k in range(12_000): print(k)')
         control(2, 2, None, 0.0)
 
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == 'tb3_2: 0'
-    left_out = int(lines[-1].split()[1])
-    assert lines[-1] == f'tb3_2: {left_out} more lines are not shown'
-    assert left_out > 10_000
-    assert len(lines) - 1 + left_out == 50_000
+    assert lines[-1] == 'tb3_2: 2000 more lines are not shown'
+    assert len(lines) == 10_001
