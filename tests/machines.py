@@ -156,7 +156,7 @@ def exact(way: str, domain: int, folder: Path) -> None:
         for machine, robots in ('right', LEFT), ('laptop', RIGHT):
             machines.start(machine, *CTRL, *EXACT, *part(robots))
         odometry = machines.odometry[1]
-        # What is lost is sent again after a while: every step takes its time.
+        # Lost packets are sent again, which takes a while at every step.
         machines.peer.wait_for(
             lambda: odometry and stamp(odometry[-1]) > EXACT_S + BEHIND_S, 3 * TIMEOUT_S
         )
@@ -229,8 +229,8 @@ def recover_from_a_killed_controller(machines: ThreeMachines, controller: Proces
     t = machines.t(RIGHT)
     machines.peer.wait_for(
         lambda: (
-            all(stands(machines.odometry[robot][-1]) for robot in LEFT)
-            and not any(stands(machines.odometry[robot][-1]) for robot in RIGHT)
+            all(is_at_rest(machines.odometry[robot][-1]) for robot in LEFT)
+            and not any(is_at_rest(machines.odometry[robot][-1]) for robot in RIGHT)
         )
     )
     machines.control(LEFT)
@@ -238,7 +238,7 @@ def recover_from_a_killed_controller(machines: ThreeMachines, controller: Proces
     assert machines.t(LEFT) > t
 
 
-def stands(odometry) -> bool:
+def is_at_rest(odometry) -> bool:
     return odometry.twist.twist.linear.x == odometry.twist.twist.angular.z == 0
 
 

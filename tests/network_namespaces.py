@@ -78,8 +78,8 @@ class Network:
     def _wait_until_up(self, name: str) -> None:
         """Wait for the kernel, which calls a plugged-in interface up only a little later.
 
-        Fast DDS passes over an interface that is not up, and looks once: a process that starts
-        in between never hears another machine.
+        Fast DDS ignores an interface that is down when it looks, which is once: a process that
+        starts too early never receives anything from another machine.
         """
         show = ['-br', '-n', self.space(name), 'link', 'show', 'eth0']
         while ip(*show).split()[1] != 'UP':

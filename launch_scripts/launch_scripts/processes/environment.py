@@ -86,7 +86,7 @@ def local_environment() -> dict[str, str]:
 def closed_environment() -> dict[str, str]:
     """Return an environment in which topics stay on this machine, whatever the user has set.
 
-    Emulated robots have the names of real ones, which must not receive their commands.
+    Emulated robots have the names of real robots, which must not receive their commands.
     """
     environment = _environment('LOCALHOST') | {_DISCOVERY_RANGE: 'LOCALHOST'}
     return {name: value for name, value in environment.items() if name not in _LEAVING}

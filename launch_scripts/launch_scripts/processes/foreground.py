@@ -17,7 +17,7 @@ def run_in_foreground(
     command: Sequence[str],
     companions: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> int:
-    """Run a process, with others beside it if wanted, until Ctrl-C; return the exit status."""
+    """Run a process, and its companions if any, until Ctrl-C; return the exit status."""
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
         child.on_hang = partial(stop_robots_of, supervisor, child)

@@ -30,14 +30,14 @@ class RobotWatch:
 
     Attributes:
         robot: The robot.
-        track: Its poses, and which of them to believe.
+        track: Its poses, and which of them to trust.
         arrivals: When its poses arrived, in s on the system's clock.
         stamps: Their stamps, in s.
         fault: What was wrong with the last bad pose; None if all were good.
         battery: Charge in percent; None if unknown.
         scale: Scale of its battery's messages.
-        wheels: Forward speed by its own odometry in m/s, and when that arrived in s on a steady
-            clock; None before.
+        wheels: Forward speed in m/s by its own odometry, and arrival in s on a steady clock, if
+            any.
     """
 
     robot: LabRobot
@@ -87,7 +87,7 @@ class LabWatch(FleetNode):
                 self.create_subscription(kind, topic, partial(callback, watch), _BURST)
 
     def restart_statistics(self) -> None:
-        """Restart the statistics of motion capture."""
+        """Forget the poses received so far."""
         self._begin = time.time()
         self.take_guards()
         for watch in self.robots.values():
@@ -101,12 +101,12 @@ class LabWatch(FleetNode):
             guard.take(time.monotonic())
 
     def statistics(self, robot: int) -> ArrivalStatistics:
-        """Return how regularly a robot's poses have been arriving."""
+        """Return the regularity of a robot's poses."""
         watch = self.robots[robot]
         return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
 
     def runs_experiment(self) -> bool:
-        """Return whether another process pauses and starts robots here."""
+        """Return whether another process pauses and starts the robots."""
         return bool(cmd_vel_topics.strangers(self, topics.PAUSED, {self._own}))
 
     def poses(self) -> dict[int, Pose]:
@@ -131,13 +131,13 @@ class LabWatch(FleetNode):
         return self.mocap.trouble(self.robots[robot].robot.mocap_name)
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
-        """Return who receives a robot's commands, bystanders aside."""
+        """Return who receives a robot's commands, except recorders and displays."""
         return cmd_vel_topics.listeners(self, robot.topic(topics.CMD_VEL))
 
     def rival(self, robot: LabRobot, experiment: bool = False) -> str:
         """Return which other process may move a robot, or moves in its place; empty if none.
 
-        With `experiment`, an experiment may.
+        With `experiment`, the processes of an experiment do not count.
         """
         topic = robot.topic(topics.CMD_VEL)
         guard = self.robot_guards[robot.number]

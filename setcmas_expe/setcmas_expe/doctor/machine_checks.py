@@ -16,7 +16,7 @@ from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_simu.errors import did_you_mean, install_command
 from setcmas_simu.plugins import known_groups, unknown_groups
 
-_GROUP = '239.255.0.1'  # that of DDS discovery
+_GROUP = '239.255.0.1'  # of DDS discovery
 _SIOCGIFADDR = 0x8915
 _WAIT_S = 0.3
 _WHAT = 'multicast'
@@ -27,10 +27,7 @@ _ADVICE = (
 
 
 def network_addresses() -> dict[str, str]:
-    """Return the IPv4 addresses of network interfaces except the loopback, by name.
-
-    Empty on systems without fcntl, such as Windows.
-    """
+    """Return the IPv4 addresses of network interfaces except loopback; none without fcntl."""
     try:
         import fcntl
     except ImportError:
@@ -38,7 +35,7 @@ def network_addresses() -> dict[str, str]:
     addresses = {}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         for _, name in socket.if_nameindex():
-            with contextlib.suppress(OSError):  # it has none
+            with contextlib.suppress(OSError):  # it has no address
                 request = struct.pack('256s', name.encode()[:15])
                 answer = fcntl.ioctl(probe.fileno(), _SIOCGIFADDR, request)
                 addresses[name] = socket.inet_ntoa(answer[20:24])
@@ -46,7 +43,7 @@ def network_addresses() -> dict[str, str]:
 
 
 def multicast_works(address: str) -> bool:
-    """Return whether a multicast datagram through an interface comes back to this host."""
+    """Return whether a multicast datagram sent through an interface returns to this host."""
     with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
         receiver = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         sender = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
@@ -63,7 +60,7 @@ def multicast_works(address: str) -> bool:
 
 
 def multicast_finding() -> Finding:
-    """Return the interfaces through which multicast works, as seen from this machine."""
+    """Return the interfaces through which multicast leaves this machine."""
     addresses = network_addresses()
     if not addresses:
         return Finding(NOTE, _WHAT, 'this machine has no network')
@@ -71,7 +68,7 @@ def multicast_finding() -> Finding:
     if not working:
         return Finding(NOTE, _WHAT, f'blocked on {", ".join(addresses)}', _ADVICE)
     names = ', '.join(f'{name} ({addresses[name]})' for name in working)
-    return Finding(OK, _WHAT, f'leaves through {names}; many Wi-Fi access points drop it there')
+    return Finding(OK, _WHAT, f'leaves through {names}; but many Wi-Fi access points drop it')
 
 
 _PYTHONS = ((3, 10), (3, 13))
@@ -93,7 +90,7 @@ def environment_findings() -> list[Finding]:
 
 
 def plugin_findings() -> list[Finding]:
-    """Return the groups of entry points that setcmas does not know: typing mistakes of plugins."""
+    """Return the groups of entry points that setcmas does not know: misspelt names of plugins."""
     known = known_groups()
     return [
         Finding(
@@ -113,11 +110,13 @@ def ros_is_there() -> bool:
 
 
 def python_finding(version: tuple[int, int]) -> Finding:
-    """Return whether ROS 2 Jazzy's wheels support a version of Python."""
+    """Return whether ROS 2 Jazzy has wheels for a version of Python."""
     text = '.'.join(map(str, version))
     if _PYTHONS[0] <= version <= _PYTHONS[1]:
         return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
-    return Finding(PROBLEM, 'Python', text, 'use Python 3.10 to 3.13: ROS 2 has wheels for these')
+    return Finding(
+        PROBLEM, 'Python', text, 'use Python 3.10 to 3.13: ROS 2 Jazzy has wheels for these'
+    )
 
 
 def ros_finding() -> Finding:
@@ -131,7 +130,7 @@ def ros_finding() -> Finding:
         found = f'{os.environ.get("ROS_DISTRO", "rclpy")}, installed'
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
-        return Finding(NOTE, 'ROS 2', found, 'this is made for and tested with ROS 2 Jazzy')
+        return Finding(NOTE, 'ROS 2', found, 'setcmas is made for, and tested with, ROS 2 Jazzy')
     return Finding(OK, 'ROS 2', found)
 
 
@@ -148,7 +147,7 @@ def rmw_finding(variables: Mapping[str, str]) -> Finding:
         NOTE,
         'middleware',
         f'RMW_IMPLEMENTATION={name}',
-        f'all machines should use the same one; this is tested with {_DEFAULT_RMW}',
+        f'use the same on all machines; setcmas is tested with {_DEFAULT_RMW}',
     )
 
 
@@ -165,7 +164,7 @@ def discovery_finding(variables: Mapping[str, str]) -> Finding:
     """Return how machines find each other."""
     what = 'discovery'
     if variables.get('ROS_LOCALHOST_ONLY') == '1':
-        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and Jazzy no longer wants it'
+        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and is deprecated in Jazzy'
         return Finding(PROBLEM, what, 'ROS_LOCALHOST_ONLY=1', advice)
     wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
     if wanted is not None and wanted not in _RANGES:
@@ -176,5 +175,6 @@ def discovery_finding(variables: Mapping[str, str]) -> Finding:
         if variables.get(name):
             found += f', {name}={variables[name]}'
     if wanted == 'OFF':
-        return Finding(PROBLEM, what, found, 'unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF is off')
+        advice = 'unset ROS_AUTOMATIC_DISCOVERY_RANGE: with OFF no process finds another'
+        return Finding(PROBLEM, what, found, advice)
     return Finding(OK, what, found)

@@ -1,7 +1,7 @@
 """Nudge of each robot in turn: drive it a few centimetres, and prove which body it carries.
 
-The proof is the one of an experiment (safety/motion_watch.py): each robot must be seen to move as
-commanded, the others to stand still.
+The proof is that of an experiment (safety/motion_watch.py): motion capture must see each robot
+move as commanded while the others are at rest.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import cmath
 import math
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 from rclpy.publisher import Publisher
@@ -30,43 +29,28 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.process import RosProcess
 
-TURN_RATE = 0.5
-"""Turn rate of the nudge, in rad/s."""
-
-TOO_FAR_M = 0.10
-"""Motion of any robot at which a nudge ends, in m."""
-
-_ROOM_M = 0.02
-_PERIOD_S = 0.05
+_TURN_RATE = 0.5  # rad/s
+_FORWARD_S = _TURN_S = 1.0
+_STILL_S = 0.3  # until guards trust the start
 _SETTLING_S = 0.4
-_LAST_ZEROS = 5
 _PAUSE_S = 1.0  # guards have to discover the new publisher
+_LAST_PAUSE_S = 0.25  # several zeros, in case one is lost
+_PERIOD_S = 0.05
+_ROOM_M = 0.02
+_TOO_FAR_M = 0.10
 _UNGUARDED = 'without it the robot keeps going when this machine or the network dies'
 
 
-@dataclass(frozen=True)
-class Phase:
-    """A part of the nudge: forward speed (m/s) and turn rate (rad/s) for a duration (s)."""
-
-    V: float
-    omega: float
-    duration: float
-
-
-STILL = Phase(0.0, 0.0, 0.3)  # until guards trust the start
-FORWARD = Phase(CRAWL_M_S, 0.0, 1.0)
-BACK = Phase(-CRAWL_M_S, 0.0, 1.0)
-LEFT = Phase(0.0, TURN_RATE, 1.0)
-RIGHT = Phase(0.0, -TURN_RATE, 1.0)
-
-
 def missing_room(robot: int, poses: Mapping[int, Pose], lab: Lab) -> str:
-    """Return why a robot has no room for a nudge among all poses (m, rad); empty if it has.
+    """Return why a robot has no room for a nudge on all sides; empty if it has.
 
-    Its heading is not proved yet, so it needs room on all sides.
+    Args:
+        robot: Its number.
+        poses: Poses (m, rad) of all robots; the heading is not proved yet.
+        lab: The lab.
     """
     x, y, _ = poses[robot]
-    way = CRAWL_M_S * FORWARD.duration + _ROOM_M
+    way = CRAWL_M_S * _FORWARD_S + _ROOM_M
     corners = [(x + dx, y + dy) for dx in (-way, way) for dy in (-way, way)]
     if any(lab.arena.distance(*corner) > 0 for corner in corners):
         return 'it is too close to the border of the arena'
@@ -77,7 +61,7 @@ def missing_room(robot: int, poses: Mapping[int, Pose], lab: Lab) -> str:
 
 
 class Nudger:
-    """Moves one robot at a time; all others must stand still."""
+    """Moves one robot at a time; all others must be at rest."""
 
     def __init__(self, process: RosProcess, watch: LabWatch) -> None:
         """Prepare; nothing moves before `findings`."""
@@ -93,7 +77,7 @@ class Nudger:
         return self._watch.create_publisher(Bool, topics.PAUSED, qos.STATE)
 
     def findings(self) -> Iterator[Finding]:
-        """Nudge each robot unless something speaks against it; yield the results."""
+        """Nudge each robot unless there is a reason not to; yield the results."""
         for robot in self._lab.robots:
             if self._process.stopping:
                 return
@@ -136,61 +120,64 @@ class Nudger:
             self._pause(commands, _PAUSE_S)
             for part, go in (('nudge', self._go), ('turn', self._turn)):
                 findings.append(Finding(OK, f'{part} of {name}', go(commands, robot)))
-        except _BrokenOffError as reason:
+        except _AbortedError as reason:
             findings.append(Finding(PROBLEM, f'{part} of {name}', str(reason), reason.advice))
         finally:
-            self._pause(commands, _LAST_ZEROS * _PERIOD_S)  # several, in case one is lost
+            self._pause(commands, _LAST_PAUSE_S)
             commands.wait_until_sent()
         return findings
 
     def _go(self, commands: CmdVelPublisher, robot: LabRobot) -> str:
         """Drive forward and back, twice if the first time does not prove the robot."""
         x, y, theta = self._watch.poses()[robot.number]
-        for phase in (STILL, FORWARD):
-            self._drive(commands, phase, robot)
+        self._drive(commands, robot, (0.0, 0.0), _STILL_S)
+        self._drive(commands, robot, (CRAWL_M_S, 0.0), _FORWARD_S)
         there = self._watch.poses()[robot.number]
-        self._drive(commands, BACK, robot)
-        for phase in (FORWARD, BACK):
+        self._drive(commands, robot, (-CRAWL_M_S, 0.0), _FORWARD_S)
+        for speed in (CRAWL_M_S, -CRAWL_M_S):
             if not self._motion.is_proved(robot.number):
-                self._drive(commands, phase, robot)
+                self._drive(commands, robot, (speed, 0.0), _FORWARD_S)
         if not self._motion.is_proved(robot.number):
             way = f'moved less than {100 * PROOF_M:.0f} cm in all'
-            raise _BrokenOffError(way, 'check its wheels and the floor')
+            raise _AbortedError(way, 'check its wheels and the floor')
         moved = complex(there[0] - x, there[1] - y) / cmath.rect(1.0, theta)
         off = round(math.degrees(cmath.phase(moved)))
         return f'{100 * abs(moved):.1f} cm forward, {off:+d} deg off'
 
     def _turn(self, commands: CmdVelPublisher, robot: LabRobot) -> str:
         before = self._watch.poses()[robot.number][2]
-        self._drive(commands, LEFT, robot)
+        self._drive(commands, robot, (0.0, _TURN_RATE), _TURN_S)
         turned = float(wrap_angle(self._watch.poses()[robot.number][2] - before))
-        self._drive(commands, RIGHT, robot)
+        self._drive(commands, robot, (0.0, -_TURN_RATE), _TURN_S)
         return f'{round(math.degrees(turned)):+d} deg to the left'
 
-    def _drive(self, commands: CmdVelPublisher, phase: Phase, robot: LabRobot) -> None:
-        """Drive for one phase, then let the robot settle.
+    def _drive(
+        self,
+        commands: CmdVelPublisher,
+        robot: LabRobot,
+        velocities: tuple[float, float],
+        seconds: float,
+    ) -> None:
+        """Drive at forward speed and turn rate (m/s, rad/s), then let the robot settle.
 
         Raises:
-            _BrokenOffError: A robot does not move as commanded, or may not be driven any more.
+            _AbortedError: A robot does not move as commanded, or may no longer be driven.
         """
         start = self._watch.poses()
-        begin = time.monotonic()
-        while (elapsed := time.monotonic() - begin) < phase.duration:
-            self._command(commands, robot.number, (phase.V, phase.omega))
-            self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
-            self._check(start)
-            if trouble := self._watch.rival(robot) or self._watch.source_conflict(robot.number):
-                raise _BrokenOffError(trouble)
-        stop = time.monotonic()
-        while time.monotonic() - stop < _SETTLING_S:
-            self._command(commands, robot.number, (0.0, 0.0))
-            self._process.spin_until(lambda: False, _PERIOD_S)
-            self._check(start)
+        for commanded, duration in ((velocities, seconds), ((0.0, 0.0), _SETTLING_S)):
+            begin = time.monotonic()
+            while (elapsed := time.monotonic() - begin) < duration:
+                self._command(commands, robot.number, commanded)
+                self._process.spin_until(lambda: False, min(_PERIOD_S, duration - elapsed))
+                self._check(start)
+                conflict = self._watch.rival(robot) or self._watch.source_conflict(robot.number)
+                if conflict:
+                    raise _AbortedError(conflict)
 
     def _command(
         self, commands: CmdVelPublisher, robot: int, velocities: tuple[float, float]
     ) -> None:
-        """Command one robot (m/s, rad/s), and note that all others must stand still."""
+        """Command one robot (m/s, rad/s), and note that all others must be at rest."""
         now = time.monotonic()
         self._paused.publish(Bool(data=False))
         commands.publish(*velocities)
@@ -209,13 +196,13 @@ class Nudger:
             time.sleep(max(0.0, now + _PERIOD_S - time.monotonic()))  # spins no more when stopping
 
     def _check(self, start: dict[int, Pose]) -> None:
-        """Check that every robot is seen, and moves as commanded.
+        """Check that motion capture sees every robot move as commanded.
 
         Raises:
-            _BrokenOffError: One does not.
+            _AbortedError: It does not.
         """
         if self._process.stopping:
-            raise _BrokenOffError('stopped by the user')
+            raise _AbortedError('stopped by the user')
         robots = self._watch.robots
         self._motion.see(
             {number: watch.track for number, watch in robots.items()},
@@ -226,18 +213,18 @@ class Nudger:
         for robot, (x, y, _) in start.items():
             name = robot_name(robot)
             if trouble := robots[robot].track.trouble:
-                raise _BrokenOffError(f'{name}: {trouble}')
+                raise _AbortedError(f'{name}: {trouble}')
             if trouble := self._motion.trouble(robot):
                 happened, _, check = trouble.partition(': ')
-                raise _BrokenOffError(f'{name} {happened}', check)
+                raise _AbortedError(f'{name} {happened}', check)
             if robot not in poses or self._is_lost(robot):
-                raise _BrokenOffError(f'motion capture lost {name}')
-            if math.hypot(poses[robot][0] - x, poses[robot][1] - y) > TOO_FAR_M:
-                raise _BrokenOffError(f'{name} moved further than it should')
+                raise _AbortedError(f'motion capture lost {name}')
+            if math.hypot(poses[robot][0] - x, poses[robot][1] - y) > _TOO_FAR_M:
+                raise _AbortedError(f'{name} moved further than it should')
 
 
-class _BrokenOffError(Exception):
-    """A nudge ended early: what happened, and what to do."""
+class _AbortedError(Exception):
+    """A nudge ended early; `advice` says what to do."""
 
     def __init__(
         self, found: str, advice: str = 'clear its way, and stop everything else that commands it'

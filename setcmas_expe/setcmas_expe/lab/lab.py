@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import astuple, dataclass, replace
-from itertools import product
-
-import numpy as np
 
 from setcmas_ctrl.filter.filter_options import NONE, FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
@@ -40,8 +37,6 @@ class Battery:
 
 FILTER_MARGIN_M = 0.05
 """Distance in m that the filter keeps between robots beyond that at which they stop."""
-
-_GRID = 40  # points along each side of the arena
 
 
 @dataclass(frozen=True)
@@ -157,21 +152,6 @@ class Lab:
             obstacles=str(self.obstacles) or None,
             accel=self.accel if self.accel < math.inf else None,
         )
-
-    def check_room(self) -> None:
-        """Check that obstacles leave room in the arena.
-
-        Raises:
-            SetcmasError: They cover it.
-        """
-        xmin, xmax, ymin, ymax = self.arena
-        share = (np.arange(_GRID) + 0.5) / _GRID
-        points = product(xmin + share * (xmax - xmin), ymin + share * (ymax - ymin))
-        if all(self.obstacles.contain(x, y) for x, y in points):
-            raise SetcmasError(
-                f'the obstacles cover the arena, {xmin:g} to {xmax:g} by {ymin:g} to {ymax:g} m; '
-                'leave room for the robots'
-            )
 
     def check_tightens(self, bounds: Lab) -> None:
         """Check that this lab allows nothing that another lab forbids.

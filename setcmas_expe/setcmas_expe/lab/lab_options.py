@@ -87,8 +87,7 @@ class LabOptions(LabChoice):
         """Return the lab.
 
         Raises:
-            SetcmasError: The lab file has a mistake, a name does not suit motion capture, or
-                obstacles leave no room.
+            SetcmasError: The lab file has a mistake, or a name does not suit motion capture.
         """
         lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
         names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
@@ -96,15 +95,13 @@ class LabOptions(LabChoice):
         given['mocap'] = _mocap(self.mocap, lab) if self.mocap else None
         given['limits'] = ROBOT_LIMITS[self.limits] if self.limits else None
         given['obstacles'] = Obstacles.of(self.obstacles) if self.obstacles else None
-        lab = replace(
+        return replace(
             lab,
             resumes=lab.resumes or self.resume,
             guarded=not self.without_guard,
             checks_motion=lab.checks_motion and not self.without_motion_check,
             **{name: value for name, value in given.items() if value is not None},
         )
-        lab.check_room()
-        return lab
 
 
 def _mocap(name: str, lab: Lab) -> Mocap:

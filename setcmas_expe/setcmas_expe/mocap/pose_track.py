@@ -28,7 +28,7 @@ class StampClock:
         self._offset: float | None = None
         self._stamp = self._now = 0.0
         self.repeats = 0
-        """Number of measurements with the stamp of the one before, in a row."""
+        """Number of measurements in a row that repeated the stamp before."""
 
     def lateness(self, stamp: float, now: float) -> float:
         """Return the delay of a measurement in s, compared with the smallest so far.
@@ -332,25 +332,25 @@ def _near(one: Pose, other: Pose) -> bool:
 
 def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
     """Mark robots that jumped to each other's places, in a circle; return those newly marked."""
-    jumped = {number: track for number, track in tracks.items() if track.jumped_to}
+    jumped = {robot: track for robot, track in tracks.items() if track.jumped_to}
     taken = {
-        one: other
-        for one, track in jumped.items()
+        robot: other
+        for robot, track in jumped.items()
         for other, previous in jumped.items()
-        if one != other and _took_place(track, previous)
+        if robot != other and _took_place(track, previous)
     }
-    found = [one for one in taken if jumped[one].swapped_with is None and _in_circle(one, taken)]
-    for one in found:
-        jumped[one].swapped_with = taken[one]
-    return found
+    swapped = [robot for robot in taken if _is_in_circle(robot, taken)]
+    new = [robot for robot in swapped if jumped[robot].swapped_with is None]
+    for robot in new:
+        jumped[robot].swapped_with = taken[robot]
+    return new
 
 
-def _in_circle(one: int, taken: dict[int, int]) -> bool:
-    """Return whether the places taken lead back to the first robot."""
-    current: int | None = one
+def _is_in_circle(robot: int, taken: dict[int, int]) -> bool:
+    current: int | None = robot
     for _ in taken:
         current = taken.get(current) if current is not None else None
-        if current == one:
+        if current == robot:
             return True
     return False
 

@@ -27,7 +27,7 @@ scenarios:
     filter: none
     criteria:
       - {name: like the solution, metric: path_error, at_most: 0.3}
-      - {name: nobody is stopped, metric: safety_stops, at_most: 0}
+      - {name: no robot is stopped, metric: safety_stops, at_most: 0}
 """
 
 
@@ -106,5 +106,5 @@ def test_a_law_is_marked_for_safety_in_the_lab(rubric, domain):
     emulated = run_setcmas('check', 'my_law', '-R', 'final.yaml', '--emulate', cwd=folder)
     assert offline.returncode == 2
     assert 'only measured in the emulated lab; add --emulate' in offline.stderr
-    assert 'nobody is stopped: safety_stops 0 (wanted: at most 0)' in emulated.stdout
+    assert 'no robot is stopped: safety_stops 0 (wanted: at most 0)' in emulated.stdout
     assert emulated.returncode == 0

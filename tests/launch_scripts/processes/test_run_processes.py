@@ -1,4 +1,4 @@
-"""Runs beside another in their ROS domain, and runs that somebody stops."""
+"""Second runs in a ROS domain, and runs that another program pauses."""
 
 import pytest
 import yaml
@@ -40,10 +40,10 @@ def test_an_emulated_run_that_cannot_be_restarted_ends_and_says_so(start, peer, 
     peer.publisher(Bool, '/pause').publish(Bool(data=True))
 
     assert process.wait() == 1
-    told = 'the robots were paused: by /pause; nothing can start them again'
-    assert f'setcmas run: {told}' in process.output()
+    detail = 'the robots were paused: by /pause; nothing can start them again'
+    assert f'setcmas run: {detail}' in process.output()
     outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
-    assert outcome == {'state': 'not finished', 'detail': told}
+    assert outcome == {'state': 'not finished', 'detail': detail}
 
 
 @pytest.mark.nightly

@@ -75,12 +75,12 @@ def test_an_experiment_has_what_is_shown_of_it(start, peer):
 
 def check_messages(shown, peer):
     """Check that every display gets messages, of its type and with its quality of service."""
-    heard = {}
+    received = {}
     for display in shown:
         kind = types()[display['Class'].rpartition('/')[2]]
         topic = display['Topic']
-        heard[topic['Value']] = peer.listen(kind, topic['Value'], profile(topic))
-    peer.wait_for(lambda: all(heard.values()))
+        received[topic['Value']] = peer.listen(kind, topic['Value'], profile(topic))
+    peer.wait_for(lambda: all(received.values()))
 
     for display in shown:
         topic = display['Topic']

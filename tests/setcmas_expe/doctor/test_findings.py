@@ -5,7 +5,6 @@ from setcmas_expe.doctor.findings import (
     Finding,
     advice_lines,
     exit_status,
-    table,
     verdict,
 )
 
@@ -33,12 +32,3 @@ def test_long_advice_is_wrapped():
 
     assert len(lines) > 1
     assert max(map(len, lines)) < 100
-
-
-def test_the_table_has_a_line_for_each_finding():
-    assert [line.split()[0] for line in table([GOOD, KNOWN, *BAD]).splitlines()] == [
-        'ok',
-        'note',
-        'PROBLEM',
-        'PROBLEM',
-    ]

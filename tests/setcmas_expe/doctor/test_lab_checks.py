@@ -34,14 +34,11 @@ def test_jitter_and_a_gap():
     assert statistics.jitter == pytest.approx(0.0943, abs=1e-3)
 
 
-def test_a_source_that_falls_silent_has_a_gap_up_to_the_end():
-    assert arrival_statistics([0.0, 0.1], [0.0, 0.0], 0.0, 3.0).largest_gap == pytest.approx(2.9)
-
-
-def test_nothing_at_all():
+def test_a_silent_source_has_a_gap_up_to_the_end():
     statistics = arrival_statistics([], [], 0.0, 3.0)
 
     assert (statistics.rate, statistics.age, statistics.largest_gap) == (0.0, None, 3.0)
+    assert arrival_statistics([0.0, 0.1], [0.0, 0.0], 0.0, 3.0).largest_gap == pytest.approx(2.9)
 
 
 @pytest.mark.parametrize('difference', [-60.0, 60.0])
@@ -59,8 +56,8 @@ def found(preset, *graph):
     return [finding.found for finding in other_presets(graph, preset)]
 
 
-def test_bodies_that_another_preset_would_hear_are_named():
-    told = found(
+def test_bodies_that_another_preset_would_receive_are_named():
+    other = found(
         'qualisys',
         ('/vrpn_mocap/Red/pose', POSE),
         ('/vrpn_mocap/Blue/pose', POSE),
@@ -69,13 +66,9 @@ def test_bodies_that_another_preset_would_hear_are_named():
         ('/tf', ['tf2_msgs/msg/TFMessage']),
     )
 
-    assert told == ['tf would receive /tf, with all bodies', 'vrpn would receive Blue, Red']
-
-
-def test_presets_with_the_same_bodies_are_reported_in_one_line():
-    told = found('vicon', ('/Red/pose', POSE), ('/tb3_1/pose', POSE))
-
-    assert told == ['natnet or nokov or optitrack would receive Red, tb3_1']
+    assert other == ['tf would receive /tf, with all bodies', 'vrpn would receive Blue, Red']
+    same = found('vicon', ('/Red/pose', POSE), ('/tb3_1/pose', POSE))
+    assert same == ['natnet or nokov or optitrack would receive Red, tb3_1']
 
 
 GUARDED = GuardReport(State.IDLE, '', True, Power.UNKNOWN, '')
@@ -100,7 +93,7 @@ def test_a_robot_that_is_well():
 
 
 @pytest.mark.parametrize(
-    ('changes', 'level', 'told'),
+    ('changes', 'level', 'text'),
     [
         ({'mocap': SILENT, 'pose': None}, PROBLEM, 'body_7'),
         ({'mocap': replace(GOOD.mocap, largest_gap=0.7)}, PROBLEM, 'silent for 0.7 s'),
@@ -117,12 +110,12 @@ def test_a_robot_that_is_well():
         ({'battery': 5.0}, PROBLEM, '5 %'),
     ],
 )
-def test_problems_are_reported(changes, level, told):
+def test_problems_are_reported(changes, level, text):
     check = replace(GOOD, **changes)
     (finding,) = check.findings(LAB, ['body_7'])
 
     assert finding.level == level
-    assert told in f'{finding.found} {finding.advice}'
+    assert text in f'{finding.found} {finding.advice}'
     assert len(check.row()) == len(COLUMNS)
 
 

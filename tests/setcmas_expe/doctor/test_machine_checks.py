@@ -25,7 +25,7 @@ def test_domains(domain, level):
 
 
 @pytest.mark.parametrize(
-    ('variables', 'level', 'told'),
+    ('variables', 'level', 'text'),
     [
         ({}, OK, 'SUBNET in experiments'),
         ({'ROS_STATIC_PEERS': '10.0.0.2'}, OK, '10.0.0.2'),
@@ -34,11 +34,11 @@ def test_domains(domain, level):
         ({'ROS_LOCALHOST_ONLY': '1'}, PROBLEM, 'ROS_LOCALHOST_ONLY'),
     ],
 )
-def test_discovery(variables, level, told):
+def test_discovery(variables, level, text):
     finding = discovery_finding(variables)
 
     assert finding.level == level
-    assert told in finding.found
+    assert text in finding.found
 
 
 def test_multicast_fails_through_an_address_that_this_machine_does_not_have():

@@ -30,10 +30,6 @@ def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
     assert not lab.resumes
 
 
-def test_an_empty_file_is_the_default_lab(lab_file):
-    assert load_lab(lab_file('# nothing\n'), 3) == load_lab(DEFAULT_FILE, 3)
-
-
 def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_file):
     text = re.sub(r'(?m)^( *)# (robots:|  - |    mocap_name|    namespace)', r'\1\2',
                   DEFAULT_FILE.read_text())  # fmt: skip
@@ -97,13 +93,11 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
-        ('a: [', 1, 'not YAML'),
         ('arena:\n  x: [-1, 1]\n y: 3\n', 3, 'not YAML'),
         ('\nrobot: 1\n', 2, "there is no key 'robot'.*did you mean robots"),
         ('mocap:\n  presett: vicon\n', 2, "no key 'mocap.presett'.*did you mean preset"),
         ('mocap:\n  preset: vikon\n', 2, "mocap.preset is 'vikon'.*did you mean vicon"),
         ('mocap: {preset: custom}\n', 1, 'custom together with mocap.topic'),
-        ('mocap: {topic: pose}\n', 1, "topic 'pose' must be the full name"),
         ('mocap: {topic: /a/pose}\n', 1, 'with {name}'),
         ('mocap: {preset: mocap4r2, topic: "/{name}/pose"}\n', 1, 'of all bodies'),
         ('mocap: {preset: mocap4r2, type: Odometry}\n', 1, 'left out: mocap4r2 has its own type'),
@@ -114,7 +108,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('arena:\n  x:\n  - 0\n  - wide\n', 4, r"arena.x\[1\] is 'wide'; it must be a number"),
         ('arena: {x: [.nan, 1]}\n', 1, 'is nan; it must be a finite number'),
         ('min_separation: 0\n', 1, 'min_separation is 0; it must be above 0'),
-        ('min_separation: -1\n', 1, 'above 0'),
         ('arena: {x: [0, 3], y: [0, 4]}\nmin_separation: 5\n', 2, 'less than the 5.00 m'),
         (
             'limits: {forward: 1.0e+9, turn: 1, wheel: 1, wheel_separation: 1}\n',
@@ -126,15 +119,12 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('limits: segway\n', 1, "is 'segway'; it must be burger or waffle"),
         ('limits: {forward: 1}\n', 1, 'all of forward, turn, wheel, wheel_separation'),
         ('timeouts: {pose: 60}\n', 1, 'timeouts.pose is 60; it must be from 0.3 to 2 s'),
-        ('timeouts: {pause: 0.05}\n', 1, 'from 0.3 to 2 s'),
         ('joystick: {button: 1.5}\n', 1, 'button is 1.5; it must be a whole number from 0'),
         ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
         ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
         ('network: {static_peers: [a;b]}\n', 1, 'an address'),
-        ('network: {discovery_server: 10.0.0.1}\n', 1, 'with its port'),
         ('network: {discovery_server: "10.0.0.1:118110"}\n', 1, 'with its port'),
         ('min_separation: 1\nmin_separation: 2\n', 2, 'there twice'),
-        ('robots: []\n', 1, 'without a gap'),
         ('robots: [{number: 2}]\n', 1, 'without a gap'),
         ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),
         ('robots:\n- {number: 1}\n- {number: 2, mocap_name: tb3_1}\n', 3, 'mocap_name'),
@@ -161,8 +151,5 @@ def test_a_file_that_cannot_be_read_is_reported(tmp_path):
         load_lab(tmp_path / 'loop.yaml')
 
 
-def test_numbers_with_an_exponent_are_numbers(tmp_path):
-    path = tmp_path / 'lab.yaml'
-    path.write_text('min_separation: 3e-1\n')
-
-    assert load_lab(path).min_separation == 0.3
+def test_numbers_with_an_exponent_are_numbers(lab_file):
+    assert load_lab(lab_file('min_separation: 3e-1\n')).min_separation == 0.3

@@ -78,18 +78,14 @@ def tracker():
     return Tracker()
 
 
-def test_a_robot_that_drives_is_believed(tracker):
+def test_poses_of_a_robot_that_drives_are_trusted(tracker):
+    assert tracker.track.age(tracker.now) == math.inf
     tracker.moving = True
 
     assert tracker.feed(5.0, speed=0.21) == 250
     assert tracker.track.fault == ''
     assert tracker.track.pose[0] == pytest.approx(5.0 * 0.21, abs=0.01)
     assert tracker.track.age(tracker.now) == pytest.approx(0.0, abs=1e-6)
-
-
-def test_before_the_first_pose_nothing_is_known(tracker):
-    assert tracker.track.pose is None
-    assert tracker.track.age(tracker.now) == math.inf
 
 
 def test_a_jump_is_rejected_until_a_pause_while_the_pose_stands_still(tracker):
@@ -108,7 +104,7 @@ def test_a_jump_is_rejected_until_a_pause_while_the_pose_stands_still(tracker):
     assert tracker.track.pose[0] == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_robot_that_is_being_carried_is_not_believed_even_while_paused(tracker):
+def test_poses_of_a_robot_that_is_carried_are_rejected_even_while_paused(tracker):
     tracker.feed(1.0)
     tracker.paused = True
 
@@ -145,9 +141,9 @@ def test_frozen_poses_of_a_robot_that_is_commanded_to_move_are_rejected(tracker)
 
     assert good <= 0.45 * RATE
     assert tracker.track.fault == FROZEN
-    tracker.moving = False  # it has been stopped; what is frozen stays frozen
+    tracker.moving = False  # it is stopped, and its poses stay frozen
     assert tracker.feed(1.0, noise=0) == 0
-    assert tracker.feed(0.1) == 5  # the measurement lives again
+    assert tracker.feed(0.1) == 5  # poses change again
     assert tracker.track.fault == ''
 
 
@@ -155,7 +151,7 @@ def test_a_robot_that_stands_may_have_equal_poses(tracker):
     assert tracker.feed(5.0, noise=0) == 250
     tracker.moving = True
 
-    assert tracker.feed(0.3, noise=0) == 15  # it has only just been told to move
+    assert tracker.feed(0.3, noise=0) == 15  # the command to move is recent
     assert tracker.feed(0.3, noise=0) < 10
     assert tracker.track.fault == FROZEN
 
@@ -212,7 +208,7 @@ def swapped_trackers():
 
 def test_swapped_names_are_recognised_and_not_taken_for_carried_robots():
     one, two, tracks = swapped_trackers()
-    assert mark_swapped(tracks) == []  # told once
+    assert mark_swapped(tracks) == []  # only once
     assert 'swapped places with robot 2' in one.track.trouble
     for tracker, x in ((one, -1.0), (two, 1.0)):
         tracker.paused = True
@@ -267,7 +263,7 @@ def test_two_poses_a_second_are_too_few(tracker):
     assert SLOW in tracker.track.rejected
 
 
-def test_a_robot_that_is_lifted_is_not_believed_until_it_stands_again(tracker):
+def test_poses_of_a_lifted_robot_are_rejected_until_it_is_set_down(tracker):
     tracker.feed(1.0)
     tracker.z = 0.2
     assert tracker.feed(0.5) == 0

@@ -52,10 +52,10 @@ def test_what_is_wrong_with_a_measurement_by_itself(bad, fault):
 def test_y_up_systems_are_turned_with_their_orientation():
     for yaw in np.linspace(-3, 3, 7):
         z, w = quaternion_of_yaw(yaw)
-        # The robot at x = 1, y = 2 on the floor, as a system with y upwards tells it.
-        told = Sample((1.0, 0.1, -2.0), (0.0, z, 0.0, w), twist=(0.3, 0.0, -0.4, 0.0, 0.5, 0.0))
+        # The robot at x = 1, y = 2 on the floor, measured by a system with y upwards.
+        y_up = Sample((1.0, 0.1, -2.0), (0.0, z, 0.0, w), twist=(0.3, 0.0, -0.4, 0.0, 0.5, 0.0))
 
-        turned = told.z_up()
+        turned = y_up.z_up()
 
         assert turned.planar() == pytest.approx((1.0, 2.0, yaw))
         assert turned.position[2] == 0.1
