@@ -207,6 +207,8 @@ class Child:
         status = self.process.returncode
         if self.killed or (status <= 0 and self.calls.failed):
             return 1
+        if status == -signal.SIGTERM and not self.has_output:
+            return 0  # stopped before it could handle signals
         return status if status >= 0 else 128 - status  # as shells report it
 
     def reported(self, kind: type[AnyReport]) -> AnyReport | None:

@@ -74,7 +74,7 @@ def multicast_finding() -> Finding:
 _PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
-_RANGES = ('SUBNET', 'LOCALHOST', 'OFF', 'SYSTEM_DEFAULT')
+_RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
 _LARGEST_DOMAIN = 101
 _WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
 
@@ -114,9 +114,8 @@ def python_finding(version: tuple[int, int]) -> Finding:
     text = '.'.join(map(str, version))
     if _PYTHONS[0] <= version <= _PYTHONS[1]:
         return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
-    return Finding(
-        PROBLEM, 'Python', text, 'use Python 3.10 to 3.13: ROS 2 Jazzy has wheels for these'
-    )
+    advice = 'use Python 3.10 to 3.13: ROS 2 Jazzy has wheels for these'
+    return Finding(PROBLEM, 'Python', text, advice)
 
 
 def ros_finding() -> Finding:
@@ -143,12 +142,8 @@ def rmw_finding(variables: Mapping[str, str]) -> Finding:
     name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
     if name == _DEFAULT_RMW:
         return Finding(OK, 'middleware', name)
-    return Finding(
-        NOTE,
-        'middleware',
-        f'RMW_IMPLEMENTATION={name}',
-        f'use the same on all machines; setcmas is tested with {_DEFAULT_RMW}',
-    )
+    advice = f'use the same on all machines; setcmas is tested with {_DEFAULT_RMW}'
+    return Finding(NOTE, 'middleware', f'RMW_IMPLEMENTATION={name}', advice)
 
 
 def domain_finding(variables: Mapping[str, str]) -> Finding:
@@ -161,7 +156,7 @@ def domain_finding(variables: Mapping[str, str]) -> Finding:
 
 
 def discovery_finding(variables: Mapping[str, str]) -> Finding:
-    """Return how machines find each other."""
+    """Return how processes and machines find each other."""
     what = 'discovery'
     if variables.get('ROS_LOCALHOST_ONLY') == '1':
         advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and is deprecated in Jazzy'
@@ -174,7 +169,4 @@ def discovery_finding(variables: Mapping[str, str]) -> Finding:
     for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
         if variables.get(name):
             found += f', {name}={variables[name]}'
-    if wanted == 'OFF':
-        advice = 'unset ROS_AUTOMATIC_DISCOVERY_RANGE: with OFF no process finds another'
-        return Finding(PROBLEM, what, found, advice)
     return Finding(OK, what, found)

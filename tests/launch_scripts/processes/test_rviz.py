@@ -13,10 +13,12 @@ from setcmas_simu.simulator.rviz_config import rviz_config
 pytest.importorskip('rclpy')
 
 
-def displays_with_topics(robots, experiment=False):
+def displays(robots, *left_out, experiment=False):
+    """Return the displays with a topic, except those of some topics."""
     manager = yaml.safe_load(rviz_config(robots, experiment))['Visualization Manager']
     of_robots = [each for group in manager['Displays'] for each in group.get('Displays', ())]
-    return [each for each in (*manager['Displays'], *of_robots) if 'Topic' in each]
+    shown = [each for each in (*manager['Displays'], *of_robots) if 'Topic' in each]
+    return [each for each in shown if each['Topic']['Value'] not in left_out]
 
 
 def types():
@@ -51,24 +53,15 @@ def test_every_display_gets_messages_of_its_type_from_a_running_fleet(start, pee
     common = ('--nb-robots', '2', '--robots')
     start(*CTRL, '--algo', 'nav_wp', *common, '1', '--obstacles', 'disc 1 2 0.5')
     start(*CTRL, '--algo', 'traj_tracking', *common, '2')
-    drawn_by_other_laws = {'/tb3_1/traj_ref', '/tb3_2/wp_ref'}
-    shown = [
-        display
-        for display in displays_with_topics([1, 2])
-        if display['Topic']['Value'] not in drawn_by_other_laws
-    ]
+    shown = displays([1, 2], '/tb3_1/traj_ref', '/tb3_2/wp_ref')  # of the other law
     assert len(shown) == 9
     check_messages(shown, peer)
 
 
 def test_an_experiment_has_what_is_shown_of_it(start, peer):
     start(*SETCMAS, 'expe', '--emulate', '--algo', 'consensus', '--nb-robots', '1')
-    drawn_by_other_laws = {'/tb3_1/wp_ref', '/tb3_1/traj_ref', '/obstacles'}
-    shown = [
-        display
-        for display in displays_with_topics([1], experiment=True)
-        if display['Topic']['Value'] not in drawn_by_other_laws
-    ]
+    of_others = ('/tb3_1/wp_ref', '/tb3_1/traj_ref', '/obstacles')
+    shown = displays([1], *of_others, experiment=True)
     assert {display['Topic']['Value'] for display in shown} == {'/arena', '/mocap/tb3_1/odom'}
     check_messages(shown, peer)
 

@@ -222,12 +222,22 @@ def test_even_a_stubborn_process_is_stopped_with_all_that_it_started(supervisor)
     wait_until(lambda: all(map(gone, family)))
 
 
-@pytest.mark.parametrize(('report', 'status'), [('Recording(2)', 0), ('Ready()', -signal.SIGTERM)])
-def test_a_recorder_gets_the_time_to_write_what_it_has(supervisor, monkeypatch, report, status):
+def test_a_process_that_is_stopped_before_it_handles_signals_has_not_failed(supervisor):
+    child = supervisor.start('child', python('import time; time.sleep(600)'))
+    supervisor.stop(child)
+
+    assert child.process.returncode == -signal.SIGTERM
+    assert child.exit_status == 0
+
+
+@pytest.mark.parametrize(
+    ('report', 'writes_s', 'status'), [('Recording(2)', 1, 0), ('Ready()', 600, -signal.SIGTERM)]
+)
+def test_only_a_recorder_gets_the_time_to_write(supervisor, monkeypatch, report, writes_s, status):
     monkeypatch.setattr('launch_scripts.processes.supervisor._ENDS_S', 0.2)
     writes = (
         'import signal, sys, time\n'
-        'signal.signal(signal.SIGINT, lambda *_: (time.sleep(1), sys.exit(0)))\n'
+        f'signal.signal(signal.SIGINT, lambda *_: (time.sleep({writes_s}), sys.exit(0)))\n'
     )
     code = f'{SETUP}{writes}launcher().report({report})\n{SLEEPER}'
     child = supervisor.start('record', python(code))
