@@ -126,6 +126,7 @@ def _grade(
     from setcmas_tools.grade.class_grading import grade
     from setcmas_tools.grade.mark_pages import marks_table, write_pages
     from setcmas_tools.grade.submissions import find_submissions
+    from setcmas_tools.offline.private_mounts import PrivateMounts
 
     submissions = find_submissions(args.folder, rubric)
     in_lab = None
@@ -133,6 +134,11 @@ def _grade(
         from launch_scripts.processes.emulated_runs import runners_in_lab
 
         in_lab = runners_in_lab(rubric, 'grade')
+    if not (options.trust or PrivateMounts.are_possible()):
+        warn(
+            'this system forbids user namespaces to this user: robots of a submission could '
+            'exchange what their links do not carry (docs/grading.md, The sandbox)'
+        )
     marks = grade(submissions, rubric, folder, options, in_lab)
     print(marks_table(marks))
     written = write_formats(formats, marks, folder)

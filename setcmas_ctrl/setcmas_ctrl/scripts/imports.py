@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import builtins
 import contextlib
+import os
 import sys
 import threading
 import types
@@ -203,7 +204,8 @@ def _names(node: ast.Import | ast.ImportFrom, file: Path, folder: Path) -> list[
         return [(folder, alias.name) for alias in node.names]
     base = folder
     if node.level:
-        base = file.parent.joinpath(*['..'] * (node.level - 1)).resolve()
+        # Not resolved: the folder may be reached by a symbolic link.
+        base = Path(os.path.normpath(file.parent.joinpath(*['..'] * (node.level - 1))))
         if not base.is_relative_to(folder):
             return []
     prefix = f'{node.module}.' if node.module else ''

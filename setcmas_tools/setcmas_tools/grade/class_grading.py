@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import logging
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -19,7 +20,7 @@ import msgspec
 from tqdm import tqdm
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
-from setcmas_ctrl.scripts.script_errors import summarise
+from setcmas_ctrl.scripts.script_errors import safe_text, summarise
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.grade_options import GradeOptions
@@ -31,6 +32,7 @@ from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.confinement import obstacle
 from setcmas_tools.offline.host import Host
+from setcmas_tools.offline.host_channel import MachineError
 from setcmas_tools.offline.process_tree import end_with_parent
 
 Runners = Callable[[Path], LawRunner]
@@ -96,23 +98,24 @@ def graded(submission: Submission) -> Marks:
     run = SandboxRunner(host, submission.script, submission.files, times, function)
     try:
         return grader.marks(submission, lambda _: run)
-    except (OSError, ValueError) as error:  # such as conflicting file names
-        if getattr(error, 'errno', None) in _EXHAUSTED:  # not the student's fault: go on later
-            raise
+    except ValueError as error:  # such as conflicting file names
         failure = Failure(f'it cannot be graded: {summarise(error)}')
         return unmarked(grader.rubric, submission.name, submission.student, failure)
+    except OSError as error:
+        if error.errno in _OF_FILES:
+            failure = Failure(f'it cannot be graded: {summarise(error)}')
+            return unmarked(grader.rubric, submission.name, submission.student, failure)
+        raise MachineError from error
 
 
-_EXHAUSTED = {
-    getattr(errno, name) for name in ('ENOSPC', 'EDQUOT', 'EMFILE', 'ENFILE', 'EAGAIN', 'ENOMEM')
-}
-"""Errors of a machine that has too little of something: the command ends, to be resumed."""
+_OF_FILES = {errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG, errno.EINVAL}
+"""Errors of file names that cannot be together; others are the machine's, such as ENOSPC."""
 
 KEPT = 'marks'
 """Folder with the marks of submissions."""
 
-_SANDBOX = 3
-"""Version of the sandbox; in earlier ones scripts left it, or robots shared what they knew."""
+_SANDBOX = 4
+"""Version of the sandbox; in earlier ones scripts could leave it, or robots could communicate."""
 
 
 class KeptMarks:
@@ -178,7 +181,8 @@ def _digest(*parts: bytes) -> str:
     return whole.hexdigest()
 
 
-_BROKEN = Failure('the process that graded it ended; is there enough memory?')
+_MOST_NAMES = 5
+_logger = logging.getLogger(__name__)
 
 
 def grade(
@@ -198,7 +202,8 @@ def grade(
         in_lab: Runner in the emulated lab, one run at a time; None is offline, in a sandbox.
 
     Raises:
-        SetcmasError: There is no sandbox, or the rubric's solution fails.
+        SetcmasError: There is no sandbox, the rubric's solution fails, or the machine has kept
+            submissions from running; the marks of all others are stored.
         OSError: The marks cannot be written.
     """
     if not hasattr(os, 'fork'):
@@ -222,27 +227,44 @@ def grade(
         with bar:
             some = _made_in_lab(left, grader, in_lab) if in_lab else None
             for submission, made in some or _made(left, grader, options.jobs):
-                marks[submission.name] = kept.keep(submission, made)
+                if made:
+                    marks[submission.name] = kept.keep(submission, made)
                 bar.update()
     kept.drop_others(submissions)
+    _check_all_marked(marks, submissions)
     like = likenesses(*_prints(submissions, rubric))
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
 
 
+def _check_all_marked(marks: Mapping[str, Marks], submissions: Sequence[Submission]) -> None:
+    """Check that all are marked: zero points in a table would look like the students' fault.
+
+    Raises:
+        SetcmasError: Some are not.
+    """
+    names = [safe_text(str, one.name) for one in submissions if one.name not in marks]
+    if names:
+        more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
+        raise SetcmasError(
+            f'not marked: {", ".join(names[:_MOST_NAMES])}{more}. This computer ran out of '
+            'memory, disk or processes, or setcmas failed; repeat the command, with fewer --jobs, '
+            'to grade the rest and write the tables'
+        )
+
+
 def _made_in_lab(
     submissions: Sequence[Submission], grader: Grader, in_lab: Runners
-) -> Iterator[tuple[Submission, Marks]]:
+) -> Iterator[tuple[Submission, Marks | None]]:
     for one in submissions:
         yield one, grader.marks(one, in_lab)
 
 
 def _made(
     submissions: Sequence[Submission], grader: Grader, jobs: int
-) -> Iterator[tuple[Submission, Marks]]:
-    """Yield the marks of submissions as they finish.
+) -> Iterator[tuple[Submission, Marks | None]]:
+    """Yield the marks of submissions as they finish; None for what the machine cannot run.
 
-    If a grading process dies, its submissions are graded again, one at a time, to find the one
-    that killed it.
+    If a grading process dies, its submissions are graded again, one at a time.
     """
     left = list(submissions)
     while left:
@@ -252,28 +274,29 @@ def _made(
                 waiting = {pool.submit(graded, one): one for one in left}
                 for future in as_completed(waiting):
                     one = waiting[future]
-                    made = _result(future, grader.rubric, one)
+                    made = _result(future, one)
                     done.append(one)
                     yield one, made
         except BrokenProcessPool:
             left = [one for one in left if one not in done]
             if jobs == 1:
-                first = left.pop(0)
-                yield first, unmarked(grader.rubric, first.name, first.student, _BROKEN)
+                yield left.pop(0), None
             jobs = 1
         else:
             return
 
 
-def _result(future: Future[Marks], rubric: Rubric, submission: Submission) -> Marks:
-    """Return marks; an internal error about one submission does not stop the others."""
+def _result(future: Future[Marks], submission: Submission) -> Marks | None:
+    """Return marks; None if an error is not the submission's, which does not stop the others."""
     try:
         return future.result()
-    except (SetcmasError, OSError, BrokenProcessPool):
+    except MachineError:
+        return None
+    except (SetcmasError, BrokenProcessPool):
         raise
-    except Exception as error:
-        failure = Failure(f'internal error of setcmas: {error!r}')
-        return unmarked(rubric, submission.name, submission.student, failure)
+    except Exception:
+        _logger.exception('internal error while grading %r', submission.name)
+        return None
 
 
 @contextmanager

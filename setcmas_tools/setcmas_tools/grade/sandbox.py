@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import pickle
 import re
+import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -29,11 +31,12 @@ from setcmas_tools.grade.sandboxed_script import (
     Refusal,
     SandboxedScript,
 )
-from setcmas_tools.offline.confinement import FILE_SIZE, MEMORY, OPEN_FILES
+from setcmas_tools.offline.confinement import FILE_SIZE, HOME_SIZE, MEMORY, OPEN_FILES
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_child import EndedError, script_of
-from setcmas_tools.offline.host_process import Isolation
+from setcmas_tools.offline.host_channel import MachineError
+from setcmas_tools.offline.host_child import EndedError, script_of, times_s
+from setcmas_tools.offline.host_process import HOME, Isolation
 from setcmas_tools.scenario.scenario import Scenario
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
@@ -87,7 +90,19 @@ class SandboxRunner:
     function: str = CONTROL
 
     def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
-        """Return the run of a scenario with the submission."""
+        """Return the run of a scenario with the submission.
+
+        A run that the machine may have ended is repeated once.
+
+        Raises:
+            MachineError: The machine has ended it again.
+        """
+        try:
+            return self._run(scenario, is_last=False)
+        except MachineError:
+            return self._run(scenario, is_last=True)
+
+    def _run(self, scenario: MarkedScenario, is_last: bool) -> ScenarioRun:
         base = scenario.base
         is_condition = self.function == CTC
         settings = {} if is_condition else dict(base.law.set)
@@ -101,6 +116,8 @@ class SandboxRunner:
             try:
                 run = simulate(scripts.scenario(scenario), warn=_ignore)
             except LostError:
+                if scripts.was_killed and not is_last:
+                    raise MachineError from None
                 return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
         return ScenarioRun(run, self._located(scripts.failure))
 
@@ -125,6 +142,8 @@ class SandboxedScripts:
 
     Attributes:
         failure: The first error; None if there was none yet.
+        was_killed: Whether a process was killed from outside, such as for lack of memory, or
+            killed itself.
     """
 
     def __init__(
@@ -143,14 +162,16 @@ class SandboxedScripts:
             times: How long they may take.
         """
         self.failure: Failure | None = None
+        self.was_killed = False
         self._works = works
         self._name = CTC if works[0].is_condition else CONTROL
         self._times = times
         self._adjacency: list[Floats | None] = [None] * len(works)
         self._deadline = time.monotonic() + times.run
+        self._waited_before = times_s(os.getpid())[1]
         limits = {
             'AS': MEMORY, 'CPU': math.ceil(times.run), 'FSIZE': FILE_SIZE, 'NOFILE': OPEN_FILES,
-            'MSGQUEUE': 0, 'MEMLOCK': 0,
+            'MSGQUEUE': 0, 'MEMLOCK': 0, 'SIGPENDING': 0, HOME: HOME_SIZE // len(works),
         }  # fmt: skip
         self._ended = ExitStack()
         with ExitStack() as started:
@@ -243,15 +264,21 @@ class SandboxedScripts:
         child, folders = self._children[robot - 1], self._folders[robot - 1]
         left = self._deadline - time.monotonic()
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
-        if left < timeout:
+        if left < timeout and (left := left + self._waited_s()) < timeout:
             timeout, text = left, f'the run takes longer than {self._times.run:g} s'
         try:
             if request:
                 child.send(request, timeout)
             return child.receive(timeout, text, folders)
         except EndedError as error:
+            self.was_killed = error.status == -signal.SIGKILL and not error.was_ended
             file, line = script_of(error.places, folders) or (Path(), 0)
             self._lose(replace(here, message=str(error), script=file.name, line=line))
+
+    def _waited_s(self) -> float:
+        """Return how long this process and the children had to wait for a core, in s."""
+        processes = (os.getpid(), *(child.process for child in self._children))
+        return sum(times_s(process)[1] for process in processes) - self._waited_before
 
     def _lose(self, failure: Failure) -> NoReturn:
         self.failure = self.failure or failure

@@ -87,6 +87,7 @@ def handed_in(place: Path) -> Files:
     """
     try:
         if place.is_dir():
+            _check_not_linked(place)
             return _read_class(list(_in_folder(place)))
         with zipfile.ZipFile(place) as archive:
             return _read_class(list(_in_zip(archive)))
@@ -99,6 +100,23 @@ def handed_in(place: Path) -> Files:
         raise SetcmasError(f"'{place}' cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise SetcmasError(f"'{place}' is neither a folder nor a zip file") from error
+
+
+def _check_not_linked(place: Path) -> None:
+    """Check that a folder is not a copy of hard links: all its students would get no points.
+
+    Raises:
+        SetcmasError: All files of several submissions have another name.
+    """
+    tops: dict[Path, bool] = {}
+    for file in place.rglob('*'):
+        if stat.S_ISREG((status := file.lstat()).st_mode):
+            top = place / file.relative_to(place).parts[0]
+            tops[top] = tops.get(top, True) and status.st_nlink > 1
+    if len(tops) > 1 and all(tops.values()):
+        raise SetcmasError(
+            f"'{place}' holds only hard links, as cp -al makes them; copy it with cp -r"
+        )
 
 
 def _read_class(entries: Sequence[_Entry]) -> Files:
@@ -137,7 +155,11 @@ def _in_folder(place: Path) -> Iterator[_Entry]:
             if not _is_wanted(path) or not stat.S_ISREG(status.st_mode):
                 continue
             if status.st_nlink > 1:  # it may be any file of the teacher's disk
-                yield _Entry(path, 0, partial(_unread, f'{path.name} is a hard link; copy it'))
+                reason = (
+                    f'{path.name} is a hard link, perhaps to a file of another person; check it, '
+                    'and put a copy in its place'
+                )
+                yield _Entry(path, 0, partial(_unread, reason))
             else:
                 yield _Entry(path, status.st_size, partial(_start_of, file.open, 'rb'))
 

@@ -1,9 +1,10 @@
 """Confinement of a process by the kernel: files (Landlock), system calls (seccomp), amounts.
 
-Landlock knows no UDP before its version 10, no signals before 6, no truncation before 3, and
-cannot forbid processes; seccomp can. Limits on the number of processes (RLIMIT_NPROC) do not bind
-root, as graders in a container are. So a confined process may start threads, but no process, opens
-no socket at all, and signals itself alone.
+Landlock has no rules for UDP before its version 10, for signals before 6, for truncation before 3,
+and none for processes or for reading attributes; seccomp and `private_mounts` fill these gaps. Two
+confined processes must not exchange anything, so seccomp also forbids what shows one process to
+another: threads and pipes (their numbers count up for all), the clocks and scheduling of other
+processes, and futexes in shared memory.
 """
 
 from __future__ import annotations
@@ -19,16 +20,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from setcmas_simu.errors import install_command
+from setcmas_tools.offline.private_mounts import PrivateMounts
 
 if TYPE_CHECKING:
     from landlockpy import AccessFS, Ruleset
     from pyseccomp import SyscallFilter
 
 _LEAST_ABI = 2  # of Landlock: Linux 5.19, and Debian 12's 6.1
-_CLONE_THREAD = 0x10000
+_FUTEX_PRIVATE = 128
+_CLOCKS = 16  # from here on, clock IDs are those of other processes
 _IOCTLS = (0x5401, 0x541B, 0x5421, 0x5451)
 """TCGETS, FIONREAD, FIONBIO, FIOCLEX: others could make a file immutable, for one."""
-_FCNTLS = (*range(5), 1030, 1032)
+_FCNTLS = (*range(5), 1030)
 """Duplicates and flags; others, such as F_SETOWN and locks, reach other processes."""
 _WRITES = (1, 2)  # O_WRONLY, O_RDWR
 _TRUNCATES = 0x200
@@ -38,7 +41,11 @@ MEMORY = 1 << 30
 """What a submission may take of memory, in bytes."""
 FILE_SIZE = 1 << 24
 """Size of a file that it may write, in bytes."""
+HOME_SIZE = 1 << 26
+"""What all processes of a submission may write together, in bytes."""
+HOME_FILES = 1000
 OPEN_FILES = 64
+MOST_DESCRIPTORS = 1 << 16
 
 _PACKAGES = ('site-packages', 'dist-packages')
 _OURS = {'setcmas', 'setcmas_*', 'launch_scripts', '_setcmas*'}
@@ -48,23 +55,22 @@ _SINGLE = (
     '/usr/share/zoneinfo',
 )  # fmt: skip
 _ALLOWED = """
-access alarm arch_prctl brk capget chdir clock_getres clock_gettime clock_nanosleep close
-close_range creat dup dup2 dup3 epoll_create epoll_create1 epoll_ctl epoll_pwait epoll_wait
-eventfd eventfd2 exit exit_group faccessat faccessat2 fadvise64 fdatasync fstat
-fsync ftruncate futex get_mempolicy get_robust_list getcpu getcwd getdents getdents64
-getegid geteuid getgid getgroups getitimer getpgid getpgrp getpid getppid getpriority getrandom
-getresgid getresuid getrlimit getrusage getsid gettid gettimeofday getuid lseek lstat
-madvise mmap mprotect mremap msync munmap nanosleep newfstatat pause pipe pipe2 poll
-ppoll pread64 preadv pselect6 pwrite64 pwritev read readlink readlinkat readv recvfrom rename
-renameat renameat2 restart_syscall rseq rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn
-rt_sigsuspend rt_sigtimedwait sched_get_priority_max sched_get_priority_min sched_getaffinity
-sched_getparam sched_getscheduler sched_yield select sendto set_robust_list set_tid_address
-setitimer sigaltstack stat statx time times umask uname unlink unlinkat
-wait4 write writev
+access alarm arch_prctl brk capget chdir close close_range creat dup dup2 dup3 exit exit_group
+faccessat faccessat2 fadvise64 fdatasync fstat fsync ftruncate get_mempolicy getcpu getcwd getdents
+getdents64 getegid geteuid getgid getgroups getitimer getpgrp getpid getppid getrandom getresgid
+getresuid getrlimit getrusage gettid gettimeofday getuid lseek lstat madvise mmap mprotect mremap
+msync munmap nanosleep newfstatat pause poll ppoll pread64 preadv pselect6 pwrite64 pwritev read
+readlink readlinkat readv recvfrom rename renameat renameat2 restart_syscall rseq rt_sigaction
+rt_sigpending rt_sigprocmask rt_sigreturn rt_sigsuspend rt_sigtimedwait sched_get_priority_max
+sched_get_priority_min sched_yield select sendto set_robust_list set_tid_address setitimer
+sigaltstack stat statx time times umask uname unlink unlinkat wait4 write writev
 """
+_OF_CLOCKS = 'clock_getres clock_gettime clock_nanosleep'
+_OF_ITSELF = 'getpgid getsid sched_getaffinity sched_getparam sched_getscheduler'
+"""Allowed for the process itself only."""
 _REFUSED = """
-accept bind chmod chown connect execve execveat fchmod fchmodat flock fork listen mkdir mkdirat
-ptrace sendmsg setrlimit socket socketpair tkill truncate vfork
+accept bind chmod chown clone connect execve execveat fchmod fchmodat flock fork listen mkdir
+mkdirat pipe pipe2 ptrace sendmsg setrlimit socket socketpair tkill truncate vfork
 """
 """Refused as such; others are 'not implemented', for which libc has another way where it can."""
 
@@ -127,40 +133,45 @@ def _without(folder: Path, hidden: set[Path], listed: list[Path]) -> Iterator[Pa
 
 
 class Confinement:
-    """Confinement of a process and its children, each of which gets a folder in a common one.
+    """Confinement of the children of a process, each of which gets a folder in a common one.
 
-    Two layers of Landlock: the process may write in the common folder, and read `readable`; a
-    child may write in its own folder only. Being of different domains, children cannot trace each
-    other either.
+    Two layers of Landlock: what all children may read, with the common folder; and a child's own
+    folder. Being of different domains, children cannot trace each other either.
+
+    Attributes:
+        has_private_mounts: Whether children see neither /proc nor each other's use of files.
     """
 
     def __init__(self, parent: Path) -> None:
-        """Prepare; `parent` is the common folder."""
-        self._parent = parent
-        self._files, self._listed = readable()
+        """Prepare; `parent` is the common folder. The process must have no threads."""
+        self._mounts = PrivateMounts(parent)
+        self.has_private_mounts = self._mounts.enter()
+        files, listed = readable()
         # The second layer only takes away, so that a few large folders do.
-        self._tops = {_top(path, parent) for path in (*self._files, *self._listed)}
+        self._tops = {_top(path, parent) for path in (*files, *listed)}
+        self._shared = _shared_rules(files, listed, parent)
         self._filter = _call_filter()
 
-    def confine_parent(self) -> None:
-        """Confine this process and its children, for good."""
-        from landlockpy import AccessFS
+    def close_others(self, first: int) -> None:
+        """Close the open files of a child from a number on, except those of its confinement."""
+        kept = self._shared.fileno()
+        os.closerange(first, kept)
+        os.closerange(kept + 1, MOST_DESCRIPTORS)
 
-        read, write = _accesses()
-        with _ruleset() as rules:
-            for path in self._files:
-                rules.allow_path(path, read if path.is_dir() else read & ~AccessFS.READ_DIR)
-            for path in self._listed:
-                rules.allow_path(path, AccessFS.READ_DIR)
-            rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
-            rules.allow_path(self._parent, write)
-            rules.restrict()
+    def confine_child(self, folder: Path, home_size: int) -> None:
+        """Confine this process, a child, for good.
 
-    def confine_child(self, folder: Path) -> None:
-        """Confine this process, a child, to its folder, and filter its system calls, for good."""
+        Args:
+            folder: Its folder.
+            home_size: How many bytes it may add to its folder.
+        """
         import pyseccomp as sc
         from landlockpy import AccessFS
 
+        if self.has_private_mounts:
+            self._mounts.own_home(folder, home_size)
+        with self._shared as rules:
+            rules.restrict()
         read, write = _accesses()
         with _ruleset() as rules:
             for path in self._tops:
@@ -172,7 +183,28 @@ class Confinement:
         for name in ('kill', 'tgkill'):
             _add(self._filter, sc.ALLOW, name, sc.Arg(0, sc.EQ, own))
             _add(self._filter, sc.ERRNO(errno.EPERM), name, sc.Arg(0, sc.NE, own))
+        for process in (0, own):
+            itself = sc.Arg(0, sc.EQ, process)
+            for name in _OF_ITSELF.split():
+                _add(self._filter, sc.ALLOW, name, itself)
+            # asks, and sets nothing
+            _add(self._filter, sc.ALLOW, 'prlimit64', itself, sc.Arg(2, sc.EQ, 0))
         self._filter.load()
+
+
+def _shared_rules(files: Iterable[Path], listed: Iterable[Path], parent: Path) -> Ruleset:
+    """Return the layer of Landlock that all children have."""
+    from landlockpy import AccessFS
+
+    read, write = _accesses()
+    rules = _ruleset()
+    for path in files:
+        rules.allow_path(path, read if path.is_dir() else read & ~AccessFS.READ_DIR)
+    for path in listed:
+        rules.allow_path(path, AccessFS.READ_DIR)
+    rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
+    rules.allow_path(parent, write)
+    return rules
 
 
 def _ruleset() -> Ruleset:
@@ -197,14 +229,15 @@ def _top(path: Path, other: Path) -> Path:
 
 
 def _call_filter() -> SyscallFilter:
-    """Return a filter of system calls, but for those that send signals."""
+    """Return a filter of system calls, except those that take a process ID."""
     import pyseccomp as sc
 
     rules = sc.SyscallFilter(sc.ERRNO(errno.ENOSYS))
     refuse = sc.ERRNO(errno.EPERM)
-    thread = sc.Arg(0, sc.MASKED_EQ, _CLONE_THREAD, _CLONE_THREAD)
-    _add(rules, sc.ALLOW, 'clone', thread)
-    _add(rules, sc.ALLOW, 'prlimit64', sc.Arg(2, sc.EQ, 0))  # asks, and sets nothing
+    private = sc.Arg(1, sc.MASKED_EQ, _FUTEX_PRIVATE, _FUTEX_PRIVATE)
+    _add(rules, sc.ALLOW, 'futex', private)
+    for name in _OF_CLOCKS.split():
+        _add(rules, sc.ALLOW, name, sc.Arg(0, sc.LT, _CLOCKS))
     for request in _IOCTLS:
         _add(rules, sc.ALLOW, 'ioctl', sc.Arg(1, sc.EQ, request))
     for command in _FCNTLS:
@@ -219,7 +252,6 @@ def _call_filter() -> SyscallFilter:
         _add(rules, sc.ALLOW, name)
     for name in _REFUSED.split():
         _add(rules, refuse, name)
-    _add(rules, refuse, 'clone', sc.Arg(0, sc.MASKED_EQ, _CLONE_THREAD, 0))
     return rules
 
 

@@ -18,10 +18,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.confinement import MEMORY
-from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError
-from setcmas_tools.offline.host_child import Child
+from setcmas_tools.offline.confinement import HOME_FILES, HOME_SIZE, MEMORY
+from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError, MachineError
+from setcmas_tools.offline.host_child import Child, times_s
 from setcmas_tools.offline.host_process import (
     BEGIN,
     FORKS,
@@ -30,15 +29,14 @@ from setcmas_tools.offline.host_process import (
     ORDER,
     PLACE,
     READY,
+    READY_WITH_MOUNTS,
     Isolation,
 )
 
 _START_S = 30.0
-_ANSWER_S = 5.0
+_ANSWER_S = 60.0  # also of a machine that is overloaded
 _CLOSE_S = 2.0 if FORKS else 0.2
 _MOST_ANSWERED = 1 << 13
-_MOST_WRITTEN = 1 << 26  # bytes in all files that isolated children make
-_MOST_FILES = 1000
 # The current folder stays out of the search path, or else a file such as random.py in a student's
 # folder would hide Python's own. Python 3.10 has no option for it.
 _PROGRAM = (
@@ -61,6 +59,7 @@ class Host:
         folder: Parent of the children's folders.
         process: The process; None before the first work.
         is_isolated: Whether children have a home of their own, of limited size.
+        has_private_mounts: Whether they have `private_mounts`; known after the first work.
     """
 
     def __init__(
@@ -83,6 +82,7 @@ class Host:
         self._prepare = prepare
         self._isolation = isolation
         self.is_isolated = isolation is not Isolation.NONE
+        self.has_private_mounts = False
         self._environment = environment or {}
         self._output = output
         self.process: subprocess.Popen[bytes] | None = None
@@ -90,6 +90,7 @@ class Host:
         self._orders = socket.socket()
         self._children: dict[Child, tuple[int, int]] = {}  # with count and size of their files
         self._looked = 0.0
+        self._most_cpu_s = math.inf
 
     def __enter__(self) -> Host:
         """Return the host."""
@@ -110,10 +111,11 @@ class Host:
         Args:
             work: A pickled function that takes the `Channel` of the child and its folder.
             files: What the folder is to hold, by names, which may have folders.
-            limits: Most of each resource that the child may take, such as {'AS': bytes}.
+            limits: Most of each resource that the child may take, such as {'AS': bytes}; the
+                processor time, CPU in s, is also the most that all isolated children may take.
 
         Raises:
-            SetcmasError: The process does not start.
+            MachineError: The process or the child does not start.
         """
         folder = Path(tempfile.mkdtemp(dir=self.folder))
         files = files or {}
@@ -121,21 +123,12 @@ class Host:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
         self._start()
-        try:
-            own, process = self._forked() if FORKS else (self._orders, 0)
-        except (OSError, struct.error):  # a script that is not confined has stopped the process
-            self._stop()
-            self._start()
-            try:
-                own, process = self._forked()
-            except (OSError, struct.error):
-                raise SetcmasError(
-                    'no process can be started for a script; are there too many of them?'
-                ) from None
+        own, process = self._forked() if FORKS else (self._orders, 0)
         child = Child(self, process, folder)
         most = _MOST_ANSWERED if self.is_isolated else sys.maxsize
         child.connect(Channel(own, most, child.look))
         self._children[child] = len(files) + 1, sum(map(len, files.values()))
+        self._most_cpu_s = (limits or {}).get('CPU', math.inf)
         child.send(pickle.dumps((str(folder), dict(limits or {}), work)), math.inf)
         return child
 
@@ -172,6 +165,16 @@ class Host:
         if not self.is_isolated or time.monotonic() < self._looked + LOOK_S:
             return
         self._looked = time.monotonic()
+        own = self.process.pid if self.process else 0
+        memory = sum(max(0, _memory(c.process) - _memory(own)) for c in self._children)
+        if memory > MEMORY:
+            raise ChannelError(f'the script took more than {MEMORY >> 20} MB of memory')
+        if sum(times_s(child.process)[0] for child in self._children) > self._most_cpu_s:
+            raise ChannelError('the script took too much processor time')
+        if not self.has_private_mounts:
+            self._check_files()
+
+    def _check_files(self) -> None:
         count = -sum(given for given, _ in self._children.values())
         size = -sum(given for _, given in self._children.values())
         for inside, _, names in os.walk(self.folder):
@@ -180,13 +183,9 @@ class Host:
                 with suppress(OSError):
                     size += Path(inside, name).lstat().st_size
         size += sum(child.unlinked_size() for child in self._children)
-        own = self.process.pid if self.process else 0
-        memory = sum(max(0, _memory(c.process) - _memory(own)) for c in self._children)
-        if memory > MEMORY:
-            raise ChannelError(f'the script took more than {MEMORY >> 20} MB of memory')
-        if count > _MOST_FILES or size > _MOST_WRITTEN:
+        if count > HOME_FILES or size > HOME_SIZE:
             raise ChannelError(
-                f'the script wrote more than {_MOST_WRITTEN >> 20} MB or {_MOST_FILES} files'
+                f'the script wrote more than {HOME_SIZE >> 20} MB or {HOME_FILES} files'
             )
 
     def close(self) -> None:
@@ -196,12 +195,39 @@ class Host:
         self._stop()
         shutil.rmtree(self.folder, ignore_errors=True)
 
+    @property
+    def has_died(self) -> bool:
+        """Whether its process has ended though no script could end it."""
+        confined = self._isolation is Isolation.CONFINED
+        return confined and (self.process is None or self.process.poll() is not None)
+
     def _forked(self) -> tuple[socket.socket, int]:
-        """Return the connection with a new child, and its process ID."""
-        own, theirs = socket.socketpair()
-        with theirs:
-            self._order(BEGIN, 0, theirs.fileno())
-        return own, NUMBER.unpack(self._orders.recv(NUMBER.size))[0]
+        """Return the connection with a new child, and its process ID.
+
+        A script that is not confined may have ended the process, which then starts again, unless
+        other children ended with it.
+
+        Raises:
+            MachineError: There is none.
+        """
+        for _ in range(2):
+            own, theirs = socket.socketpair()
+            try:
+                with theirs:
+                    self._order(BEGIN, 0, theirs.fileno())
+                (process,) = NUMBER.unpack(self._orders.recv(NUMBER.size))
+            except (OSError, struct.error):
+                own.close()
+                self._stop()
+                if self._children:
+                    break
+                self._start()
+                continue
+            if process:
+                return own, process
+            own.close()
+            break
+        raise MachineError
 
     def _order(self, order: bytes, process: int, *descriptors: int) -> None:
         if self.process:  # a script that is not confined may have stopped it
@@ -235,8 +261,9 @@ class Host:
         ready = b''
         with suppress(OSError):
             ready = self._orders.recv(len(READY))
-        if ready != READY:
-            raise SetcmasError('the process for scripts does not start; is there enough memory?')
+        if ready not in (READY, READY_WITH_MOUNTS):
+            raise MachineError
+        self.has_private_mounts = ready == READY_WITH_MOUNTS
         self._orders.settimeout(_ANSWER_S)
 
     def _isolated_environment(self) -> dict[str, str]:

@@ -8,6 +8,8 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
+from setcmas_simu.errors import SetcmasError
+
 LOOK_S = 0.1
 """Time between two looks at the other side while it sends nothing."""
 
@@ -21,6 +23,17 @@ class ChannelError(Exception):
 
 class LateError(ChannelError):
     """The other side has not answered in time."""
+
+
+class MachineError(SetcmasError):
+    """The machine keeps a script from running; the script is not the cause."""
+
+    def __init__(self) -> None:
+        """Say what may help."""
+        super().__init__(
+            'this computer cannot run more processes for scripts; are memory, disk and number '
+            'of processes sufficient?'
+        )
 
 
 class Channel:

@@ -10,7 +10,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError, LateError
+from setcmas_tools.offline.host_channel import (
+    LOOK_S,
+    Channel,
+    ChannelError,
+    LateError,
+    MachineError,
+)
 from setcmas_tools.offline.host_process import END, WAIT, last_places, places_size
 
 _PLACE_S = 2.0  # a process that waits for a core answers late
@@ -23,19 +29,27 @@ class EndedError(Exception):
     Attributes:
         status: Its exit status, or the number of the signal that killed it, negative.
         places: Files and lines of the calls that it was in, the innermost first.
+        was_ended: Whether the host has ended it, as it was late or took too much.
     """
 
-    def __init__(self, message: str, status: int, places: list[tuple[Path, int]]) -> None:
+    def __init__(
+        self, message: str, status: int, places: list[tuple[Path, int]], was_ended: bool = True
+    ) -> None:
         """Take the cause and the place of the end."""
         super().__init__(message)
         self.status = status
         self.places = places
+        self.was_ended = was_ended
 
 
 class Parent(Protocol):
     """The host of a child, as the child uses it."""
 
     is_isolated: bool
+
+    @property
+    def has_died(self) -> bool:
+        """Whether its process has ended though no script could end it."""
 
     def ask_place(self, process: int) -> bool:
         """Let a child write where it is; return whether it can."""
@@ -61,6 +75,7 @@ class Child:
         self.folder = folder
         self._host = host
         self._channel: Channel | None = None
+        self._has_begun = False
         self._waited: float | None = None
         self._looked = 0.0
 
@@ -88,6 +103,7 @@ class Child:
 
         Raises:
             EndedError: The child has ended, or was ended because it took too much.
+            MachineError: It has ended, or cannot run, though not because of its script.
         """
         self._waited = None
         message = ''
@@ -95,13 +111,20 @@ class Child:
             if self._channel:
                 if time.monotonic() > self._looked + LOOK_S:
                     self.look()
-                return self._channel.receive(time.monotonic() + timeout)
+                deadline = time.monotonic() + timeout
+                if not self._has_begun:
+                    self._channel.receive(deadline)
+                    self._has_begun = True
+                return self._channel.receive(deadline)
         except LateError:
             return None
         except ChannelError as error:
             message = str(error)
         status = self.end(END if message else WAIT)
-        raise EndedError(message or _death(status), status, last_places(self.folder))
+        if self._host.has_died or not self._has_begun:
+            raise MachineError
+        places = last_places(self.folder)
+        raise EndedError(message or _death(status), status, places, was_ended=bool(message))
 
     def receive(self, timeout: float, late: str, scripts: Collection[Path]) -> bytes:
         """Return the next message of the child, which ends if it takes too long.
@@ -115,10 +138,13 @@ class Child:
 
         Raises:
             EndedError: It has ended, or was ended because it took too long or too much.
+            MachineError: As for `poll`.
         """
         answer = self.poll(timeout)
         if answer is not None:
             return answer
+        if not self._has_begun:
+            raise MachineError
         places = self.places(scripts)
         raise EndedError(late, self.end(), places)
 
@@ -164,7 +190,7 @@ class Child:
             raise ChannelError
         if state == 'T' and self._host.is_isolated:
             raise ChannelError('the script stopped its process')
-        now = _waited_s(self.process)
+        _, now = times_s(self.process)
         if self._waited is None:
             self._waited = now
         return min(now - self._waited, _MOST_WAITED_S)
@@ -187,12 +213,16 @@ def script_of(
     return next(((file, line) for file, line in places if file.parent in folders), None)
 
 
-def _waited_s(process: int) -> float:
-    """Return how long a process could have run but had to wait for a core, in s (Linux)."""
+def times_s(process: int) -> tuple[float, float]:
+    """Return how long a process has run, and how long it could have but had to wait, in s (Linux).
+
+    Both are of its first thread.
+    """
     try:
-        return int(Path(f'/proc/{process}/schedstat').read_text().split()[1]) / 1e9
-    except (OSError, ValueError, IndexError):
-        return 0.0
+        ran, waited, _ = Path(f'/proc/{process}/schedstat').read_text().split()
+    except (OSError, ValueError):
+        return 0.0, 0.0
+    return int(ran) / 1e9, int(waited) / 1e9
 
 
 def _state(process: int) -> str:

@@ -2,9 +2,9 @@
 
 Its arguments are FOLDER PREPARE ISOLATION; orders come on a socket, its standard input. An order
 to begin comes with the socket on which the child receives its work, a pickled function. The
-process of a confined host knows Python, numpy and what scripts import of setcmas, but no rubric,
-no solution, no other submission, and nothing of the user's environment. Its children share
-nothing: each has its folder, streams and domain of Landlock.
+process of a confined host has Python, numpy and what scripts import of setcmas, but no rubric, no
+solution, no other submission, and nothing of the user's environment. Its children share nothing:
+each has its own folder, streams, mounts and domain of Landlock.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-from setcmas_tools.offline.confinement import Confinement, limit_amounts
+from setcmas_tools.offline.confinement import MOST_DESCRIPTORS, Confinement, limit_amounts
 from setcmas_tools.offline.host_channel import Channel
 from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_with_parent
 
@@ -37,16 +37,19 @@ ORDER = struct.Struct('<ci')
 """An order, and the process ID of the child that it is for; 0 for a new one."""
 BEGIN, PLACE, END, WAIT = b'b', b'?', b'x', b'w'
 """Begin some work; write where the child is; end it; wait for its end."""
-READY = b'r'
-"""Answer of a process that is prepared."""
+READY, READY_WITH_MOUNTS = b'r', b'm'
+"""Answers of a prepared process: without and with `private_mounts`."""
 NUMBER = struct.Struct('<i')
-"""Process ID of a child that has begun, or its exit status once it has ended."""
+"""Process ID of a child that has begun, 0 if none can; or its exit status once it has ended."""
+BEGUN = b''
+"""First message of a child, before anything of a script runs."""
+HOME = 'HOME'
+"""Limit of `Host.begin` on what a confined child may write, in bytes."""
 
 HOMES = ('HOME', 'TMPDIR', 'MPLCONFIGDIR')
 """Variables of the environment that name the folder of an isolated child."""
 
 _PLACES = 'where'
-_MOST_DESCRIPTORS = 1 << 16
 _MOST_READ = 1 << 15
 # A confined process may write anything: lines of more than nine digits are none.
 _FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d{1,9}) in ', re.MULTILINE)
@@ -82,14 +85,21 @@ class Children:
 
     def begin(self, end: int) -> int:
         """Begin the work that comes on a socket; returns the process ID."""
-        process = os.fork()
+        try:
+            process = os.fork()
+        except OSError:
+            os.close(end)
+            raise
         if not process:
             os.setsid()
             end_with_parent()
             os.dup2(end, 3, inheritable=False)
             if self._isolation is not Isolation.NONE:
                 _own_streams()
-            os.closerange(4, _MOST_DESCRIPTORS)
+            if self._confinement:
+                self._confinement.close_others(4)
+            else:
+                os.closerange(4, MOST_DESCRIPTORS)
             self.work(socket.socket(fileno=3))
         os.close(end)
         self._running.add(process)
@@ -140,10 +150,12 @@ class Children:
             write_places(Path(folder))
             if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
                 signal.signal(signal.SIGALRM, lambda *_: None)
+            home_size = limits.pop(HOME, 0)
             limit_amounts(limits)
             function = pickle.loads(work)
             if self._confinement:
-                self._confinement.confine_child(Path(folder))
+                self._confinement.confine_child(Path(folder), home_size)
+            channel.send(BEGUN, math.inf)
             function(channel, Path(folder))
             for stream in (sys.__stdout__, sys.__stderr__):
                 if stream is not None and not stream.closed:
@@ -206,11 +218,10 @@ def main() -> NoReturn:
     module, _, function = sys.argv[2].partition(':')
     confinement = Confinement(folder) if isolation is Isolation.CONFINED else None
     getattr(importlib.import_module(module), function)()
-    if confinement:
-        confinement.confine_parent()
     if isolation is not Isolation.NONE:
         os.dup2(nowhere, 2)
-    orders.sendall(READY)
+    has_mounts = confinement is not None and confinement.has_private_mounts
+    orders.sendall(READY_WITH_MOUNTS if has_mounts else READY)
     gc.freeze()  # or else a child would touch, and so copy, the memory of all
     children = Children(isolation, confinement)
     if not FORKS:
@@ -223,12 +234,20 @@ def main() -> NoReturn:
             _exit(0)
         order, process = ORDER.unpack(message)
         if order == BEGIN:
-            orders.sendall(NUMBER.pack(children.begin(ends[0])))
+            orders.sendall(NUMBER.pack(_begun(children, ends)))
         elif order == PLACE:
             children.ask_place(process)
         else:
             wait_s = _WAIT_S if order == WAIT else 0.0
             orders.sendall(NUMBER.pack(children.end(process, wait_s)))
+
+
+def _begun(children: Children, ends: list[int]) -> int:
+    """Return the process ID of a new child; 0 if the system allows none now."""
+    try:
+        return children.begin(ends[0])
+    except (OSError, IndexError):  # without an end, this process has too many open files
+        return 0
 
 
 def _orders() -> socket.socket:

@@ -54,6 +54,14 @@ def test_modules_and_packages_and_what_they_import(beside):
     ]
 
 
+def test_relative_imports_below_a_home_that_is_a_link(beside, tmp_path):
+    beside('import team.law', team__law='from . import gains\nfrom .. import no', team__gains='')
+    home = tmp_path.with_name('home')
+    home.symlink_to(tmp_path)
+
+    assert home / 'team/gains.py' in helper_modules(home / 'law.py')
+
+
 def test_a_package_has_its_init(beside, tmp_path):
     (tmp_path / 'team').mkdir()
     (tmp_path / 'team' / '__init__.py').write_text('from .. import elsewhere')

@@ -1,5 +1,8 @@
+import errno
 import multiprocessing
+from concurrent.futures import Future
 from dataclasses import replace
+from unittest.mock import Mock
 
 import msgspec
 import pytest
@@ -15,6 +18,7 @@ from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.sandbox import Times
 from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.host_channel import MachineError
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
@@ -73,6 +77,38 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     assert len(after) == len(SCRIPTS)
     assert len(after - before) == 1
     assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
+
+
+def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_command(
+    tmp_path, monkeypatch
+):
+    made = class_grading._made
+
+    def disturbed(*args):
+        return ((one, None if one.name == 'good' else marks) for one, marks in made(*args))
+
+    monkeypatch.setattr(class_grading, '_made', disturbed)
+    two = {'good': GOOD, 'sign': SCRIPTS['sign']}
+    with pytest.raises(SetcmasError, match=r'not marked: good\. This computer ran out of'):
+        grade(tmp_path, two, jobs=1)
+    assert len(kept(tmp_path)) == 1
+    monkeypatch.undo()
+
+    assert grade(tmp_path, two, jobs=1)[0].is_full
+
+
+@pytest.mark.parametrize('error', [OSError(errno.ENOSPC, 'full'), MachineError(), KeyError(1)])
+def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
+    (submission,) = submissions(good=GOOD)
+    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
+    class_grading._own = grader(tmp_path), None
+    future = Future()
+    try:
+        future.set_result(class_grading.graded(submission))
+    except Exception as raised:
+        future.set_exception(raised)
+
+    assert class_grading._result(future, submission) is None
 
 
 @pytest.mark.nightly

@@ -1,15 +1,21 @@
+import os
+import resource
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
+from sandboxes import forbid_mounts
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.host import Host
+from setcmas_tools.offline.host_channel import MachineError
 from setcmas_tools.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
@@ -98,7 +104,7 @@ RUNS_ON = {
     'folders': ('    import os\n    os.listdir("/tmp")', 'Permission denied'),
     'environment': (
         '    import os\n    open(f"/proc/{os.getppid()}/environ")',
-        'Permission denied',
+        '{environ}',
     ),
     'solution': (
         '    from importlib.util import find_spec\n'
@@ -110,7 +116,11 @@ RUNS_ON = {
         '    from setcmas_ctrl.algorithms.consensus import control',
         'Permission denied',
     ),
-    'tmp': ('    open("/tmp/forged", "w")', "Permission denied: '/tmp/forged'"),
+    'tmp': ('    open("/tmp/forged", "w")', "{tmp}: '/tmp/forged'"),
+    'thread': (
+        '    import threading\n    threading.Thread(target=int).start()',
+        "can't start new thread",
+    ),
     'link': ('    import os\n    os.symlink(RUBRIC, "link")', 'not'),
     'socket': ('    import socket\n    socket.socket()', 'Operation not permitted'),
     'kill': ('    import os\n    os.kill(os.getppid(), 9)', 'Operation not permitted'),
@@ -175,23 +185,27 @@ ENDS = {
         '    os.close(3)',
         'sent an invalid reply',
     ),
+}
+"""The same of what ends the run."""
+
+WRITES = {
     'unlinked': (
         '    import os, time\n    files = [open(str(k), "wb") for k in range(8)]\n'
         '    for k in range(8):\n        files[k].write(bytes(2**24))\n        os.unlink(str(k))\n'
         '    time.sleep(9)',
-        'wrote more than 64 MB',
+        'No space left on device',
     ),
     'steadily': (
         '    import time\n    open(f"{i} {t}", "wb").write(bytes(2**24))\n    time.sleep(0.1)\n'
         '    return 0, 0',
-        'wrote more than 64 MB',
+        'No space left on device',
     ),
     'files': (
         '    import time\n    for k in range(2000): open(str(k), "w").close()\n    time.sleep(9)',
-        'wrote more than 64 MB or 1000 files',
+        'No space left on device',
     ),
 }
-"""The same of what ends the run."""
+"""What submissions write too much, and the error that they get."""
 
 SLOW = {
     'loop': ('    while True: pass', 'control has not returned for 1 s'),
@@ -207,12 +221,14 @@ SLOW = {
         'the run takes longer than 4 s',
     ),
     'memory': ('    rest = []\n    while True: rest.append(bytearray(10**7))', 'MemoryError'),
-    'disk': (
-        '    for k in range(99): open(str(k), "wb").write(bytes(2**23))\n    while True: pass',
-        'wrote more than 64 MB',
-    ),
     'large file': ('    open("x", "wb").write(bytes(2**25))', 'File too large'),
     'message': ('    raise OSError("x" * 10**5)', 'OSError'),
+}
+
+
+MESSAGES = {
+    True: {'environ': 'No such file', 'tmp': 'Read-only file system'},
+    False: {'environ': 'Permission denied', 'tmp': 'Permission denied'},
 }
 
 
@@ -223,7 +239,8 @@ def is_named(host, body, told, tmp_path):
 
     done = run(host, f'{head}{body}\n')
 
-    assert told.format(folder=tmp_path) in done.failure.message
+    told = told.format(folder=tmp_path, **MESSAGES[host.has_private_mounts])
+    assert told in done.failure.message
     children = psutil.Process().children(recursive=True)
     assert not [one for one in children if one.ppid() != psutil.Process().pid]
     fair = run(host, STILL)
@@ -240,6 +257,31 @@ def test_forbidden_actions_fail_and_are_reported(host, tmp_path, name):
 @pytest.mark.parametrize('name', ENDS)
 def test_a_submission_that_ends_its_process_ends_its_run_alone(host, tmp_path, name):
     assert not is_named(host, *ENDS[name], tmp_path).is_complete
+
+
+@pytest.mark.parametrize('name', WRITES)
+@pytest.mark.parametrize('mounts', [True, False])
+def test_a_submission_cannot_fill_the_disk(tmp_path, mounts, name):
+    body, told = WRITES[name]
+    with sandbox(tmp_path, confined=True) as host:
+        if not mounts:
+            forbid_mounts(host, tmp_path)
+        done = run(host, f'def control(i, n, poses, t):\n{body}\n')
+        is_full = host.has_private_mounts
+
+    assert (told if is_full else 'wrote more than 64 MB') in done.failure.message
+
+
+def test_all_robots_together_have_the_processor_time_of_one(host):
+    script = (
+        'import os, struct\ndef control(i, n, poses, t):\n'
+        '    if i < n:\n        os.write(3, struct.pack("<Qdd", 16, 0, 0))\n'
+        '    while True: pass\n'
+    )
+
+    done = run(host, script, SHORT.replace(nb_robots=9), Times(9.0, 2.0))
+
+    assert done.failure.message == 'the script took too much processor time'
 
 
 @pytest.mark.nightly
@@ -260,10 +302,9 @@ def test_an_endless_loop_is_reported_with_its_line(host):
 
 def test_forged_modules_and_streams_are_those_of_the_submission_alone(host):
     script = (
-        'import sys, threading\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
+        'import sys\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
         'vars(np).update(hypot=None, maximum=None, asarray=None)\n'
         's.saturate = sys.stdout = sys.stderr = None\n'
-        'def forge():\n    while True: pass\nthreading.Thread(target=forge, daemon=True).start()\n'
     )
 
     assert same(run(host, script + STILL).run, run(host, STILL).run)
@@ -283,6 +324,41 @@ def test_a_sandbox_whose_process_was_killed_goes_on_with_another(host):
     host.process.send_signal(signal.SIGKILL)
     host.process.wait()
 
+    assert run(host, STILL).failure is None
+
+
+FAULTS = {
+    'no process': lambda host: limit_open_files(host, 4),
+    'host killed': lambda host: host.process.kill(),
+    'process killed': lambda host: os.kill(next(iter(host._children)).process, 9),
+}
+"""What goes wrong with a machine while a submission is graded."""
+
+
+def limit_open_files(host, most):
+    """Keep a host from starting a process, as a user's limit of processes does."""
+    resource.prlimit(host.process.pid, resource.RLIMIT_NOFILE, (most, 4096))
+
+
+@pytest.mark.parametrize('fault', FAULTS)
+@pytest.mark.parametrize('times', [1, 2])
+def test_a_fault_of_the_machine_is_not_the_fault_of_a_submission(host, monkeypatch, fault, times):
+    run(host, STILL)
+    begin, faults = Host.begin, iter([FAULTS[fault]] * times)
+
+    def disturbed(self, *args):
+        if len(self._children) == 1:  # the process of robot 1 runs already
+            next(faults, lambda _: None)(self)
+        try:
+            return begin(self, *args)
+        finally:
+            with suppress(ProcessLookupError):
+                limit_open_files(self, 1024)
+
+    monkeypatch.setattr(Host, 'begin', disturbed)
+    if times == 2:
+        with pytest.raises(MachineError, match='this computer cannot run'):
+            run(host, STILL)
     assert run(host, STILL).failure is None
 
 

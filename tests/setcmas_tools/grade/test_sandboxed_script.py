@@ -1,11 +1,16 @@
 """Robots of a run in the sandbox, which try to reach each other past their links."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
+from sandboxes import forbid_mounts
 
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.private_mounts import PrivateMounts
 from setcmas_tools.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
@@ -13,19 +18,18 @@ pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 PAIR = Scenario.of('', nb_robots=2, duration=1.0)
 RING = Scenario.of('', nb_robots=4, duration=8.0, graph='ring', loss=0.5)
 LAW = """
-import ctypes, fcntl, gc, os, signal, socket, sys, tempfile, time
+import ctypes, fcntl, gc, mmap, os, signal, socket, stat, sys, tempfile, threading, time
 import numpy as np
 from multiprocessing import shared_memory
+from pathlib import Path
 
 SECRET = 'x = 4.' + '71'
 libc = ctypes.CDLL(None, use_errno=True)
 
 def others():
     '''The processes near this one: its siblings, and the one that has forked them.'''
-    near = range(os.getpid() - 40, os.getpid() + 40)
-    found = [pid for pid in near if pid != os.getpid() and os.path.exists(f'/proc/{pid}')]
-    assert os.getppid() in {*found, os.getppid()} and found
-    return {*found, os.getppid()}
+    near = range(max(2, os.getpid() - 40), os.getpid() + 40)
+    return {*near, os.getppid()} - {os.getpid()}
 
 def reads(*paths):
     for path in paths:
@@ -40,9 +44,25 @@ def reads(*paths):
 def works(call):
     try:
         call()
-    except OSError:
+    except (OSError, RuntimeError):
         return False
     return True
+
+def number_of_new_file():
+    with open('new', 'w') as file:
+        number = os.fstat(file.fileno()).st_ino
+    return number
+
+def is_sender_of_signal_lost():
+    own = signal.SIGRTMIN + 1
+    signal.pthread_sigmask(signal.SIG_BLOCK, [own])
+    os.kill(os.getpid(), own)
+    return signal.sigwaitinfo([own]).si_pid == 0
+
+PACKAGES = sorted(Path(np.__file__).parent.rglob('*.pyi'))
+READ_AT = [os.stat(file).st_atime_ns for file in PACKAGES]
+FIRST = number_of_new_file()
+IS_LOST = is_sender_of_signal_lost()
 
 PUT
 def control(i, n, poses, t):
@@ -108,11 +128,8 @@ CHANNELS = {
     ),
     'inherited descriptors': (
         'for fd in range(4, 300): works(lambda: os.write(fd, SECRET.encode()))',
-        'for fd in range(4, 300):\n'
-        '        if works(lambda: os.fstat(fd)) and not os.path.samestat(\n'
-        '                os.fstat(fd), os.stat("where")):\n'
-        '            return True\n'
-        '    return False',
+        'opened = [fd for fd in range(4, 300) if works(lambda: os.fstat(fd))]\n'
+        '    return len(opened) != 1 or SECRET in str(os.fstat(opened[0]).st_size)',
     ),
     'streams': (
         'for fd in range(3): fcntl.fcntl(fd, fcntl.F_SETFL, os.O_NONBLOCK | os.O_APPEND)',
@@ -151,13 +168,93 @@ CHANNELS = {
         'open("told", "wb").write(bytes(1 << 23))',
         'return works(lambda: os.statvfs(".")) or libc.sysinfo(bytes(200)) == 0',
     ),
+    'threads': (
+        'for _ in range(9): works(threading.Thread(target=time.sleep, args=(3,)).start)',
+        'tasks = Path(f"/proc/{os.getpid() - 1}/task")\n'
+        '    return works(threading.Thread(target=int).start) or (\n'
+        '        tasks.exists() and tasks.stat().st_nlink > 9)',
+    ),
+    'open files': (
+        'global told\n    told = [open(np.__file__) for _ in range(20)]',
+        'folders = [Path(f"/proc/{pid}/fd") for pid in others()]\n'
+        '    return any(os.path.lexists(one / "9") for one in folders) or any(\n'
+        '        one.exists() and one.stat().st_size > 20 for one in folders)',
+    ),
+    'times of files of the system': (
+        'works(lambda: os.stat("/proc/sys/kernel/ostype"))',
+        'return any(map(os.path.exists, ("/proc/self", "/proc/loadavg", "/sys/kernel")))',
+    ),
+    'access times': (
+        'for file in PACKAGES: file.read_bytes()',
+        'return READ_AT != [os.stat(file).st_atime_ns for file in PACKAGES]',
+    ),
+    'numbers of files': (
+        'for k in range(50): open(str(k), "w").close()',
+        'global FIRST\n    os.rename("new", "old")\n'
+        '    before, FIRST = FIRST, number_of_new_file()\n    return FIRST != before + 1',
+    ),
+    'numbers of pipes': (
+        'for _ in range(20): works(os.pipe)',
+        'return works(os.pipe) or works(lambda: os.eventfd(0)) or libc.epoll_create(1) != -1',
+    ),
+    'processor time': (
+        'sum(range(10**6))',
+        'return any(libc.clock_gettime(~pid << 3 | kind, bytes(16)) == 0\n'
+        '        for pid in others() for kind in (0, 1, 2))',
+    ),
+    'scheduling': (
+        'for call in (os.nice, os.setpgid, os.setpriority):\n'
+        '        works(lambda: call(*(5,) * (1 + 2 * (call is os.setpriority))\n'
+        '            if call is not os.setpgid else (0, 0)))',
+        'calls = (os.sched_getaffinity, os.sched_getscheduler, os.getpgid, os.getsid)\n'
+        '    calls += (lambda pid: os.getpriority(os.PRIO_PROCESS, pid),)\n'
+        '    return any(works(lambda: call(pid)) for pid in others() for call in calls)',
+    ),
+    'limits': (
+        'pass',
+        'return any(libc.prlimit(pid, 7, None, bytes(16)) == 0 for pid in others())',
+    ),
+    'futex': (
+        'pass',
+        'with open(np.__file__, "rb") as file:\n'
+        '        shared = mmap.mmap(file.fileno(), 4096, mmap.MAP_SHARED, mmap.PROT_READ)\n'
+        '    place = np.frombuffer(shared, np.uint8).ctypes.data\n'
+        '    return libc.syscall(202, ctypes.c_void_p(place), 1, 1) != -1',
+    ),
+    'pending signals': (
+        'signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGRTMIN])\n'
+        '    for _ in range(150_000): libc.kill(os.getpid(), signal.SIGRTMIN)',
+        'return is_sender_of_signal_lost() != IS_LOST',
+    ),
+    'other system calls': (
+        'libc.syscall(248, b"user", b"told", b"x", 1, -4)',
+        'numbers = [27, 137, 250, 294]  # mincore, statfs, keyctl, inotify_init1\n'
+        '    numbers += [327, 319, 323, 434]  # preadv2, memfd_create, userfaultfd, pidfd_open\n'
+        '    numbers += [425, 64, 222, 300]  # io_uring_setup, semget, timer_create, fanotify\n'
+        '    return any(libc.syscall(number, 0, 0, 0, 0, 0, 0) != -1 for number in numbers)',
+    ),
 }
 """How a robot puts what it knows somewhere, and how another one gets it from there."""
 
 
-@pytest.fixture(scope='module')
-def host(tmp_path_factory):
-    with sandbox(tmp_path_factory.mktemp('sandbox'), confined=True) as one:
+ONLY_WITH_MOUNTS = (
+    'open files', 'times of files of the system', 'access times', 'numbers of files'
+)  # fmt: skip
+"""Channels that need a view of the file system of one's own, as docs/grading.md says."""
+
+
+PLACES = [('private mounts', channel) for channel in CHANNELS]
+PLACES += [('no mounts', channel) for channel in CHANNELS if channel not in ONLY_WITH_MOUNTS]
+
+
+@pytest.fixture(scope='module', params=['private mounts'])
+def host(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp('sandbox')
+    with sandbox(folder, confined=True) as one:
+        if request.param == 'no mounts':
+            forbid_mounts(one, tmp_path_factory.mktemp('modules'))
+        elif not PrivateMounts.are_possible():
+            pytest.skip('this system forbids user namespaces')
         yield one
 
 
@@ -166,8 +263,11 @@ def run(host, source, scenario):
     return runner(MarkedScenario('one', (), scenario))
 
 
-@pytest.mark.parametrize('channel', CHANNELS)
+@pytest.mark.parametrize(('host', 'channel'), PLACES, indirect=['host'])
 def test_robots_of_a_run_have_no_channel_but_their_links(host, channel):
+    if channel == 'access times':  # make the first read of each file leave a trace
+        for file in Path(np.__file__).parent.rglob('*.pyi'):
+            os.utime(file, ns=(0, file.stat().st_mtime_ns))
     put, get = CHANNELS[channel]
     source = LAW.replace('PUT', f'def put():\n    {put}\n\ndef get():\n    {get}\n')
 

@@ -1,5 +1,6 @@
 import io
 import os
+import shutil
 import zipfile
 
 import pytest
@@ -129,7 +130,15 @@ def test_links_are_not_followed(tmp_path):
     submissions = found(tmp_path, {'ada/law.py': LAW})
 
     assert submissions['ada'].files.keys() == {'law.py'}
-    assert submissions['cid'].problem == 'secret.py is a hard link; copy it'
+    assert submissions['cid'].problem.startswith('secret.py is a hard link')
+
+
+def test_a_class_of_hard_links_is_refused_as_a_whole(tmp_path):
+    found(tmp_path, {'ada.py': LAW, 'bob/law.py': LAW})
+    shutil.copytree(tmp_path / 'class', tmp_path / 'copy', copy_function=os.link)
+
+    with pytest.raises(SetcmasError, match='holds only hard links, as cp -al makes them'):
+        find_submissions(tmp_path / 'copy', rubric_of_exercise('consensus'))
 
 
 def test_a_student_cannot_pass_for_a_folder_of_grades(tmp_path):
