@@ -1,4 +1,4 @@
-"""Host: a process that has everything imported, and runs each work in a child."""
+"""Host: a process that has imported all that scripts need, and forks a child for each work."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from setcmas_tools.offline.confinement import HOME_FILES, HOME_SIZE, MEMORY
-from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError, MachineError
+from setcmas_tools.offline.host_channel import LOOK_S, ChannelError, MachineError
 from setcmas_tools.offline.host_child import Child, times_s
 from setcmas_tools.offline.host_process import (
     BEGIN,
@@ -51,15 +51,15 @@ _ONE_THREAD = dict.fromkeys(
 class Host:
     """A process that runs work with scripts in children (forks) of itself.
 
-    A child starts in a few milliseconds, and takes with it whatever a script does to its process.
-    Without fork (Windows) each work has a new process, and only one can run. Use as a context
+    A child starts in a few milliseconds, and what a script does to its process ends with it.
+    Without fork (Windows), each work has a new process, and only one can run. Use as a context
     manager, which leaves no process and no file.
 
     Attributes:
         folder: Parent of the children's folders.
         process: The process; None before the first work.
         is_isolated: Whether children have a home of their own, of limited size.
-        has_private_mounts: Whether they have `private_mounts`; known after the first work.
+        has_private_mounts: Whether they have private mounts; known after the first work.
     """
 
     def __init__(
@@ -73,11 +73,11 @@ class Host:
         """Prepare; the process starts with the first work.
 
         Args:
-            prepare: Function 'module:name' that imports what all children need, called once.
+            prepare: Function 'module:name' that imports what all children need; called once.
             isolation: What the children may do.
-            environment: Further variables of its environment.
-            output: Where what scripts print goes: nowhere, or to pipes (subprocess.PIPE).
-            place: Gets the folder of the children; by default that of temporary files.
+            environment: More environment variables.
+            output: Where scripts print: nowhere, or to pipes (subprocess.PIPE).
+            place: Parent of the children's folders; by default the system's temporary folder.
         """
         self._prepare = prepare
         self._isolation = isolation
@@ -109,10 +109,10 @@ class Host:
         """Begin some work in a child; return the child, which must be ended.
 
         Args:
-            work: A pickled function that takes the `Channel` of the child and its folder.
-            files: What the folder is to hold, by names, which may have folders.
-            limits: Most of each resource that the child may take, such as {'AS': bytes}; the
-                processor time, CPU in s, is also the most that all isolated children may take.
+            work: A pickled function of the child's `Channel` and folder.
+            files: Contents of files for the folder, by relative path.
+            limits: Limits of the child's resources, such as {'AS': bytes}. The processor time,
+                CPU in s, is also the limit for all isolated children together.
 
         Raises:
             MachineError: The process or the child does not start.
@@ -124,28 +124,22 @@ class Host:
             (folder / name).write_bytes(content)
         self._start()
         own, process = self._forked() if FORKS else (self._orders, 0)
-        child = Child(self, process, folder)
         most = _MOST_ANSWERED if self.is_isolated else sys.maxsize
-        child.connect(Channel(own, most, child.look))
+        child = Child(self, process, folder, own, most)
         self._children[child] = len(files) + 1, sum(map(len, files.values()))
         self._most_cpu_s = (limits or {}).get('CPU', math.inf)
         child.send(pickle.dumps((str(folder), dict(limits or {}), work)), math.inf)
         return child
 
     def ask_place(self, process: int) -> bool:
-        """Let a child write where it is; return whether it can."""
+        """Let a child write its current calls; return whether it can."""
         if FORKS:  # elsewhere a signal would kill it
             with suppress(OSError):
                 self._order(PLACE, process)
         return FORKS
 
     def end_child(self, child: Child, order: bytes) -> int:
-        """End a child and all that it started; return its exit status.
-
-        Args:
-            child: The child.
-            order: END, or WAIT to give it time to end by itself.
-        """
+        """End a child and all its processes, as `Child.end`; return its exit status."""
         self._children.pop(child, None)
         if not FORKS:
             return self._stop()
@@ -157,7 +151,7 @@ class Host:
             return -signal.SIGKILL
 
     def check_amounts(self) -> None:
-        """Check memory and files of isolated children; open files without a name count, too.
+        """Check what isolated children use, all together.
 
         Raises:
             ChannelError: It is too much.
@@ -195,20 +189,22 @@ class Host:
         self._stop()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    @property
-    def has_died(self) -> bool:
-        """Whether its process has ended though no script could end it."""
-        confined = self._isolation is Isolation.CONFINED
-        return confined and (self.process is None or self.process.poll() is not None)
+    def has_failed(self, child: Child) -> bool:
+        """Return whether the machine, not the script, has ended a child.
+
+        A confined script can neither end this host's process, nor its own before it begins.
+        """
+        has_ended = self.process is None or self.process.poll() is not None
+        return self._isolation is Isolation.CONFINED and (has_ended or not child.has_begun)
 
     def _forked(self) -> tuple[socket.socket, int]:
         """Return the connection with a new child, and its process ID.
 
-        A script that is not confined may have ended the process, which then starts again, unless
-        other children ended with it.
+        If a trusted script has ended the process, it is started again, unless other children
+        ended with it.
 
         Raises:
-            MachineError: There is none.
+            MachineError: No child can start.
         """
         for _ in range(2):
             own, theirs = socket.socketpair()
@@ -267,10 +263,10 @@ class Host:
         self._orders.settimeout(_ANSWER_S)
 
     def _isolated_environment(self) -> dict[str, str]:
-        """Return variables that say nothing of this user.
+        """Return variables that do not identify this user.
 
-        Nothing of a submission is imported before it is confined: neither the current folder nor
-        the user's packages (-s), which are in the home, are searched.
+        Neither the current folder nor the user's packages (-s), which are in the home, are
+        searched: no file of a submission is imported before it is confined.
         """
         return {
             **_ONE_THREAD, **dict.fromkeys(HOMES, str(self.folder)),

@@ -14,7 +14,7 @@ LOOK_S = 0.1
 """Time between two looks at the other side while it sends nothing."""
 
 _SIZE = struct.Struct('<Q')
-_PART = 1 << 20
+_PART = 1 << 16  # a larger one would be mapped anew for each message
 
 
 class ChannelError(Exception):
@@ -39,21 +39,23 @@ class MachineError(SetcmasError):
 class Channel:
     """One end of a connection on which messages of bytes go both ways."""
 
-    def __init__(self, end: socket.socket, most: int, look: Callable[[], float] = float) -> None:
+    def __init__(
+        self, end: socket.socket, most: int, look: Callable[[], float] | None = None
+    ) -> None:
         """Use a socket.
 
         Args:
             end: The socket.
             most: Size of the longest message that is accepted, in bytes.
             look: Called every `LOOK_S` while nothing comes; returns by how much later to give up,
-                in s, and may raise ChannelError.
+                in s, and may raise ChannelError. None: there is no deadline.
         """
         self._end = end
         self._most = most
-        self._look = look
+        self._look = look or float
         self._size: int | None = None
         self._rest = bytearray()
-        end.settimeout(LOOK_S)
+        end.settimeout(LOOK_S if look else None)
 
     def send(self, message: bytes, deadline: float) -> None:
         """Send a message.

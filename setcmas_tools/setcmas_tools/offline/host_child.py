@@ -1,9 +1,10 @@
-"""Child of a host: a process that does some work, as it is seen from outside."""
+"""Child of a host: a process that does some work, seen from outside."""
 
 from __future__ import annotations
 
 import shutil
 import signal
+import socket
 import time
 from collections.abc import Collection
 from contextlib import suppress
@@ -24,18 +25,18 @@ _MOST_WAITED_S = 600.0
 
 
 class EndedError(Exception):
-    """A child does not answer any more; the message says why.
+    """A child has ended; the message gives the reason.
 
     Attributes:
         status: Its exit status, or the number of the signal that killed it, negative.
-        places: Files and lines of the calls that it was in, the innermost first.
-        was_ended: Whether the host has ended it, as it was late or took too much.
+        places: Files and lines of its last calls, the innermost first.
+        was_ended: Whether the host ended it, as it was late or took too much.
     """
 
     def __init__(
         self, message: str, status: int, places: list[tuple[Path, int]], was_ended: bool = True
     ) -> None:
-        """Take the cause and the place of the end."""
+        """Store cause and place of the end."""
         super().__init__(message)
         self.status = status
         self.places = places
@@ -43,22 +44,21 @@ class EndedError(Exception):
 
 
 class Parent(Protocol):
-    """The host of a child, as the child uses it."""
+    """The host of a child."""
 
     is_isolated: bool
 
-    @property
-    def has_died(self) -> bool:
-        """Whether its process has ended though no script could end it."""
-
     def ask_place(self, process: int) -> bool:
-        """Let a child write where it is; return whether it can."""
+        """Let a child write its current calls; return whether it can."""
 
     def end_child(self, child: Child, order: bytes) -> int:
-        """End a child, and return its exit status."""
+        """End a child and all its processes; return its exit status."""
+
+    def has_failed(self, child: Child) -> bool:
+        """Return whether the machine, not the script, has ended a child."""
 
     def check_amounts(self) -> None:
-        """Raise ChannelError if the children take too much memory, or write too much."""
+        """Raise ChannelError if the children together use too much."""
 
 
 class Child:
@@ -67,15 +67,26 @@ class Child:
     Attributes:
         folder: Its folder.
         process: Its process ID.
+        has_begun: Whether its work has begun, as far as received messages show.
     """
 
-    def __init__(self, host: Parent, process: int, folder: Path) -> None:
-        """Take a child that `Host.begin` has started."""
+    def __init__(
+        self, host: Parent, process: int, folder: Path, end: socket.socket, most: int
+    ) -> None:
+        """Connect to a child that `Host.begin` has started.
+
+        Args:
+            host: Its host.
+            process: Its process ID.
+            folder: Its folder.
+            end: The connection.
+            most: Size of the longest message that it may send, in bytes.
+        """
         self.process = process
         self.folder = folder
+        self.has_begun = False
         self._host = host
-        self._channel: Channel | None = None
-        self._has_begun = False
+        self._channel: Channel | None = Channel(end, most, self.look)
         self._waited: float | None = None
         self._looked = 0.0
 
@@ -88,12 +99,8 @@ class Child:
         self.end()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def connect(self, channel: Channel) -> None:
-        """Exchange messages on a channel from now on."""
-        self._channel = channel
-
     def send(self, message: bytes, timeout: float) -> None:
-        """Send a message; if the child does not take it, the next `receive` says why."""
+        """Send a message; if the child does not accept it, the next `receive` raises."""
         with suppress(ChannelError):
             if self._channel:
                 self._channel.send(message, time.monotonic() + timeout)
@@ -102,8 +109,8 @@ class Child:
         """Return the next message; None if none comes in this time, in s.
 
         Raises:
-            EndedError: The child has ended, or was ended because it took too much.
-            MachineError: It has ended, or cannot run, though not because of its script.
+            EndedError: The child has ended, or was ended because it used too much.
+            MachineError: The machine ended it, not its script.
         """
         self._waited = None
         message = ''
@@ -112,24 +119,24 @@ class Child:
                 if time.monotonic() > self._looked + LOOK_S:
                     self.look()
                 deadline = time.monotonic() + timeout
-                if not self._has_begun:
+                if not self.has_begun:
                     self._channel.receive(deadline)
-                    self._has_begun = True
+                    self.has_begun = True
                 return self._channel.receive(deadline)
         except LateError:
             return None
         except ChannelError as error:
             message = str(error)
         status = self.end(END if message else WAIT)
-        if self._host.has_died or not self._has_begun:
+        if self._host.has_failed(self):
             raise MachineError
         places = last_places(self.folder)
         raise EndedError(message or _death(status), status, places, was_ended=bool(message))
 
     def receive(self, timeout: float, late: str, scripts: Collection[Path]) -> bytes:
-        """Return the next message of the child, which ends if it takes too long.
+        """Return the next message of the child, which is ended if it is late.
 
-        Time in which it could run but others had the cores does not count (Linux).
+        Time during which other processes had the cores does not count (Linux).
 
         Args:
             timeout: How long it may take, in s.
@@ -137,19 +144,18 @@ class Child:
             scripts: As for `places`.
 
         Raises:
-            EndedError: It has ended, or was ended because it took too long or too much.
-            MachineError: As for `poll`.
+            EndedError, MachineError: As for `poll`.
         """
         answer = self.poll(timeout)
         if answer is not None:
             return answer
-        if not self._has_begun:
+        if self._host.has_failed(self):
             raise MachineError
         places = self.places(scripts)
         raise EndedError(late, self.end(), places)
 
     def places(self, scripts: Collection[Path]) -> list[tuple[Path, int]]:
-        """Return files and lines of the calls that the child is in, or was last, innermost first.
+        """Return files and lines of the child's current or last calls, the innermost first.
 
         Args:
             scripts: Folders of the scripts; waits for a place in one of them.
@@ -165,10 +171,10 @@ class Child:
         return last_places(self.folder)
 
     def end(self, order: bytes = END) -> int:
-        """End the child and all that it started; return its exit status, 0 if it had ended.
+        """End the child and all its processes; return its exit status, 0 if it had ended.
 
         Args:
-            order: END, or WAIT to give it time to end by itself.
+            order: END, or WAIT to let it end by itself first.
         """
         if self._channel is None:
             return 0
@@ -177,11 +183,11 @@ class Child:
         return self._host.end_child(self, order)
 
     def look(self) -> float:
-        """Return how long others have kept the child from running since it was asked, in s.
+        """Return how long other processes have kept the child from running, in s.
 
         Raises:
-            ChannelError: It has ended, though something that it started goes on; or it was
-                stopped; or all children together take too much.
+            ChannelError: It has ended, while a process that it started goes on; or it was
+                stopped; or all children together use too much.
         """
         self._looked = time.monotonic()
         self._host.check_amounts()
@@ -196,7 +202,7 @@ class Child:
         return min(now - self._waited, _MOST_WAITED_S)
 
     def unlinked_size(self) -> int:
-        """Return the size of its open files without a name, in bytes (Linux)."""
+        """Return the size of its open files that are deleted, in bytes (Linux)."""
         size = 0
         with suppress(OSError):
             for file in Path(f'/proc/{self.process}/fd').iterdir():
@@ -214,10 +220,7 @@ def script_of(
 
 
 def times_s(process: int) -> tuple[float, float]:
-    """Return how long a process has run, and how long it could have but had to wait, in s (Linux).
-
-    Both are of its first thread.
-    """
+    """Return how long a process's first thread has run and waited for a core, in s (Linux)."""
     try:
         ran, waited, _ = Path(f'/proc/{process}/schedstat').read_text().split()
     except (OSError, ValueError):

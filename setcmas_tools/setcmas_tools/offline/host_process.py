@@ -1,7 +1,7 @@
 """Process of a `Host`: forks a child for each work, and ends it with all that it started.
 
-Its arguments are FOLDER PREPARE ISOLATION; orders come on a socket, its standard input. An order
-to begin comes with the socket on which the child receives its work, a pickled function. The
+Its arguments are FOLDER PREPARE ISOLATION; it gets orders on a socket, its standard input. With an
+order to begin comes the socket on which the child receives its work, a pickled function. The
 process of a confined host has Python, numpy and what scripts import of setcmas, but no rubric, no
 solution, no other submission, and nothing of the user's environment. Its children share nothing:
 each has its own folder, streams, mounts and domain of Landlock.
@@ -34,11 +34,11 @@ from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_w
 
 FORKS = hasattr(os, 'fork')
 ORDER = struct.Struct('<ci')
-"""An order, and the process ID of the child that it is for; 0 for a new one."""
+"""An order, and the process ID of its child; 0 for a new one."""
 BEGIN, PLACE, END, WAIT = b'b', b'?', b'x', b'w'
-"""Begin some work; write where the child is; end it; wait for its end."""
+"""Begin work; write the child's current calls; end it; wait for its end, then end it."""
 READY, READY_WITH_MOUNTS = b'r', b'm'
-"""Answers of a prepared process: without and with `private_mounts`."""
+"""Answers of a prepared process: without and with private mounts."""
 NUMBER = struct.Struct('<i')
 """Process ID of a child that has begun, 0 if none can; or its exit status once it has ended."""
 BEGUN = b''
@@ -73,18 +73,13 @@ class Children:
     """The children of this process."""
 
     def __init__(self, isolation: Isolation, confinement: Confinement | None) -> None:
-        """Prepare.
-
-        Args:
-            isolation: What they may do.
-            confinement: Confines them; None if they are not confined.
-        """
+        """Prepare; `confinement` is None if they are not confined."""
         self._isolation = isolation
         self._confinement = confinement
         self._running: set[int] = set()
 
     def begin(self, end: int) -> int:
-        """Begin the work that comes on a socket; returns the process ID."""
+        """Begin the work that comes on a socket, `end`; return the process ID."""
         try:
             process = os.fork()
         except OSError:
@@ -106,17 +101,12 @@ class Children:
         return process
 
     def ask_place(self, process: int) -> None:
-        """Let a child write where it is."""
+        """Let a child write its current calls."""
         if process in self._running:
             os.kill(process, signal.SIGUSR1)
 
     def end(self, process: int, wait_s: float = 0.0) -> int:
-        """End a child and all that it started; returns its exit status.
-
-        Args:
-            process: Its process ID.
-            wait_s: For how long it may take to end by itself.
-        """
+        """End a child and all its processes, after `wait_s`; return its exit status."""
         if process not in self._running:  # of an earlier process of the host
             return -signal.SIGKILL
         ended, status, deadline = 0, 0, time.monotonic() + wait_s
@@ -165,7 +155,7 @@ class Children:
 
 
 def _own_streams() -> None:
-    """Open the standard streams anew: flags of an open file are shared with all that have it."""
+    """Open the standard streams again: forks would share the flags of open files."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.close(stream)
@@ -174,7 +164,7 @@ def _own_streams() -> None:
 
 
 def write_places(folder: Path) -> None:
-    """Let this process write where it is into a folder when it is asked, crashes or ends."""
+    """Let this process write its current calls into a folder when asked, and when it ends."""
     file = (folder / _PLACES).open('w', encoding='utf-8')
     faulthandler.enable(file, all_threads=False)
     if hasattr(signal, 'SIGUSR1'):
@@ -186,7 +176,7 @@ def write_places(folder: Path) -> None:
 
 
 def places_size(folder: Path) -> int:
-    """Return how much a process has written of its places, in bytes."""
+    """Return how many bytes a process has written by `write_places`."""
     try:
         return (folder / _PLACES).lstat().st_size
     except OSError:
@@ -194,11 +184,11 @@ def places_size(folder: Path) -> int:
 
 
 def last_places(folder: Path, since: int = 0) -> list[tuple[Path, int]]:
-    """Return the files and lines of the calls that a process wrote last, the innermost first.
+    """Return files and lines of the calls that a process wrote last, the innermost first.
 
     Args:
-        folder: Where it writes.
-        since: Size of its file before; what was written earlier does not count.
+        folder: Its folder.
+        since: Earlier size of its file; skip what it wrote before.
     """
     with suppress(OSError), (folder / _PLACES).open('rb') as file:
         file.seek(max(since, places_size(folder) - _MOST_READ))
