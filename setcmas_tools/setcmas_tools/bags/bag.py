@@ -15,16 +15,15 @@ from typing import Any
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
-from rosbags.rosbag2.storage_mcap import McapReader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
-from setcmas_tools.bags.bag_limits import McapOutline, decompress_file, too_large
+from setcmas_tools.bags.bag_limits import decompress_file, too_large
 from setcmas_tools.bags.bag_sources import (
     BagSource,
     DecompressedSource,
     IndexedSource,
-    McapSalvage,
+    McapSource,
     one_line,
 )
 from setcmas_tools.bags.message_types import (
@@ -119,25 +118,13 @@ def _open_file(file: Path) -> BagSource:
     if not file.stat().st_size:
         raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
     if file.suffix == '.mcap':
-        return _open_mcap(file)
+        return McapSource(file)
     if Path(f'{file}-wal').exists():  # of a .db3 file; rosbags ignores it
         raise SetcmasError(
             f"bag '{file}' was not closed; this closes it: "
             f"sqlite3 '{file}' 'PRAGMA journal_mode=DELETE'"
         )
     return _open_whole(file)
-
-
-def _open_mcap(file: Path) -> BagSource:
-    outline = McapOutline(file)
-    if outline.is_complete:
-        with contextlib.suppress(Exception):  # the index is damaged
-            reader = Ros2Reader(file)
-            source = IndexedSource(file, reader)
-            if isinstance(reader.storage, McapReader) and outline.has_chunks_of(reader.storage):
-                return source
-            source.close()
-    return McapSalvage(file)
 
 
 def _open_whole(file: Path) -> BagSource:
@@ -154,11 +141,6 @@ def _open_whole(file: Path) -> BagSource:
 
 DERIVED = '# The recorder of setcmas made these messages from the odometry in this bag.\n'
 """First line of their definition: a comment, which is not part of the type's hash."""
-
-
-def is_derived(connection: Connection) -> bool:
-    """Return whether the recorder derived the messages of a connection from others."""
-    return connection.msgdef.data.startswith(DERIVED)
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
@@ -289,9 +271,8 @@ class Bag:
                     self._left_out.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
             else:
                 offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
-                topics[key] = BagTopic(
-                    key[0], message_type, counts[key], is_derived(connection), tuple(offered)
-                )
+                derived = connection.msgdef.data.startswith(DERIVED)
+                topics[key] = BagTopic(key[0], message_type, counts[key], derived, tuple(offered))
         return {key: topic for key, topic in topics.items() if topic.count}
 
 

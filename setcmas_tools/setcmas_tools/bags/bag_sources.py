@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import struct
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from io import BytesIO
 from itertools import islice
+from math import inf
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Protocol
 
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import InvalidMagic, McapError
-from mcap.records import Channel, Chunk, DataEnd, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, Message, Schema, Statistics
+from mcap.stream_reader import StreamReader
 from rosbags.interfaces import (
     Connection,
     ConnectionExtRosbag2,
@@ -29,6 +35,7 @@ from setcmas_tools.bags.bag_limits import (
     LARGEST_RECORD,
     decompressed,
     largest_content,
+    too_large,
     zstd_content,
 )
 
@@ -155,22 +162,30 @@ _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
 """Errors of reading bytes that are no records."""
 
 _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+_HEAD = struct.Struct('<BQ')  # kind and length of a record
+_MESSAGE = struct.Struct('<HIQQ')  # channel, number, time of arrival, time of sending
+_LARGEST_OVERLAP = 2**29
+_TIME = itemgetter(1)
+
+Raw = tuple[int, int, bytes]
+"""Number of the channel, receive time in ns, and the serialised message."""
 
 
-class McapSalvage:
-    """The complete chunks of an mcap file, in the order of the file.
+class McapSource:
+    """An mcap file: the messages of its whole chunks, also if it was cut short or damaged.
 
     Attributes:
         connections: Topic, type, definition and number of messages of each channel.
         extent: The messages that can be read.
         notices: A line for each loss.
+        most_bytes: Limit of the bytes of all messages together.
     """
 
     def __init__(self, path: Path) -> None:
         """Scan a file.
 
         Raises:
-            SetcmasError: The content is not mcap.
+            SetcmasError: The content is not mcap, or its chunks are too large.
         """
         self._path = path
         self._schemas: dict[int, Schema] = {}
@@ -178,36 +193,52 @@ class McapSalvage:
         self._good_end = 0
         self._data_ended = False
         self._damaged_chunks = 0
+        self._claimed = 0
         self._failed = False
         self._was_cut = False
         self.most_bytes = largest_content(path)
         self.extent = Extent()
         counts: Counter[int] = Counter()
-        for message in self._scan():
-            counts[message.channel_id] += 1
-            self.extent.add(message.log_time)
+        for channel, time_ns, _ in self._scan():
+            counts[channel] += 1
+            self.extent.add(time_ns)
         self.connections = [self._connection(c, counts[c.id]) for c in self._channels.values()]
         self.notices = list(self._losses())
 
     def messages(self) -> Iterator[Entry]:
-        """Yield all messages of complete chunks."""
+        """Yield all messages of whole chunks, in the order of time."""
         connections = {connection.id: connection for connection in self.connections}
         # A file that is still being recorded has grown since it was opened.
-        for message in islice(self._scan(), self.extent.count):
-            yield connections[message.channel_id], message.log_time, message.data
+        for channel, time_ns, data in islice(self._scan(), self.extent.count):
+            yield connections[channel], time_ns, data
 
     def close(self) -> None:
         """Do nothing: the file is open only while it is scanned."""
 
-    def _scan(self) -> Iterator[Message]:
+    def _scan(self) -> Iterator[Raw]:
         size = self._path.stat().st_size
         self._damaged_chunks = 0
+        total = overlap = 0
+        waiting: list[Raw] = []  # the next chunk may have earlier messages
         with self._path.open('rb') as stream:
             # A cut record may exceed its file; a larger claim is garbage.
             reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_RECORD)
             try:
                 for record in reader.records:
-                    yield from self._messages_in(record)
+                    if isinstance(record, Chunk):
+                        total += record.uncompressed_size
+                        self._check_sizes(record.uncompressed_size, total)
+                        start = record.message_start_time if overlap < _LARGEST_OVERLAP else inf
+                        due = bisect_left(waiting, start, key=_TIME)
+                        yield from waiting[:due]
+                        del waiting[:due]
+                        overlap = record.uncompressed_size + overlap * bool(waiting)
+                        waiting += self._messages_in(record)
+                        waiting.sort(key=_TIME)
+                    elif isinstance(record, Message) and record.channel_id in self._channels:
+                        yield record.channel_id, record.log_time, record.data
+                    else:
+                        self._note(record)
                     self._good_end = stream.tell()
             except InvalidMagic as error:
                 if not self._good_end:
@@ -216,25 +247,45 @@ class McapSalvage:
             except _GARBAGE:
                 self._failed = True
                 self._was_cut = stream.tell() == size
+        yield from waiting
 
-    def _messages_in(self, record: Any) -> Iterator[Message]:
-        if isinstance(record, Chunk):
-            try:
-                data = decompressed(record.data, record.compression, record.uncompressed_size)
-                records = breakup_chunk(replace(record, compression='', data=data), True)
-            except Exception:  # of any of the decompressors
-                self._damaged_chunks += 1
-                return
-            for inner in sorted(records, key=_log_time):
-                yield from self._messages_in(inner)
-        elif isinstance(record, Schema):
+    def _check_sizes(self, chunk: int, total: int) -> None:
+        if chunk > LARGEST_RECORD:
+            raise too_large(self._path, f'a chunk of {chunk:,} bytes', LARGEST_RECORD)
+        if total > self.most_bytes:
+            raise too_large(self._path, f'chunks of {total:,} bytes', self.most_bytes)
+
+    def _messages_in(self, chunk: Chunk) -> list[Raw]:
+        found = []
+        end = 0
+        try:
+            data = decompressed(chunk)
+            while end < len(data):
+                kind, length = _HEAD.unpack_from(data, end)
+                begin, end = end + _HEAD.size, end + _HEAD.size + length
+                if not kind or end > len(data):
+                    raise ValueError('no record')
+                if kind == Opcode.MESSAGE:
+                    channel, _, time_ns, _ = _MESSAGE.unpack_from(data, begin)
+                    found.append((channel, time_ns, data[begin + _MESSAGE.size : end]))
+                elif kind == Opcode.SCHEMA:
+                    self._note(Schema.read(ReadDataStream(BytesIO(data[begin:end]))))
+                elif kind == Opcode.CHANNEL:
+                    self._note(Channel.read(ReadDataStream(BytesIO(data[begin:end]))))
+        except Exception:  # of any of the decompressors
+            self._damaged_chunks += 1
+            return []
+        return [one for one in found if one[0] in self._channels]
+
+    def _note(self, record: Any) -> None:
+        if isinstance(record, Schema):
             self._schemas[record.id] = record
         elif isinstance(record, Channel):
             self._channels.setdefault(record.id, record)
         elif isinstance(record, DataEnd):
             self._data_ended = True
-        elif isinstance(record, Message) and record.channel_id in self._channels:
-            yield record
+        elif isinstance(record, Statistics):
+            self._claimed = record.message_count
 
     def _connection(self, channel: Channel, count: int) -> Connection:
         schema = self._schemas.get(channel.schema_id)
@@ -255,6 +306,8 @@ class McapSalvage:
         if self._damaged_chunks:
             chunks = 'chunk was' if self._damaged_chunks == 1 else 'chunks were'
             yield f"'{self._path}': {self._damaged_chunks} damaged {chunks} left out"
+        elif self.extent.count < self._claimed:
+            yield f"'{self._path}' is damaged: {self.extent} of {self._claimed:,} were read"
         missing = self._path.stat().st_size - self._good_end
         if self._data_ended and self._failed:
             yield (
@@ -272,8 +325,3 @@ def _offered_qos(channel: Channel) -> list[Qos]:
         return parse_qos(channel.metadata.get('offered_qos_profiles', ''))
     except Exception:  # of a damaged text, by any of rosbags' and its parser's
         return []
-
-
-def _log_time(record: Any) -> int:
-    # Schemas and channels come before the messages that need them; sorting is stable.
-    return record.log_time if isinstance(record, Message) else -1

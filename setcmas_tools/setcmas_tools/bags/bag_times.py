@@ -11,46 +11,6 @@ from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
 from setcmas_simu.ros.messages import read_stamp
 from setcmas_tools.bags.recorded_topic import Received
 
-
-class ReceiveClock:
-    """Turns times of arrival on the system's clock into times for a bag.
-
-    They start on the system's clock, but do not follow when it is set during a recording:
-    a jump of an hour would otherwise freeze or stretch the recorded run.
-    """
-
-    def __init__(
-        self,
-        system_ns: Callable[[], int] = time.time_ns,
-        steady_ns: Callable[[], int] = time.monotonic_ns,
-    ) -> None:
-        """Start the clock.
-
-        Args:
-            system_ns: The system's clock, in ns.
-            steady_ns: A clock that is never set, in ns.
-        """
-        self._system_ns = system_ns
-        self._steady_ns = steady_ns
-        self._offset = system_ns() - steady_ns()
-        self._jump = 0
-        self._last = 0
-
-    def update(self) -> None:
-        """Check for a jump of the system's clock; call this before each batch of messages."""
-        self._jump = self._system_ns() - self._steady_ns() - self._offset
-
-    def stamp(self, received_ns: int) -> int:
-        """Return the time in ns of a message, not before that of the previous message.
-
-        Args:
-            received_ns: Time of arrival on the system's clock; 0 if unknown.
-        """
-        stamp = (received_ns or self._system_ns()) - self._jump
-        self._last = max(self._last, stamp)
-        return self._last
-
-
 _HELD_BACK_S = 0.3
 
 Timed = tuple[int, Received]
@@ -58,12 +18,30 @@ Timed = tuple[int, Received]
 
 
 class ArrivalTimes:
-    """Times of arrival, possibly scaled."""
+    """Times of arrival, possibly scaled.
 
-    def __init__(self, pace: Callable[[int], int] = int) -> None:
-        """Start; `pace` converts a time in ns to that of the bag."""
-        self._clock = ReceiveClock()
+    They start on the system's clock, but do not follow when it is set during a recording:
+    a jump of an hour would otherwise freeze or stretch the recorded run.
+    """
+
+    def __init__(
+        self,
+        pace: Callable[[int], int] = int,
+        system_ns: Callable[[], int] = time.time_ns,
+        steady_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        """Start the clock.
+
+        Args:
+            pace: Converts a time in ns to that of the bag.
+            system_ns: The system's clock, in ns.
+            steady_ns: A clock that is never set, in ns.
+        """
         self._pace = pace
+        self._system_ns = system_ns
+        self._steady_ns = steady_ns
+        self._offset = system_ns() - steady_ns()
+        self._last = 0
 
     def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
         """Yield messages with their times, in order; those yielded are taken from the list.
@@ -73,10 +51,12 @@ class ArrivalTimes:
             complete: Whether these are the last: hold none back.
         """
         del complete
-        self._clock.update()
+        now = self._system_ns()
+        jump = now - self._steady_ns() - self._offset
         messages.sort(key=lambda message: message.time_ns)
         for message in messages:
-            yield self._pace(self._clock.stamp(message.time_ns)), message
+            self._last = max(self._last, (message.time_ns or now) - jump)  # 0 is unknown
+            yield self._pace(self._last), message
         messages.clear()
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -29,33 +28,23 @@ _GRID = 'metres'
 _RECEIVED = {'enabled': True, 'timestampMethod': 'receiveTime'}
 
 
-@dataclass(frozen=True)
-class RecordedTopics:
-    """The topics that have messages.
+def odometry_topics(types: Mapping[str, str]) -> dict[int, str]:
+    """Return the topic of each robot's poses: from motion capture if recorded, else its wheels."""
+    found = {topics.robot_of(name) for name in types if topics.is_odometry(name)}
+    return {
+        robot: next(
+            name
+            for name in (topics.mocap_topic(robot), topics.odometry_topic(robot))
+            if name in types
+        )
+        for robot in sorted(number for number in found if number)
+    }
 
-    Attributes:
-        types: Their message types by name, such as 'nav_msgs/msg/Odometry'.
-    """
 
-    types: Mapping[str, str]
-
-    @property
-    def odometry(self) -> dict[int, str]:
-        """The topic of each robot's poses, by number: motion capture if there, else wheels."""
-        found = {topics.robot_of(name) for name in self.types if topics.is_odometry(name)}
-        return {
-            robot: next(
-                name
-                for name in (topics.mocap_topic(robot), topics.odometry_topic(robot))
-                if name in self.types
-            )
-            for robot in sorted(number for number in found if number)
-        }
-
-    def of_type(self, *types: str) -> list[str]:
-        """Return the topics of some message types, sorted by robot number."""
-        names = [name for name, msgtype in self.types.items() if msgtype in types]
-        return sorted(names, key=lambda name: (topics.robot_of(name) or 0, name))
+def _of_type(types: Mapping[str, str], *wanted: str) -> list[str]:
+    """Return the topics of some message types, sorted by robot number."""
+    names = [name for name, msgtype in types.items() if msgtype in wanted]
+    return sorted(names, key=lambda name: (topics.robot_of(name) or 0, name))
 
 
 def write_layout(bag: Path, types: Mapping[str, str]) -> Path | None:
@@ -71,26 +60,25 @@ def write_layout(bag: Path, types: Mapping[str, str]) -> Path | None:
     Raises:
         OSError: The file cannot be written.
     """
-    recording = RecordedTopics(types)
-    if not recording.odometry:
+    if not odometry_topics(types):
         return None
     bag = bag.resolve()
     folder = bag.parent / ('layouts' if bag.name == 'bag' else f'{bag.name}_layouts')
     folder.mkdir(exist_ok=True)
     file = folder / 'foxglove.json'
-    file.write_text(f'{json.dumps(foxglove_layout(recording), indent=1)}\n', encoding='utf-8')
+    file.write_text(f'{json.dumps(foxglove_layout(types), indent=1)}\n', encoding='utf-8')
     return file
 
 
-def foxglove_layout(recording: RecordedTopics) -> dict[str, Any]:
-    """Return the content of a layout file."""
-    curves = {f'Plot!{i}': _plot(recording, title) for i, title in enumerate(_SERIES)}
-    below = _state_panels(recording)
+def foxglove_layout(types: Mapping[str, str]) -> dict[str, Any]:
+    """Return the content of a layout file for topics with these types, by name."""
+    curves = {f'Plot!{i}': _plot(types, title) for i, title in enumerate(_SERIES)}
+    below = _state_panels(types)
     layout = _split('row', '3D!scene', _even('column', list(curves)), 60)
     if below:
         layout = _split('column', layout, _even('row', list(below)), 75)
     return {
-        'configById': {'3D!scene': _scene(recording)} | curves | below,
+        'configById': {'3D!scene': _scene(types)} | curves | below,
         'globalVariables': {},
         'userNodes': {},
         'playbackConfig': {'speed': 1},
@@ -98,7 +86,7 @@ def foxglove_layout(recording: RecordedTopics) -> dict[str, Any]:
     }
 
 
-def _scene(recording: RecordedTopics) -> dict[str, Any]:
+def _scene(types: Mapping[str, str]) -> dict[str, Any]:
     grid = {
         'layerId': 'foxglove.Grid',
         'instanceId': _GRID,
@@ -128,13 +116,13 @@ def _scene(recording: RecordedTopics) -> dict[str, Any]:
             'far': 1000,
         },
         'scene': {'transforms': {'lineWidth': 0, 'labelSize': 0.15}},
-        'topics': {name: {'visible': True} for name in recording.of_type(*_MARKERS)},
+        'topics': {name: {'visible': True} for name in _of_type(types, *_MARKERS)},
         'transforms': {},
         'layers': {_GRID: grid},
     }
 
 
-def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
+def _plot(types: Mapping[str, str], title: str) -> dict[str, Any]:
     return {
         'foxglovePanelTitle': title,
         'paths': [
@@ -144,7 +132,7 @@ def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
                 'color': plot_hex(robot),
             }
             | _RECEIVED
-            for robot, topic in recording.odometry.items()
+            for robot, topic in odometry_topics(types).items()
         ],
         'showXAxisLabels': True,
         'showYAxisLabels': True,
@@ -156,11 +144,11 @@ def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
     }
 
 
-def _state_panels(recording: RecordedTopics) -> dict[str, dict[str, Any]]:
-    """Return the panels of pauses, stops, broadcasts and diagnostics, if they were recorded."""
-    states = [name for name in _STATES if name in recording.types]
+def _state_panels(types: Mapping[str, str]) -> dict[str, dict[str, Any]]:
+    """Return the panels of pauses, stops, broadcasts and diagnostics, if recorded."""
+    states = [name for name in _STATES if name in types]
     states += [
-        name for name in recording.of_type('std_msgs/msg/UInt16')
+        name for name in _of_type(types, 'std_msgs/msg/UInt16')
         if name.endswith(f'/{topics.TRIG_EVENT}')
     ]  # fmt: skip
     panels: dict[str, dict[str, Any]] = {}
@@ -168,7 +156,7 @@ def _state_panels(recording: RecordedTopics) -> dict[str, dict[str, Any]]:
         paths = [{'value': f'{name}.data', 'label': name} | _RECEIVED for name in states]
         title = {'foxglovePanelTitle': 'pauses and events'}
         panels['StateTransitions!states'] = title | {'paths': paths, 'isSynced': True}
-    if topics.DIAGNOSTICS in recording.types:
+    if topics.DIAGNOSTICS in types:
         panels['DiagnosticSummary!diagnostics'] = {
             'topicToRender': topics.DIAGNOSTICS,
             'minLevel': 0,

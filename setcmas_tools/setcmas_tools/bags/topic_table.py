@@ -1,4 +1,4 @@
-"""CSV file of one topic: messages flattened to rows, written while they come in."""
+"""CSV file of one topic: a row for each message, written as the messages are read."""
 
 from __future__ import annotations
 
@@ -77,32 +77,35 @@ Lengths: TypeAlias = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """A field with one value."""
+    """A field with one value; `cell` returns the cell of a message."""
 
     name: str
     cell: Callable[[Any], Any]
-    """Makes the cell of a message."""
 
     def read(self, message: Any, cells: list[Any], _lengths: list[int], /) -> None:
         """Append the value."""
         cells.append(self.cell(message))
 
     def columns(self, _lengths: Iterator[int], /) -> Iterator[Column]:
-        """Yield the one column."""
+        """Yield the column."""
         yield (), self.name
 
 
 @dataclass(frozen=True)
 class Array:
-    """An array of values, or of messages."""
+    """An array of values, or of messages.
+
+    Attributes:
+        name: Its name.
+        elements: Returns the array of a message.
+        cells: Returns the cells of an array of values; None for an array of messages.
+        parts: The fields of each element of an array of messages.
+    """
 
     name: str
     elements: Callable[[Any], Sequence[Any]]
-    """Returns the array of a message."""
     cells: Callable[[Any], list[Any]] | None
-    """Makes the cells of an array of values."""
     parts: Sequence[Part] = ()
-    """The fields of each element of an array of messages."""
 
     def read(self, message: Any, cells: list[Any], lengths: list[int]) -> None:
         """Append the elements, or their number."""
@@ -155,33 +158,13 @@ _ORIENTATIONS = (
 )
 
 
-@dataclass(frozen=True)
-class Flattener:
-    """Rows of messages of one type.
+def parts_of_rows(store: Typestore, msgtype: str) -> list[Part]:
+    """Return the parts of the rows of a message type.
 
     Fields are joined by dots (`pose.pose.position.x`), arrays are numbered (`name[0]`), times and
     durations are one column in s with 9 decimals, booleans are 0 and 1. An array with more than
     `LONGEST_ARRAY` elements, such as an image, is one column with its length (`data.length`). A
     message with a pose, a transform or an orientation has a last column `yaw` in rad.
-    """
-
-    parts: Sequence[Part]
-
-    def row(self, message: Any) -> tuple[list[Any], Lengths]:
-        """Return the cells of a message, and the lengths of its arrays."""
-        cells: list[Any] = []
-        lengths: list[int] = []
-        for part in self.parts:
-            part.read(message, cells, lengths)
-        return cells, tuple(lengths)
-
-    def columns(self, lengths: Lengths) -> list[Column]:
-        """Return the columns of messages with arrays of these lengths."""
-        return list(columns(self.parts, iter(lengths)))
-
-
-def flattener(store: Typestore, msgtype: str) -> Flattener:
-    """Return the flattener of a type.
 
     Args:
         store: Holds the definitions of the type and its parts.
@@ -190,7 +173,7 @@ def flattener(store: Typestore, msgtype: str) -> Flattener:
     parts = list(_parts_of(store, msgtype))
     if orientation := _orientation(store, msgtype):
         parts.append(Field('yaw', _composed(attrgetter(orientation), _yaw)))
-    return Flattener(parts)
+    return parts
 
 
 def _parts_of(store: Typestore, msgtype: str, name: str = '', path: str = '') -> Iterator[Part]:
@@ -254,15 +237,10 @@ class TopicTable:
         nb_rows: Number of rows so far.
     """
 
-    def __init__(self, path: Path, flattener: Flattener) -> None:
-        """Start a table; the file appears with the first rows.
-
-        Args:
-            path: A file that does not exist.
-            flattener: That of the messages' type.
-        """
+    def __init__(self, path: Path, parts: Sequence[Part]) -> None:
+        """Start a table; the file, which must be new, appears with the first rows."""
         self.path = path
-        self._flattener = flattener
+        self._parts = parts
         self._lines: list[str] = []
         self._write_row = _row_writer(self._lines.append)
         self.nb_rows = 0
@@ -275,13 +253,16 @@ class TopicTable:
         Raises:
             OSError: The file cannot be written.
         """
-        cells, lengths = self._flattener.row(message)
+        cells: list[Any] = [seconds_text(time_ns)]
+        found: list[int] = []
+        for part in self._parts:
+            part.read(message, cells, found)
+        lengths = tuple(found)
         if not self._lengths:
-            columns = self._flattener.columns(lengths)
-            self._write_row(['t', *(name for _, name in columns)])
+            self._write_row(['t', *(name for _, name in columns(self._parts, iter(lengths)))])
         if not self._lengths or lengths != self._lengths[-1][1]:
             self._lengths.append((self.nb_rows, lengths))
-        self._write_row([seconds_text(time_ns), *cells])
+        self._write_row(cells)
         self.nb_rows += 1
         if len(self._lines) >= _ROWS_IN_MEMORY:
             self._write_lines()
@@ -303,10 +284,10 @@ class TopicTable:
 
     def _fill_up_rows(self) -> None:
         different = {lengths for _, lengths in self._lengths}
-        columns = sorted({c for lengths in different for c in self._flattener.columns(lengths)})
-        if len(columns) * self.nb_rows > _LARGEST_TABLE:
+        every = sorted({c for lengths in different for c in columns(self._parts, iter(lengths))})
+        if len(every) * self.nb_rows > _LARGEST_TABLE:
             raise SetcmasError(
-                f'{self.path.name} would have {self.nb_rows:,} rows of {len(columns):,} columns; '
+                f'{self.path.name} would have {self.nb_rows:,} rows of {len(every):,} columns; '
                 f'at most {_LARGEST_TABLE:,} cells are written'
             )
         filled = self.path.with_name(f'{self.path.name}.filled')
@@ -318,12 +299,12 @@ class TopicTable:
             rows = csv.reader(source)
             next(rows)
             write_row = _row_writer(target.write)
-            write_row(['t', *(name for _, name in columns)])
+            write_row(['t', *(name for _, name in every)])
             for (first, lengths), (end, _) in pairwise([*self._lengths, (self.nb_rows, ())]):
-                own = self._flattener.columns(lengths)
+                own = list(columns(self._parts, iter(lengths)))
                 for t, *cells in islice(rows, end - first):
                     of_column = dict(zip(own, cells, strict=True))
-                    write_row([t, *(of_column.get(column, '') for column in columns)])
+                    write_row([t, *(of_column.get(column, '') for column in every)])
         filled.replace(self.path)
 
 

@@ -23,7 +23,6 @@ from setcmas_tools.plots.style import (
     line_look,
     plot_style,
     robot_handles,
-    save,
     save_in,
     time_axis,
 )
@@ -62,15 +61,20 @@ def write_pictures(
         SetcmasError: They cannot be written.
     """
     look.check()
-    paths: list[Path] = []
     with plot_style(look.palette, look.paper):
         drawn = drawn_pictures(names, runs, shifted)
+        return _saved({folder / name: figure for name, figure in drawn.items()}, look)
+
+
+def _saved(figures: Mapping[Path, Figure], look: PlotLook) -> list[Path]:
+    """Save figures under paths without an ending; return the files."""
+    paths: list[Path] = []
+    for path, figure in figures.items():
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            for name, figure in drawn.items():
-                paths += save_in(look.formats, figure, folder / name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            paths += save_in(look.formats, figure, path)
         except OSError as error:
-            raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
+            raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
     return paths
 
 
@@ -154,16 +158,12 @@ def write_picture(
     """
     look.check()
     shown = {robot: one.channels for robot, one in found.items() if one.channels}
-    paths = [path.with_suffix(f'.{ending}') for ending in look.formats] if shown else []
+    if not shown:
+        return []
     with plot_style(look.palette, look.paper):
-        for target in paths:
-            figure = _figure(shown)
-            finish(figure, title)
-            try:
-                save(figure, target)
-            except OSError as error:
-                raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
-    return paths
+        figure = _figure(shown)
+        finish(figure, title)
+        return _saved({path.with_suffix(''): figure}, look)
 
 
 def _figure(shown: Mapping[int, Mapping[str, Channel]]) -> Figure:

@@ -37,21 +37,14 @@ class Steps:
     Attributes:
         begin: Starts of the windows in s, shape (K,).
         end: Their ends in s, shape (K,).
-        V: Mean forward speeds in m/s, shape (K,).
-        omega: Mean turn rates in rad/s, shape (K,).
+        speeds: Rows of mean forward speeds (m/s) and turn rates (rad/s), shape (2, K).
         overlap: Number of windows that overlap.
     """
 
     begin: Floats
     end: Floats
-    V: Floats
-    omega: Floats
+    speeds: Floats
     overlap: float
-
-    @property
-    def speeds(self) -> Floats:
-        """Rows V and omega, shape (2, K)."""
-        return np.array([self.V, self.omega])
 
 
 def steps_of(track: FleetTable, since: float = 0.0) -> Steps:
@@ -77,7 +70,7 @@ def steps_of(track: FleetTable, since: float = 0.0) -> Steps:
     dx, dy = track.x[last] - track.x[first], track.y[last] - track.y[first]
     arc = (dx * np.cos(middle) + dy * np.sin(middle)) / np.sinc(half / np.pi)
     overlap = max(1.0, float(np.median(last - first))) if len(first) else 1.0
-    return Steps(t[first], t[last], arc / time, 2.0 * half / time, overlap)
+    return Steps(t[first], t[last], np.array([arc, 2.0 * half]) / time, overlap)
 
 
 _TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')

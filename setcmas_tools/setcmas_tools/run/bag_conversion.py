@@ -13,7 +13,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import Bag, Message, open_bag
-from setcmas_tools.bags.topic_table import TopicTable, flattener
+from setcmas_tools.bags.topic_table import TopicTable, parts_of_rows
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_folder import stem_of_bag
 from setcmas_tools.run.run_info import ParameterChange
@@ -102,7 +102,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     names = file_names(topic.name for topic in topics)
     samples = RunSamples((topic.name, topic.type.name) for topic in topics)
     files = {
-        topic: TopicTable(unfinished / name, flattener(topic.type.store, topic.type.name))
+        topic: TopicTable(unfinished / name, parts_of_rows(topic.type.store, topic.type.name))
         for topic, name in zip(topics, names, strict=True)
     }
     takers = {

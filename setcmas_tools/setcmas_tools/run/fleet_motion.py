@@ -47,14 +47,6 @@ class FleetTable:
         """Return the rows that a mask, or indices, select."""
         return FleetTable(*(getattr(self, f.name)[selection] for f in fields(self)))
 
-    def stacked(self) -> list[Floats] | None:
-        """Return t, x, y, theta, v and omega, shape (K, N) each, of N robots at common times.
-
-        Returns:
-            None if the robots have rows at times of their own.
-        """
-        return stacked(self.t, self.robot, self.x, self.y, self.theta, self.v, self.omega)
-
 
 def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Floats] | None:
     """Return times and columns, shape (K, N) each, of rows of N robots at K common times.

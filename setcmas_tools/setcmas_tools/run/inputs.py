@@ -114,11 +114,11 @@ def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]
             if _is_kept(folder, Path(text)):
                 with suppress(SetcmasError):  # too large
                     found.append(RunInput(name, folder / text, robots))
-    return tuple(one for one in found if all(_is_kept(folder, f) for f in _parts(folder, one)))
-
-
-def _parts(folder: Path, given: RunInput) -> list[Path]:
-    return [file.relative_to(folder) for file in given.files]
+    return tuple(
+        one
+        for one in found
+        if all(_is_kept(folder, file.relative_to(folder)) for file in one.files)
+    )
 
 
 def _is_kept(folder: Path, path: Path) -> bool:

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
-from setcmas_tools.run.fleet_motion import stacked
 
 MARKER, TRAIL = 'marker', 'trail'
 _EARLY_S = 0.001
@@ -62,15 +61,6 @@ class Commands:
         mine = self.robot == robot
         allowed = self.allowed and self.allowed.rows(mine)
         return Commands(self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine], allowed)
-
-    def stacked(self) -> tuple[Floats, Floats] | None:
-        """Return the times, shape (C,), and rows vx, vy of N robots, shape (C, 2, N).
-
-        Returns:
-            None if the robots have commands at times of their own.
-        """
-        found = stacked(self.t, self.robot, self.vx, self.vy)
-        return (found[0][:, 0], np.stack(found[1:], axis=1)) if found else None
 
 
 def commands(rows: ArrayLike) -> Commands:

@@ -21,7 +21,7 @@ from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import UNICYCLE, model_names
 from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.csv_columns import FLEET
-from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
 from setcmas_tools.run.inputs import RunInput, kept_inputs
 from setcmas_tools.run.law_output import Commands, Drawing
 from setcmas_tools.run.run_folder import RunFolder, find_run
@@ -206,13 +206,14 @@ class Run:
 
     @cached_property
     def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
-        stacked = self.tables.fleet.stacked()
-        if stacked is None:
+        rows = self.table
+        found = stacked(rows.t, rows.robot, rows.x, rows.y, rows.theta, rows.v, rows.omega)
+        if found is None:
             raise SetcmasError(
                 "the robots of this run have states at different times: use run['tb3_1'].t "
                 'and so on, or run.grid(), which interpolates'
             )
-        t, x, y, theta, v, omega = stacked
+        t, x, y, theta, v, omega = found
         return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
 
     @property
@@ -227,14 +228,14 @@ class Run:
 
     @cached_property
     def _stacked_commands(self) -> tuple[Floats, Floats]:
-        commands = self.tables.commands
-        found = commands.stacked() if commands else None
+        given = self.commands
+        found = stacked(given.t, given.robot, given.vx, given.vy) if given else None
         if found is None:
             raise SetcmasError(
                 'the robots of this run have commands at different times, or no known ones: '
                 'use run.commands.of(1) and so on'
             )
-        return found
+        return found[0][:, 0], np.stack(found[1:], axis=1)
 
     def grid(self, rate: float = 10.0) -> FleetGrid:
         """Return the poses at common times, interpolated at multiples of 1/rate (Hz)."""

@@ -111,3 +111,17 @@ def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_
 
     assert x == list(range(len(x)))
     assert 0 < len(x) < len(points)
+
+
+def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, points):
+    path = tmp_path / 'others.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, chunk_size=1000)
+        writer.start(profile='ros2')
+        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
+        channel = writer.register_channel('/points', 'cdr', schema)
+        for i in (i + 3 - 2 * (i % 4) for i in range(200)):
+            writer.add_message(channel, i + 1, points_bytes(store, points[i]), i + 1)
+        writer.finish()
+
+    assert read(path) == (list(range(200)), [])

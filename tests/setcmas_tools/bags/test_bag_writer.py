@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-import yaml
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import (
@@ -66,20 +65,6 @@ def test_closed_bag_is_read_by_others(tmp_path, data):
     assert [bytes(message.data) for _, _, message in messages] == data
 
 
-def test_metadata_has_types_hashes_and_qualities_of_service(tmp_path, data):
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.write(add_points(writer), 5, data[0])
-    metadata = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())
-    information = metadata['rosbag2_bagfile_information']
-    (topic,) = information['topics_with_message_count']
-
-    assert information['storage_identifier'] == 'mcap'
-    assert information['version'] == 9
-    assert topic['topic_metadata']['type_description_hash'].startswith('RIHS01_')
-    (qos,) = topic['topic_metadata']['offered_qos_profiles']
-    assert (qos['durability'], qos['reliability']) == ('transient_local', 'reliable')
-
-
 def test_flushed_messages_are_readable_while_the_bag_is_open(tmp_path, data):
     with BagWriter(tmp_path / 'bag') as writer:
         topic = add_points(writer)
@@ -109,16 +94,6 @@ def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_pat
         add_points(writer)
         with pytest.raises(SetcmasError, match='was cut short: no messages were read'):
             count(tmp_path / 'bag')
-
-
-def test_a_bag_without_messages_is_closed_well(tmp_path):
-    with BagWriter(tmp_path / 'bag') as writer:
-        add_points(writer)
-        writer.flush()
-    with AnyReader([tmp_path / 'bag']) as reader:
-        assert list(reader.messages()) == []
-    with (tmp_path / 'bag' / 'bag.mcap').open('rb') as stream:
-        assert list(make_reader(stream).iter_messages()) == []
 
 
 def test_a_failing_disk_leaves_what_was_written(tmp_path, data):

@@ -5,7 +5,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.fleet.fleet import plot_hex
-from setcmas_tools.bags.foxglove import RecordedTopics, foxglove_layout, write_layout
+from setcmas_tools.bags.foxglove import foxglove_layout, odometry_topics, write_layout
 
 MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))
 ODOMETRY = 'nav_msgs/msg/Odometry'
@@ -55,13 +55,13 @@ def read_by(kind, series, panel):
 
 @pytest.mark.parametrize('topics', [SIMULATED, REAL])
 def test_all_panels_are_in_the_tree(topics):
-    layout = foxglove_layout(RecordedTopics(topics))
+    layout = foxglove_layout(topics)
 
     assert sorted(panels(layout['layout'])) == sorted(layout['configById'])
 
 
 def test_robots_are_curves_of_their_colours_in_order():
-    plot = foxglove_layout(RecordedTopics(SIMULATED))['configById']['Plot!1']
+    plot = foxglove_layout(SIMULATED)['configById']['Plot!1']
 
     assert plot['foxglovePanelTitle'] == 'y (m)'
     assert [path['value'] for path in plot['paths']] == [
@@ -72,7 +72,7 @@ def test_robots_are_curves_of_their_colours_in_order():
 
 
 def test_scene_shows_all_markers_of_the_recording():
-    scene = foxglove_layout(RecordedTopics(SIMULATED))['configById']['3D!scene']
+    scene = foxglove_layout(SIMULATED)['configById']['3D!scene']
 
     assert scene['topics'] == {
         '/tb3_2/marker': {'visible': True},
@@ -82,7 +82,7 @@ def test_scene_shows_all_markers_of_the_recording():
 
 
 def test_experiments_show_motion_capture_pauses_and_diagnostics():
-    shown = foxglove_layout(RecordedTopics(REAL))['configById']
+    shown = foxglove_layout(REAL)['configById']
 
     assert shown['Plot!0']['paths'][0]['value'] == '/mocap/tb3_1/odom.pose.pose.position.x'
     states = shown['StateTransitions!states']['paths']
@@ -90,17 +90,10 @@ def test_experiments_show_motion_capture_pauses_and_diagnostics():
     assert shown['DiagnosticSummary!diagnostics']['topicToRender'] == '/diagnostics'
 
 
-def test_a_simulation_without_events_has_no_panel_for_them():
-    topics = {name: SIMULATED[name] for name in ('/tb3_2/odom', '/tb3_2/marker')}
-    shown = foxglove_layout(RecordedTopics(topics))['configById']
-
-    assert [name.partition('!')[0] for name in shown] == ['3D', 'Plot', 'Plot', 'Plot']
-
-
 @pytest.mark.parametrize('topics', [SIMULATED, REAL])
 def test_every_field_is_one_of_its_message_type(topics):
     store = get_typestore(Stores.ROS2_JAZZY)
-    shown = foxglove_layout(RecordedTopics(topics))['configById']
+    shown = foxglove_layout(topics)['configById']
     paths = [path['value'] for panel in shown.values() for path in panel.get('paths', ())]
 
     assert paths
@@ -121,7 +114,7 @@ def test_the_library_of_foxglove_reads_every_panel(topics):
         'StateTransitions': (library.StateTransitionsConfig, library.StateTransitionsSeries),
         'DiagnosticSummary': (library.DiagnosticsSummaryConfig, None),
     }
-    shown = foxglove_layout(RecordedTopics(topics))['configById']
+    shown = foxglove_layout(topics)['configById']
     for name, panel in shown.items():
         if kind := kinds.get(name.partition('!')[0]):
             title = {key: panel[key] for key in panel if key == 'foxglovePanelTitle'}
@@ -130,7 +123,7 @@ def test_the_library_of_foxglove_reads_every_panel(topics):
 
 def test_the_library_of_foxglove_knows_all_of_the_scene():
     library = pytest.importorskip('foxglove.layouts')
-    scene = foxglove_layout(RecordedTopics(REAL))['configById']['3D!scene']
+    scene = foxglove_layout(REAL)['configById']['3D!scene']
     layer = {k: v for k, v in scene['layers']['metres'].items() if k != 'layerId'}
     read = library.ThreeDeeConfig(
         follow_tf=scene['followTf'],
@@ -168,6 +161,6 @@ def test_without_robots_no_layout_is_written(tmp_path):
 
 def test_poses_of_motion_capture_go_before_those_of_wheels():
     names = ('/tb3_1/odom', '/mocap/tb3_1/odom', '/emulated_lab/truth/tb3_1', '/tb3_12/odom')
-    recording = RecordedTopics(dict.fromkeys(names, ODOMETRY))
+    found = odometry_topics(dict.fromkeys(names, ODOMETRY))
 
-    assert recording.odometry == {1: '/mocap/tb3_1/odom', 12: '/tb3_12/odom'}
+    assert found == {1: '/mocap/tb3_1/odom', 12: '/tb3_12/odom'}

@@ -6,7 +6,6 @@ import pytest
 from setcmas_tools.compare.experiment_verdict import (
     Reached,
     experiment_verdict,
-    is_experiment,
     parted,
     verdicts,
 )
@@ -37,11 +36,6 @@ def experiment():
     return replace(
         run, tables=replace(run.tables, safety=safety_record(states), communication=record)
     )
-
-
-def test_only_what_safety_watched_is_an_experiment(simulation, experiment):
-    assert not is_experiment(simulation)
-    assert is_experiment(experiment)
 
 
 def test_each_robot_has_its_departure_and_the_reason(simulation, experiment):

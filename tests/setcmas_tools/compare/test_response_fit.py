@@ -107,17 +107,6 @@ def test_gain_of_a_simulation_that_holds_a_command_for_its_whole_step(early):
     assert found.times_known
 
 
-def test_a_robot_without_commands_or_motion_gives_no_values_and_no_warning():
-    begin = np.arange(0.0, 5.0, 0.1)
-    still = HeldCommand(np.array([0.0, 1.0]), np.zeros(2))
-
-    with np.errstate(invalid='raise'):
-        found = fitted(Measured(still, begin, begin + 0.2, np.zeros(len(begin)), 2.0))
-
-    assert not found.gain_known
-    assert not found.times_known
-
-
 def test_without_scipy_the_message_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, 'scipy.optimize', None)
 
