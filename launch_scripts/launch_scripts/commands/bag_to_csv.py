@@ -17,13 +17,8 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder or file of the bag')
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='DIR',
-        help='folder of the CSV files (default: csv next to a folder named bag, else BAG_csv)',
-    )
+    folder = 'folder of the CSV files (default: csv next to a folder named bag, else BAG_csv)'
+    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help=folder)
 
 
 def main(args: argparse.Namespace) -> int:

@@ -18,6 +18,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from launch_scripts.commands.grade import RUBRIC
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.scripts.loader import find_script
 from setcmas_tools.run.run_folder import OfflineOptions
@@ -28,21 +29,13 @@ _ASCII = str.maketrans('✓✗', '+-')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('law', metavar='LAW', help='your script, such as my_law.py')
-    parser.add_argument(
-        '--rubric',
-        '-R',
-        metavar='EXERCISE|FILE.yaml',
-        help='exercise or rubric file to check against (default: the one named in the script)',
-    )
-    parser.add_argument(
-        '--output', '-o', type=Path, metavar='FILE.png', help='picture (default: LAW_check.png)'
-    )
+    rubric = 'exercise or rubric file to check against (default: the one named in the script)'
+    parser.add_argument('--rubric', '-R', metavar=RUBRIC, help=rubric)
+    picture = 'picture (default: LAW_check.png)'
+    parser.add_argument('--output', '-o', type=Path, metavar='FILE.png', help=picture)
     parser.add_argument('--show', action='store_true', help='open the picture in a window')
-    parser.add_argument(
-        '--emulate',
-        action='store_true',
-        help='run in the emulated lab, in real time, and also measure safety',
-    )
+    emulate = 'run in the emulated lab, in real time, and also measure safety'
+    parser.add_argument('--emulate', action='store_true', help=emulate)
     OfflineOptions.add_to(parser)
 
 

@@ -24,20 +24,11 @@ _warn = warner('compare')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
+    runs = 'at least two runs: folders of runs or of CSV files, fleet.csv files, or bags'
+    parser.add_argument('runs', type=Path, nargs='+', metavar='DIR', help=runs)
+    folder = 'folder of the plots (default: comparison)'
     parser.add_argument(
-        'runs',
-        type=Path,
-        nargs='+',
-        metavar='DIR',
-        help='at least two runs: folders of runs or of CSV files, fleet.csv files, or bags',
-    )
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        default=Path('comparison'),
-        metavar='DIR',
-        help='folder of the plots (default: comparison)',
+        '-o', '--output', type=Path, default='comparison', metavar='DIR', help=folder
     )
     FormatOptions.add_to(parser)
 

@@ -4,7 +4,6 @@ Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
   csv_to_plot lab.mcap                           a single bag; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
-  csv_to_plot out --palette ros1 --show          the colours of the ROS 1 stack
   csv_to_plot out --paper                        as PDF, 3.5 inches wide with 8 pt text
   csv_to_plot out --animate --speed 4            also a video, four times as fast
   csv_to_plot out --animate mp4 --size 1920x1080 --dpi 200
@@ -52,5 +51,6 @@ def main(args: argparse.Namespace) -> int:
         from setcmas_tools.plots.film import animate
 
         kind = None if film.animate == BEST else film.animate
-        print(animate(run, folder, kind, FilmLook(palette=style.palette, **film.look())))
+        film_look = FilmLook(film.speed, style.palette, film.size, film.dpi)
+        print(animate(run, folder, kind, film_look))
     return 0

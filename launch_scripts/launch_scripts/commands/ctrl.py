@@ -2,9 +2,8 @@
 
 Examples:
   setcmas ctrl --algo consensus
-  setcmas ctrl --algo my_law.py --vnom 0.2       your own script
   setcmas ctrl --algo my_law --watch             reload it whenever you save it
-  setcmas ctrl --algo consensus --set K=1.2      another gain for this run
+  setcmas ctrl --algo my_law --set K=1.2         another gain for this run
   setcmas ctrl --algo nav_wp --nb-robots 8 --robots 5-8
   setcmas ctrl --algo consensus --event-triggered --graph ring
 """

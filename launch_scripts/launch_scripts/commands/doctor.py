@@ -15,15 +15,12 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.processes.child_process import Child, ChildDiedError
+from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import require_ros
-from launch_scripts.processes.experiment import (
-    experiment_environment,
-)
+from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import DOCTOR, node_command
 from launch_scripts.processes.supervisor import StoppedError, Supervisor, run_to_end
-from launch_scripts.terminal.terminal_output import write_line
 from setcmas_expe.doctor.doctor_process import DoctorOptions
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions
@@ -33,9 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
-    parser.add_argument(
-        '--emulate', action='store_true', help='check an emulated lab on this machine'
-    )
+    emulate = 'check an emulated lab on this machine'
+    parser.add_argument('--emulate', action='store_true', help=emulate)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -53,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with Supervisor(environment, prefix=True) as supervisor:
         try:
-            lab_process = _start_lab(supervisor, options.arguments())
+            lab_process = start_emulated_lab(supervisor, options.arguments())
         except StoppedError:
             return 130
         except ChildDiedError as death:
@@ -65,17 +61,3 @@ def main(args: argparse.Namespace) -> int:
             supervisor.warn(f'setcmas doctor: {lab_process.unexpected_end()}')
             return 1
         return status
-
-
-def _start_lab(supervisor: Supervisor, arguments: list[str]) -> Child:
-    """Start an emulated lab, and return it once it works."""
-    lines: list[str] = []
-    supervisor.write = lambda line, _: lines.append(line)
-    try:
-        return start_emulated_lab(supervisor, arguments)
-    except ChildDiedError:
-        for line in lines:  # shown only if it fails
-            write_line(line, supervisor.stderr)
-        raise
-    finally:
-        supervisor.write = write_line

@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
 
 from launch_scripts.commands.scenario_options import (
     add_scenario_arguments,
@@ -24,25 +23,18 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.emulated_runs import bounded_lab_options
+from launch_scripts.processes.emulated_runs import bounded_lab_options, check_emulated
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
 )
-from launch_scripts.processes.rviz import Companion
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, single_keys
+from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, open_keyboard, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_ctrl.control.control_options import WatchOptions
-from setcmas_ctrl.filter.barrier_constraints import check_starts
-from setcmas_expe.emulation.emulation_options import (
-    EmulationOptions,
-    check_emulated_mocap,
-    emulated_start_poses,
-)
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action
@@ -64,11 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     WatchOptions.add_to(parser)
     of_scenario = [name for name in LabOptions.options() if name in options()]
     LabOptions.add_to(parser, without=of_scenario)
-    parser.add_argument(
-        '--hold',
-        action='store_true',
-        help="robots move only while s, the joystick's button or the page's button is held down",
-    )
+    hold = "robots move only while s or the joystick's button is held down"
+    parser.add_argument('--hold', action='store_true', help=hold)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     ViewOptions.add_to(parser, view=NONE)
 
@@ -87,35 +76,36 @@ def main(args: argparse.Namespace) -> int:
     numbers = [robot.number for robot in lab.robots]
     with (
         fleet_views(ViewOptions.of(args), numbers, experiment=True) as views,
-        Keyboard() as keyboard,
+        open_keyboard() as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):
         display = StatusDisplay(supervisor.stdout)
         supervisor.write = lambda line, _: display.write(line)
 
-        def experiment(joystick: list[str] | None) -> Experiment:
-            return Experiment(
-                supervisor,
-                lab,
-                scenario,
-                of_lab,
-                hold=args.hold,
-                watch=args.watch,
-                joystick=joystick,
-            )
-
+        joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
         try:
-            return _run(supervisor, keyboard, display, lab, experiment, views, args)
+            experiment = Experiment(
+                supervisor, lab, scenario, of_lab, False, args.hold, args.watch, joystick
+            )
+            experiment.on_status = display.show
+            for name, command in views:
+                supervisor.start(name, command, needed=False)
+            ways = ['s'] if keyboard.there else []
+            ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
+            _explain(supervisor, ways, keyboard.there, args.hold)
+            return _serve(supervisor, keyboard, display, experiment, args.hold)
+        except StoppedError:
+            return 0
+        except ChildDiedError as death:
+            if str(death):
+                supervisor.warn(f'setcmas expe: {death}')
+            return death.exit_status
         finally:
             display.close()
 
 
 def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
-    """Return the options of the lab; a scenario file tightens what the lab file sets.
-
-    Raises:
-        SetcmasError: It loosens something, or names a real lab.
-    """
+    """Return the options of the lab; a scenario file tightens what the lab file sets."""
     own = {'cmd_vel_type': args.cmd_vel_type, 'joystick_button': args.joystick_button}
     typed = typed_values(args)
     if args.scenario and not scenario.lab.emulate and scenario.lab.lab and 'lab' not in typed:
@@ -124,48 +114,24 @@ def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
 
 
 def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
-    """Check that an experiment can be made.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
+    """Check that the experiment can be made."""
     scenario.replace(nb_robots=lab.nb_robots).check()
-    safety = lab.safety(scenario.safety)
     lab.check_rate(scenario.law.rate)
     if scenario.lab.emulate:
-        EmulationOptions.among(scenario.values()).robot_model([one.number for one in lab.robots])
-        check_emulated_mocap(lab.mocap)
-        check_starts(safety, emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots))
+        check_emulated(scenario, lab)
     elif {'poses', 'pose', 'random_poses', 'model'} & typed_values(args).keys():
         raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
 
 
-def _run(
+def _serve(
     supervisor: Supervisor,
     keyboard: Keyboard,
     display: StatusDisplay,
-    lab: Lab,
-    start: Callable[[list[str] | None], Experiment],
-    views: list[Companion],
-    args: argparse.Namespace,
+    experiment: Experiment,
+    hold: bool,
 ) -> int:
-    joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
-    try:
-        experiment = start(joystick)
-    except StoppedError:
-        return 0
-    except ChildDiedError as death:
-        if str(death):
-            supervisor.warn(f'setcmas expe: {death}')
-        return death.exit_status
-    experiment.on_status = display.show
-    for name, command in views:
-        supervisor.start(name, command, needed=False)
-    ways = ['s'] if keyboard.there else []
-    ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
-    _explain(supervisor, ways, keyboard.there, args.hold)
-
-    start_key = StartKey(args.hold)
+    """Serve the operator until the end of the experiment; return the exit status."""
+    start_key = StartKey(hold)
 
     def serve_terminal() -> None:
         display.note_silence()
@@ -206,5 +172,5 @@ def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool
     if ways:
         supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')
     if not has_keys and sys.stdin is not None:
-        nothing = '' if ways else ': only a joystick or --view could start the robots'
+        nothing = '' if ways else ': only a joystick could start the robots'
         supervisor.warn(f'no terminal to read keys from{nothing}')

@@ -14,61 +14,57 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.grade.grade_options import GradeOptions
-from setcmas_tools.platforms.grade_format import CLASS_FORMATS, GRADE_FORMATS, write_formats
+from setcmas_tools.platforms.grade_format import (
+    CLASS_FORMATS,
+    GRADE_FORMATS,
+    make_bundle,
+    write_formats,
+)
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.rubric import Rubric
 
 
+RUBRIC = 'EXERCISE|FILE.yaml'
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'folder',
-        metavar='FOLDER',
-        nargs='?',
-        type=Path,
-        help='folder or zip file of the submissions',
-    )
-    parser.add_argument(
-        '--rubric',
-        '-R',
-        metavar='EXERCISE|FILE.yaml',
-        required=True,
-        help='exercise or rubric file to grade by',
-    )
-    parser.add_argument(
-        '--output', '-o', type=Path, metavar='DIR', help='folder of the grades (default: grades)'
-    )
-    formats = ', '.join(CLASS_FORMATS)
-    parser.add_argument(
-        '--format',
-        action='append',
-        metavar='NAME',
-        help=f'tables to write besides pages; may be repeated (default: {formats})',
-    )
-    parser.add_argument(
-        '--make', metavar='NAME', help='write the zip file for automatic grading on a platform'
-    )
+    submissions = 'folder or zip file of the submissions'
+    parser.add_argument('folder', metavar='FOLDER', nargs='?', type=Path, help=submissions)
+    rubric = 'exercise or rubric file to grade by'
+    parser.add_argument('--rubric', '-R', metavar=RUBRIC, required=True, help=rubric)
+    folder = 'folder of the grades (default: grades)'
+    parser.add_argument('--output', '-o', type=Path, metavar='DIR', help=folder)
+    formats = f'tables to write; may be repeated (default: {", ".join(CLASS_FORMATS)})'
+    parser.add_argument('--format', action='append', metavar='NAME', help=formats)
+    bundle = 'write the zip file for automatic grading on a platform'
+    parser.add_argument('--make', metavar='NAME', help=bundle)
     GradeOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Grade a class, or write the zip file for a platform; return the exit status."""
-    # Imported late: help texts and completion need not wait for numpy.
-    from setcmas_tools.grade.check import chosen_rubric
+    from setcmas_tools.grade.check import chosen_rubric  # late: help texts need not wait for numpy
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
     rubric.check_place(options.emulate and not args.make)
     if args.make:
-        return _make(args.make, rubric, options, args.output or Path(f'{args.make}.zip'))
+        file = args.output or Path(f'{args.make}.zip')
+        content = make_bundle(args.make, rubric, '--trust' if options.trust else '')
+        with _writing(file):
+            file.write_bytes(content)
+        print(f'for {args.make}: {file}')
+        return 0
     if not args.folder:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')
     formats = args.format or CLASS_FORMATS
@@ -77,14 +73,21 @@ def main(args: argparse.Namespace) -> int:
     folder = args.output or Path('grades')
     _check_place(folder, args.folder)
     try:
-        return _grade(args, rubric, options, folder, formats)
+        with _writing(folder):
+            return _grade(args, rubric, options, folder, formats)
     except KeyboardInterrupt:
         warn('setcmas grade: stopped; run the same command to continue')
         raise
+
+
+@contextmanager
+def _writing(place: Path) -> Iterator[None]:
+    try:
+        yield
     except BrokenPipeError:  # the reader of the output is gone; the command ends quietly
         raise
     except OSError as error:
-        raise SetcmasError(f"grades '{folder}' cannot be written: {error.strerror}") from error
+        raise SetcmasError(f"'{place}' cannot be written: {error.strerror}") from error
 
 
 def _check_place(folder: Path, submissions: Path) -> None:
@@ -93,24 +96,12 @@ def _check_place(folder: Path, submissions: Path) -> None:
 
     places = [folder.resolve(), *folder.resolve().parents]
     if submissions.resolve() in places:
-        what = f"in the folder of the submissions, '{submissions}'"
+        place = f"in the folder of the submissions, '{submissions}'"
     elif any((place / INFO_FILE).is_file() for place in places):
-        what = 'in the folder of a run'
+        place = 'in the folder of a run'
     else:
         return
-    raise SetcmasError(f"grades '{folder}' would be {what}; choose another folder with -o")
-
-
-def _make(name: str, rubric: Rubric, options: GradeOptions, file: Path) -> int:
-    from setcmas_tools.platforms.grade_format import make_bundle
-
-    content = make_bundle(name, rubric, '--trust' if options.trust else '')
-    try:
-        file.write_bytes(content)
-    except OSError as error:
-        raise SetcmasError(f"'{file}' cannot be written: {error.strerror}") from error
-    print(f'for {name}: {file}')
-    return 0
+    raise SetcmasError(f"grades '{folder}' would be {place}; choose another folder with -o")
 
 
 def _grade(

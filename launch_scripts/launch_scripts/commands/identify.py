@@ -27,36 +27,22 @@ _warn = warner('identify')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
+    model = 'model file (default: model.yaml)'
+    run = 'folder of a run, or a bag with cmd_vel and odometry'
+    parser.add_argument('run', type=Path, metavar='DIR', help=run)
     parser.add_argument(
-        'run', type=Path, metavar='DIR', help='folder of a run, or a bag with cmd_vel and odometry'
-    )
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        default=Path('model.yaml'),
-        metavar='FILE',
-        help='model file (default: model.yaml)',
+        '-o', '--output', type=Path, default='model.yaml', metavar='FILE', help=model
     )
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
-    parser.add_argument(
-        '--limits',
-        choices=list(LIMITS),
-        help="velocity limits of the robots (default: the run's, or burger)",
-    )
+    limits = "velocity limits of the robots (default: the run's, or burger)"
+    parser.add_argument('--limits', choices=list(LIMITS), help=limits)
     FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Identify; return the exit status, 1 if the run suffices for no robot."""
     from setcmas_simu.robots.identified_robot import write_model_file
-    from setcmas_tools.compare.identification import (
-        identified_notes,
-        identified_table,
-        identify,
-        limits_of,
-        model_of,
-    )
+    from setcmas_tools.compare import identification
     from setcmas_tools.compare.pictures import write_picture
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
@@ -69,15 +55,15 @@ def main(args: argparse.Namespace) -> int:
     if output.exists() and not args.overwrite:
         raise SetcmasError(f"'{output}' already exists; choose another name, or add --overwrite")
     run = Run.load(args.run, _warn)
-    found = identify(args.run, _warn)
-    print(identified_table(found))
-    for note in identified_notes(found):
+    found = identification.identify(args.run, _warn)
+    print(identification.identified_table(found))
+    for note in identification.identified_notes(found):
         _warn(note)
     pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format), args.palette))
-    limits = args.limits or limits_of(run)
+    limits = args.limits or identification.limits_of(run)
     if limits is None:
         _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')
-    model = model_of(found, limits or _USUAL)
+    model = identification.model_of(found, limits or _USUAL)
     if model is None:
         print(*pictures, sep='\n')
         return 1

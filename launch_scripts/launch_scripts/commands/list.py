@@ -1,6 +1,6 @@
 """List laws, exercises, robot models, mocap sources, tasks, metrics, plots and grade formats.
 
-Each has its package. Also lists the columns of studies and the comparisons for rubrics.
+Each entry names its package. Columns of studies and comparisons for rubrics are listed, too.
 
 Examples:
   setcmas list
@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import argparse
 import ast
-import importlib.util
 import inspect
 import tokenize
 from collections.abc import Callable, Iterable
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from setcmas_simu.robots.models import MODELS
 from setcmas_simu.table import Table
 from setcmas_tools.grade.criteria import COMPARED
 from setcmas_tools.measures.metric import METRICS
-from setcmas_tools.platforms.grade_format import GRADE_FORMATS, GradeFormat
+from setcmas_tools.platforms.grade_format import GRADE_FORMATS
 from setcmas_tools.plots.plot import PLOTS
 from setcmas_tools.study.study_columns import COLUMNS
 
@@ -44,12 +44,14 @@ def main(args: argparse.Namespace) -> int:
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
     _print('in this folder, for --algo (these take precedence)', _own_scripts(Path.cwd()))
-    _print('robot models, for --model', _things(MODELS, _purpose))
-    _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
-    _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
-    _print('metrics, of every run', _things(METRICS, _purpose))
-    _print('plots, of every run to which they apply', _rows(PLOTS, _plot_purpose))
-    _print('grade formats, for setcmas grade --format', _things(GRADE_FORMATS, _format))
+    _print('robot models, for --model', _rows(MODELS, _purpose))
+    _print('motion capture, for --mocap and lab files', _rows(MOCAP_SOURCES, _source))
+    _print("tasks, for a law that says task = '...'", _rows(TASKS, _task))
+    _print('metrics, of every run', _rows(METRICS, _purpose))
+    _print('plots, of every run to which they apply', _rows(PLOTS, _purpose))
+    _print(
+        'grade formats, for setcmas grade --format', _rows(GRADE_FORMATS, attrgetter('purpose'))
+    )
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
     _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
     compared = ((name, one.unit, one.purpose) for name, one in COMPARED.items())
@@ -78,31 +80,19 @@ def _own_scripts(folder: Path) -> Iterable[tuple[str, ...]]:
 
 
 def _scripts(group: ScriptGroup) -> Iterable[tuple[str, ...]]:
-    return _rows(
+    return _described(
         group, lambda name: summary_of(group.file(name)) or f'(must define {FUNCTIONS[0]})'
     )
 
 
-def _things(group: PluginGroup[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
-    return _rows(group, lambda name: describe(group.get(name)))
+def _rows(group: PluginGroup[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
+    return _described(group, lambda name: describe(group.get(name)))
 
 
 def _purpose(thing: object) -> str:
     """Return the first line of the docstring of a function or of an object's class."""
     purpose = (inspect.getdoc(thing) or '').partition('\n')[0].removeprefix('Return ')
     return purpose[:1].upper() + purpose[1:]
-
-
-def _plot_purpose(name: str) -> str:
-    """Return the purpose of a plot; read ours from the source, to avoid importing matplotlib."""
-    plugin = PLOTS.plugin(name)
-    spec = importlib.util.find_spec(plugin.entry.module) if plugin.built_in else None
-    if not (spec and spec.origin):
-        return _purpose(PLOTS.get(name))
-    tree = ast.parse(Path(spec.origin).read_bytes())
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
-    [own] = [node for node in functions if node.name == plugin.entry.attr]
-    return (ast.get_docstring(own) or '').partition('\n')[0]
 
 
 def _source(source: MocapSource) -> str:
@@ -113,11 +103,7 @@ def _task(task: TaskNames) -> str:
     return f'takes {", ".join(task.names) or "nothing"} from the law'
 
 
-def _format(format_: GradeFormat) -> str:
-    return format_.purpose
-
-
-def _rows(
+def _described(
     group: PluginGroup[Any] | ScriptGroup, summary: Callable[[str], str]
 ) -> Iterable[tuple[str, ...]]:
     """Yield names, package and summary; names of the same object share a row."""

@@ -74,6 +74,7 @@ def main(args: argparse.Namespace) -> int:
     evaluation = evaluate(run, metrics_file=target, warn=_warn)
     print(evaluation)
     if run.references is None:
-        print(f'unknown task: give --task {{{",".join(TASKS.plugins())}}} and --algo')
+        tasks = ','.join(TASKS.plugins())
+        print(f'no task is known, so no task errors; add --task {{{tasks}}} and --algo SCRIPT')
     print(target)
     return 0

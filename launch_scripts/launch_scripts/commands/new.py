@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import keyword
-import re
 import sys
 from importlib import resources
 from importlib.util import find_spec
@@ -29,15 +28,10 @@ CONTROL_LAW, ROBOT = 'control_law', 'robot'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'name', metavar='NAME', nargs='?', help='name of the script, such as my_law'
-    )
-    parser.add_argument(
-        '--from',
-        dest='source',
-        metavar='LAW',
-        help='copy this control law: a name for --algo, or a path',
-    )
+    name = 'name of the script, such as my_law'
+    parser.add_argument('name', metavar='NAME', nargs='?', help=name)
+    source = 'copy this control law: a name for --algo, or a path'
+    parser.add_argument('--from', dest='source', metavar='LAW', help=source)
     parser.add_argument(
         '--exercise',
         action='store_true',
@@ -45,18 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'exercise NAME)',
     )
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
-    parser.add_argument(
-        '--lab', action='store_true', help='a lab file with every default (default NAME: lab)'
-    )
+    lab = 'a lab file with every default (default NAME: lab)'
+    parser.add_argument('--lab', action='store_true', help=lab)
 
 
 def main(args: argparse.Namespace) -> int:
     """Write the file and show the next step; return the exit status."""
     if args.lab:
-        return write_lab_file(args)
+        return _write_lab_file(args)
     if not args.name:
         raise SetcmasError('NAME is missing; give the script a name, such as my_law')
-    target = new_file(args.name)
+    target = _new_file(args.name)
     if args.robot and (args.source or args.exercise):
         raise SetcmasError('--robot writes a robot script; --from and --exercise are for laws')
     if args.exercise:
@@ -66,64 +59,47 @@ def main(args: argparse.Namespace) -> int:
     else:
         name = ROBOT if args.robot else CONTROL_LAW
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
-    write(target, source.read_bytes())
+    _write(target, source.read_bytes())
     if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
         print(
             f'--algo {target.stem} now runs this file instead of the built-in law; for a copy of '
             f'that law, delete it and run setcmas new {target.stem} --from {target.stem}'
         )
     print(f'edit {target}, then run')
-    print(f'    {next_command(target.stem, source.stem)}')
+    print(f'    {_next_command(target.stem, source.stem)}')
     if args.exercise:
         print(f'    setcmas check {target.stem}')
     return 0
 
 
-def write_lab_file(args: argparse.Namespace) -> int:
-    """Write a copy of the default lab file and show the next step; return the exit status."""
+def _write_lab_file(args: argparse.Namespace) -> int:
     if args.source or args.exercise:
         raise SetcmasError('--lab writes a lab file; --from and --exercise are for scripts')
     target = Path(args.name or 'lab').with_suffix('.yaml')
-    write(target, DEFAULT_FILE.read_bytes())
+    _write(target, DEFAULT_FILE.read_bytes())
     print(f'edit {target}, then run')
     print(f'    setcmas expe --emulate --lab {target} --algo nav_wp')
     return 0
 
 
-def new_file(name: str) -> Path:
-    """Return the path of a new script in the current folder.
-
-    Raises:
-        SetcmasError: Python cannot import this name, or it is the name of a module.
-    """
+def _new_file(name: str) -> Path:
+    """Return the path of a new script in the current folder, if Python can import the name."""
     stem = name.removesuffix('.py')
     if not stem.isidentifier() or keyword.iskeyword(stem):
-        near = re.sub(r'\W|^(?=\d)', '_', stem)
         raise SetcmasError(
-            f"'{name}' cannot be the name of a script; use letters, digits and _, "
-            f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
+            f"'{name}' cannot be the name of a script; use letters, digits and _, such as my_law"
         )
-    if _is_module(stem):
+    found = find_spec(stem)
+    target = Path(f'{stem}.py')
+    if stem in sys.stdlib_module_names or (found and found.origin != str(target.resolve())):
         raise SetcmasError(
             f"'{stem}' is a module of Python or of a package, which the script would hide; choose "
             f'another name, such as my_{stem}'
         )
-    return Path(f'{stem}.py')
+    return target
 
 
-def _is_module(stem: str) -> bool:
-    """Return whether Python finds a module of that name outside this folder."""
-    spec = find_spec(stem)
-    own = str(Path(f'{stem}.py').resolve())
-    return stem in sys.stdlib_module_names or (spec is not None and spec.origin != own)
-
-
-def write(target: Path, content: bytes) -> None:
-    """Write a new file.
-
-    Raises:
-        SetcmasError: It exists, or cannot be written.
-    """
+def _write(target: Path, content: bytes) -> None:
     try:
         with target.open('xb') as file:
             file.write(content)
@@ -133,7 +109,7 @@ def write(target: Path, content: bytes) -> None:
         raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
 
 
-def next_command(stem: str, source: str) -> str:
+def _next_command(stem: str, source: str) -> str:
     """Return a command to try the new script on this machine."""
     verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':

@@ -7,7 +7,6 @@ Examples:
   setcmas offline square.yaml --set K=2
   setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
-  setcmas offline --algo consensus --nb-robots 5 --set K=1.2
   setcmas offline --algo consensus --nb-robots 8 --graph ring --delay 0.2 --loss 0.3
   setcmas offline --from out                         repeat the run in out, and compare
 """
@@ -22,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.plot_options import FormatOptions, print_evaluation
 from launch_scripts.commands.scenario_options import (
     add_from_argument,
     add_scenario_arguments,
@@ -66,11 +65,7 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, scenario), inputs)
     folder.check(args.overwrite)
     run, elapsed = _simulate(scenario, args.call_timeout)
-    # Imported late: help texts and completion do not wait for it.
-    from setcmas_tools.compare.run_distance import comparison_line
-    from setcmas_tools.plots.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
-    from setcmas_tools.run.run import Run
+    from setcmas_tools.run.run import Run  # late: help texts do not wait for it
 
     if not len(run.table.t):
         return _report_outcome(run)
@@ -79,13 +74,8 @@ def main(args: argparse.Namespace) -> int:
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
     # Measure what the files contain, so that `setcmas metrics` gives the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
-    look = PlotLook(tuple(args.format), args.palette)
-    plots = folder.plots if args.plots else None
-    evaluation = evaluate(saved, plots, look, folder.metrics, warn)
-    print(evaluation)
-    if earlier:
-        print(comparison_line(folder.path, earlier))
-    print(f'{_speed(run, elapsed)}{folder.summary(len(evaluation.plots))}')
+    files = print_evaluation(args, folder, saved, earlier)
+    print(f'{_speed(run, elapsed)}{files}')
     return _report_outcome(run)
 
 

@@ -19,7 +19,7 @@ from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import PLAYER, node_command
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import Keyboard
+from launch_scripts.terminal.keyboard import open_keyboard
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 
@@ -34,7 +34,7 @@ def main(args: argparse.Namespace) -> int:
     options = PlayerOptions.of(args)
     require_ros()
     command = node_command(PLAYER, [str(args.bag), *options.arguments()])
-    with Keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
+    with open_keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
         child = supervisor.start('play', command, listens=True)
         try:
             supervisor.run(on_tick=lambda: _pass_on(keyboard.pressed(), child))

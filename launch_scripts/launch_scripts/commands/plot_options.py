@@ -4,28 +4,52 @@ from __future__ import annotations
 
 import argparse
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Options, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf, PathTo
 from setcmas_simu.options.option import Form
 from setcmas_tools.page.browser import palette_option
-from setcmas_tools.plots.look import FILMS, FORMATS, PAPERS
+from setcmas_tools.plots.look import FILMS, FORMATS, PAPERS, FilmLook, PlotLook
+from setcmas_tools.run.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from setcmas_tools.run.run import Run
 
 _LEAST_PX, _MOST_PX = 200, 7680
 
 
 def add_run_argument(parser: argparse.ArgumentParser) -> None:
     """Add the run that a verb reads."""
-    parser.add_argument(
-        'run',
-        type=Path,
-        metavar='DIR',
-        help="a run's folder, a folder of CSV files, a fleet.csv, or a bag",
-    )
+    purpose = "a run's folder, a folder of CSV files, a fleet.csv, or a bag"
+    parser.add_argument('run', type=Path, metavar='DIR', help=purpose)
+
+
+def print_evaluation(
+    args: argparse.Namespace, folder: RunFolder, run: Run, earlier: Path | None
+) -> str:
+    """Plot and measure a run; return a line with the folders of its files.
+
+    Args:
+        args: Arguments with the options of plots.
+        folder: Its folder.
+        run: The run.
+        earlier: The run that it repeats, to compare with; None if there is none.
+    """
+    # Imported late: help texts, and the start of the robots, do not wait for matplotlib.
+    from setcmas_tools.compare.run_distance import comparison_line
+    from setcmas_tools.plots.evaluation import evaluate
+
+    look = PlotLook(tuple(args.format), args.palette)
+    evaluation = evaluate(run, folder.plots if args.plots else None, look, folder.metrics, warn)
+    with suppress(OSError):  # the terminal may be closed; the work is done
+        print(evaluation, *([comparison_line(folder.path, earlier)] if earlier else []), sep='\n')
+    return folder.summary(len(evaluation.plots))
 
 
 BEST = 'best'
@@ -70,16 +94,19 @@ class _Pixels(Kind):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FormatOptions(Options):
+class PaletteOptions(Options):
+    """Colours of the robots."""
+
+    palette: str = palette_option()
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormatOptions(PaletteOptions):
     """Formats and colours of plots."""
 
     format: tuple[str, ...] = option(
-        _OneOfBeforeFolder(FORMATS),
-        'formats of the plots',
-        default=('png',),
-        form=Form.SEVERAL,
+        _OneOfBeforeFolder(FORMATS), 'formats of the plots', default=('png',), form=Form.SEVERAL
     )
-    palette: str = palette_option()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,20 +123,19 @@ class PlotFolderOptions(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StyleOptions(Options):
-    """Colours and sizes of plots; PDF by default for --paper."""
+class StyleOptions(PaletteOptions):
+    """Formats, colours and sizes of plots."""
 
     format: tuple[str, ...] | None = option(
         _OneOfBeforeFolder(FORMATS),
         'formats of the plots',
         default=None,
-        default_text='png',
+        default_text='png, with --paper pdf',
         form=Form.SEVERAL,
     )
-    palette: str = palette_option()
     paper: str | None = option(
         _OneOfBeforeFolder(tuple(PAPERS)),
-        'for print, as PDF: 3.5 inches wide (column, the default) or 7.16 inches (page)',
+        'for print: column (3.5 inches wide; --paper alone means this) or page (7.16 inches)',
         default=None,
         alone='column',
     )
@@ -126,36 +152,25 @@ class FilmOptions(Options):
 
     animate: str | None = option(
         _OneOfBeforeFolder((BEST, *FILMS)),
-        'also write a video: mp4 (needs ffmpeg) or gif',
+        'also write a video: mp4 (needs ffmpeg), gif, or best: mp4 if possible, else gif',
         default=None,
-        default_text='mp4 if possible',
         alone=BEST,
     )
-    speed: float | None = option(
+    speed: float = option(
         Number(above=0, finite=True, metavar='TIMES'),
         'playback speed, in multiples of real time',
-        default=None,
-        default_text='1',
+        default=FilmLook.speed,
     )
-    size: tuple[int, int] | None = option(
-        _Pixels(metavar='WIDTHxHEIGHT'),
-        'size of the video in pixels',
-        default=None,
-        default_text='640x540',
+    size: tuple[int, int] = option(
+        _Pixels(metavar='WIDTHxHEIGHT'), 'size of the video in pixels', default=FilmLook.size
     )
-    dpi: float | None = option(
+    dpi: float = option(
         Number(least=50, most=600, metavar='N'),
         'resolution in dots per inch: higher values enlarge text and lines',
-        default=None,
-        default_text='100',
+        default=FilmLook.dpi,
     )
-
-    def look(self) -> dict[str, Any]:
-        """Return the options of the film's appearance."""
-        given = {name: getattr(self, name) for name in ('speed', 'size', 'dpi')}
-        return {name: value for name, value in given.items() if value is not None}
 
     def check(self) -> None:
         """Check that options of films come with --animate."""
-        if (given := self.look()) and not self.animate:
-            raise ClashError('{} is for videos; add {}', next(iter(given)), 'animate')
+        if not self.animate and (changed := list(self.changed())):
+            raise ClashError('{} is for videos; add {}', changed[0], 'animate')

@@ -7,7 +7,6 @@ and the page lists the differences.
 Examples:
   setcmas report out                             writes out.html
   setcmas report simulation experiment -o lab.html
-  setcmas report out --overwrite                 out.html again
 """
 
 from __future__ import annotations
@@ -15,35 +14,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from launch_scripts.commands.plot_options import PaletteOptions
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import PALETTES, palette
+from setcmas_simu.fleet.fleet import palette
 
 _warn = warner('report')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'runs',
-        type=Path,
-        nargs='+',
-        metavar='DIR',
-        help='a run, or two to compare: folders of runs or of CSV files, or bags',
-    )
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.html',
-        help='the page (default: named after the runs, in this folder)',
-    )
-    parser.add_argument(
-        '--palette',
-        choices=PALETTES,
-        default=PALETTES[0],
-        help='colours of the robots, for colour-blind readers or as in ROS 1',
-    )
+    runs = 'a run, or two to compare: folders of runs or of CSV files, or bags'
+    parser.add_argument('runs', type=Path, nargs='+', metavar='DIR', help=runs)
+    page = 'the page (default: named after the runs, in this folder)'
+    parser.add_argument('-o', '--output', type=Path, metavar='FILE.html', help=page)
+    PaletteOptions.add_to(parser)
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing page')
 
 

@@ -4,8 +4,7 @@ Examples:
   setcmas run square.yaml
   setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
   setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
-  setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
-  setcmas run --algo consensus --nb-robots 5 --set K=1.2
+  setcmas run --algo my_law.py --nb-robots 4 --limits burger --set K=1.2
   setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
   setcmas run --emulate --algo consensus --nb-robots 8     an experiment in an emulated lab
   setcmas run --from out                                   repeat the run in out
@@ -20,7 +19,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.plot_options import FormatOptions, print_evaluation
 from launch_scripts.commands.scenario_options import (
     add_from_argument,
     add_scenario_arguments,
@@ -31,17 +30,20 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.emulated_runs import bounded_lab_options, decided, in_lab
+from launch_scripts.processes.emulated_runs import (
+    bounded_lab_options,
+    check_emulated,
+    decided,
+    in_lab,
+)
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
 from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import Keyboard
+from launch_scripts.terminal.keyboard import open_keyboard
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_ctrl.control.control_options import WatchOptions
-from setcmas_ctrl.filter.barrier_constraints import check_starts
-from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.errors import SetcmasError
@@ -96,8 +98,10 @@ def main(args: argparse.Namespace) -> int:
         Supervisor(environment, prefix=True) as supervisor,
     ):
         status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
-        stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
-        page = _page_that_stays(supervisor) if stays else None
+        attended = sys.stdin.isatty() and sys.stdout.isatty()
+        stays = attended and view.view == BROWSER and outcome and outcome.state in _ENDED
+        pages = (child for child in supervisor.children if stays and child.name == PAGE)
+        page = next(pages, None)
         supervisor.stop(*[child for child in supervisor.children if child is not page])
         with supervisor.signals_handed_back():
             status = _concluded(args, folder, info, earlier, status, outcome)
@@ -143,29 +147,18 @@ def _concluded(
         return status
 
 
-def _page_that_stays(supervisor: Supervisor) -> Child | None:
-    """Return the page if a user at the terminal can close it."""
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        return None
-    return next((child for child in supervisor.children if child.name == PAGE), None)
-
-
 def _show_until_enter(supervisor: Supervisor, page: Child) -> None:
     print('the page shows the end of the run until you press Enter here', flush=True)
-    with Keyboard() as keyboard, suppress(StoppedError):
+    with open_keyboard() as keyboard, suppress(StoppedError):
         supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
 
 
 def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
-    """Return the lab of an emulated experiment; None for a simulation.
-
-    Raises:
-        SetcmasError: The lab file is invalid, or options contradict each other.
-    """
-    typed, safety, nb_robots = typed_values(args), scenario.safety, scenario.nb_robots
+    """Return the lab of an emulated experiment; None for a simulation."""
+    typed = typed_values(args)
     if not scenario.lab.emulate:
         scenario.start_poses()
-        for note in safety.notes:
+        for note in scenario.safety.notes:
             warn(f'setcmas run: {note}')
         if name := next((name for name in ExperimentOptions.options() if name in typed), ''):
             raise SetcmasError(f'{spelled(name)} is for an emulated lab; add --emulate')
@@ -174,10 +167,8 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
         raise SetcmasError(f'{spelled(name)} is for simulated robots; it has no place in a lab')
     # What an earlier run recorded was bounded by its own lab: only another lab can refuse it.
     from_file = args.scenario is not None or (args.earlier is not None and 'lab' in typed)
-    lab = bounded_lab_options(scenario, typed, from_file, nb_robots=nb_robots).chosen()
-    EmulationOptions.among(scenario.values()).robot_model(range(1, lab.nb_robots + 1))
-    poses = emulated_start_poses(lab.arena, nb_robots, scenario.robots)
-    check_starts(lab.safety(safety), poses)
+    lab = bounded_lab_options(scenario, typed, from_file, nb_robots=scenario.nb_robots).chosen()
+    check_emulated(scenario, lab)
     lab.check_rate(scenario.law.rate)
     return lab
 
@@ -186,11 +177,7 @@ def _evaluate(
     args: argparse.Namespace, folder: RunFolder, info: RunInfo, earlier: Path | None
 ) -> int:
     """Write CSV files, plots and metrics, print these; return the exit status."""
-    # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.compare.run_distance import comparison_line
-    from setcmas_tools.plots.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
-    from setcmas_tools.run.bag_conversion import convert
+    from setcmas_tools.run.bag_conversion import convert  # late, as in `print_evaluation`
     from setcmas_tools.run.run import Run
 
     report = convert(folder.bag, folder.csv)
@@ -206,11 +193,7 @@ def _evaluate(
             f'setcmas run: plots and metrics include {robots_in_words(sorted(strangers))} '
             'of another simulator'
         )
-    look = PlotLook(tuple(args.format), args.palette)
-    plots = folder.plots if args.plots else None
-    evaluation = evaluate(run, plots, look, folder.metrics, warn)
-    lines = [str(evaluation), *([comparison_line(folder.path, earlier)] if earlier else [])]
-    where = f'bag: {folder.shown(folder.bag)}   {folder.summary(len(evaluation.plots))}'
+    files = print_evaluation(args, folder, run, earlier)
     with suppress(OSError):  # the terminal may be closed; the work is done
-        print(*lines, where, sep='\n', flush=True)
+        print(f'bag: {folder.shown(folder.bag)}   {files}', flush=True)
     return 0

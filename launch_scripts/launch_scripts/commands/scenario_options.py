@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,8 +15,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options.group import typed_words
 from setcmas_tools.run.run import law_title
-from setcmas_tools.run.run_info import INFO_FILE as FILE_NAME
-from setcmas_tools.run.run_info import RunInfo, origin_changes, read_info
+from setcmas_tools.run.run_info import INFO_FILE, RunInfo, origin_changes, read_info
 from setcmas_tools.scenario.scenario import Scenario
 
 _STARTS: dict[str, Any] = {'poses': None, 'pose': (), 'random_poses': None}
@@ -27,13 +27,8 @@ def add_scenario_arguments(
     parts: Sequence[str] = ('time', 'law', 'communication', 'safety', 'robots'),
 ) -> None:
     """Add a scenario file and its values as options, those of some parts, without some."""
-    parser.add_argument(
-        'scenario',
-        nargs='?',
-        type=Path,
-        metavar='SCENARIO',
-        help='scenario file, such as square.yaml; options on the command line override it',
-    )
+    file = 'scenario file, such as square.yaml; options on the command line override it'
+    parser.add_argument('scenario', nargs='?', type=Path, metavar='SCENARIO', help=file)
     added: set[str] = set()
     for part in parts:
         kind = Scenario.PARTS[part]
@@ -43,22 +38,15 @@ def add_scenario_arguments(
 
 def add_from_argument(parser: argparse.ArgumentParser) -> None:
     """Add --from."""
-    parser.add_argument(
-        '--from',
-        dest='earlier',
-        type=Path,
-        metavar='DIR',
-        help='repeat the run in this folder with its scenario and its files, and compare; or a '
-        'run of a study, such as study/417; other options on the command line override it',
+    run = (
+        'repeat the run in this folder, or a run of a study, such as study/417, with its scenario '
+        'and its files, and compare; other options on the command line override it'
     )
+    parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
 
 
 def scenario_of(args: argparse.Namespace, needs_law: bool = True) -> Scenario:
-    """Return the scenario of parsed arguments.
-
-    Args:
-        args: The arguments.
-        needs_law: Whether there must be a control law.
+    """Return the scenario of parsed arguments; without a law unless it needs one.
 
     Raises:
         SetcmasError: A file has a mistake, or options do not go together.
@@ -84,7 +72,7 @@ def typed_values(args: argparse.Namespace) -> dict[str, Any]:
 def earlier_run(args: argparse.Namespace) -> Path | None:
     """Return the folder of the run that --from names; None if there is none to compare with."""
     earlier: Path | None = args.earlier
-    return earlier if earlier and (earlier / FILE_NAME).is_file() else None
+    return earlier if earlier and (earlier / INFO_FILE).is_file() else None
 
 
 def _overriding(base: Scenario, typed: dict[str, Any]) -> dict[str, Any]:
@@ -110,7 +98,7 @@ def _base(args: argparse.Namespace) -> Scenario | None:
     if earlier and file:
         raise SetcmasError(f"'{file}' and --from {earlier} both say what to run; leave one out")
     if file and file.is_dir():
-        file = file / FILE_NAME
+        file = file / INFO_FILE
     if earlier:
         scenario, named = _earlier_scenario(earlier), earlier
     elif file:
@@ -119,10 +107,8 @@ def _base(args: argparse.Namespace) -> Scenario | None:
         return None
     folder = (named if named.is_dir() else named.parent).resolve()
     if scripts := scenario.scripts():
-        texts = [
-            str(one.relative_to(folder) if one.is_relative_to(folder) else one) for one in scripts
-        ]
-        warn(f'setcmas {args.verb}: {named} runs {", ".join(texts)}')
+        texts = (str(one).removeprefix(f'{folder}{os.sep}') for one in scripts)
+        warn(f'setcmas {args.verb}: running scripts from {named}: {", ".join(texts)}')
     if earlier and (info := read_info(earlier)):
         for line in _not_repeated(info):
             warn(f'setcmas {args.verb}: {line}')
@@ -141,15 +127,15 @@ def _not_repeated(info: RunInfo) -> Iterator[str]:
 
 
 def _earlier_scenario(folder: Path) -> Scenario:
-    if (folder / FILE_NAME).is_file():
-        return Scenario.load(folder / FILE_NAME)
+    if (folder / INFO_FILE).is_file():
+        return Scenario.load(folder / INFO_FILE)
     from setcmas_tools.study.plan import read_plan
-    from setcmas_tools.study.study_files import FILE_NAME as STUDY
+    from setcmas_tools.study.study_files import FILE_NAME
 
-    if folder.name.isdecimal() and (folder.parent / STUDY).is_file():
+    if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
         return read_plan(folder.parent).scenario(int(folder.name), folder.parent)
     raise SetcmasError(
-        f"there is no {FILE_NAME} in '{folder}'; it must be a run's folder, or the folder "
+        f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
         'of a study and the number of a run, such as study/417'
     )
 

@@ -15,6 +15,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,9 @@ def main(args: argparse.Namespace) -> int:
     scenario, options = scenario_of(args), SweepOptions.of(args)
     varied = list(map(_named, options.vary))
     check_names([name for name, _ in varied], seeds=1)
-    own = {Path(name).stem: metric_in(Path(name)) for name in options.metric if _is_file(name)}
+    own = {
+        Path(name).stem: metric_in(Path(name)) for name in options.metric if name.endswith('.py')
+    }
     plan = make_plan(scenario, dict(varied), options.cases, options.seeds, options.success, own)
     for metric in options.metric:
         check_columns(Path(metric).stem, [], own, '--metric')
@@ -77,10 +80,6 @@ def _named(text: str) -> tuple[str, str]:
     return name.strip(), values.strip()
 
 
-def _is_file(metric: str) -> bool:
-    return metric.endswith('.py')
-
-
 def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.study.study_plots import plot
@@ -94,13 +93,13 @@ def _failures(study: Any) -> int:
     """Report runs that failed, with the first reason of each kind."""
     from setcmas_tools.study.study import runs_in_words
 
-    first: dict[str, tuple[int, int]] = {}
-    rows = zip(study['run'], study['state'], study['message'], strict=True)
-    for run, state, message in rows:
-        if state != 'complete':
-            number, count = first.get(f'{state}: {message}', (int(run), 0))
-            first[f'{state}: {message}'] = number, count + 1
-    runs = runs_in_words(len(study))
-    for text, (run, count) in sorted(first.items(), key=lambda one: -one[1][1])[:5]:
-        warn(f'setcmas sweep: {count} of {runs}, first run {run}: {text}')
+    failed = [
+        (f'{state}: {message}', int(run))
+        for run, state, message in zip(study['run'], study['state'], study['message'], strict=True)
+        if state != 'complete'
+    ]
+    first = dict(reversed(failed))
+    for text, count in Counter(text for text, _ in failed).most_common(5):
+        runs = runs_in_words(len(study))
+        warn(f'setcmas sweep: {count} of {runs}, first run {first[text]}: {text}')
     return len(first)

@@ -7,7 +7,6 @@ first one, with their difference.
 
 Examples:
   setcmas view
-  setcmas view --port 9000
   setcmas view out                               a finished run: its folder, a bag, or a fleet.csv
   setcmas view out --at 12.5
   setcmas view experiment simulation             two runs, the second as ghosts
@@ -33,14 +32,8 @@ from setcmas_tools.page.browser import BrowserOptions, FinishedRunOptions
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'runs',
-        nargs='*',
-        type=Path,
-        metavar='RUN',
-        help='a finished run, or two: its folder, a bag, or a fleet.csv (default: the running '
-        'robots)',
-    )
+    runs = 'a finished run, or two: folder, bag or fleet.csv (default: the running robots)'
+    parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
     BrowserOptions.add_to(parser)
     FinishedRunOptions.add_to(parser)
     RvizFileOptions.add_to(parser)
@@ -60,22 +53,16 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(
             f'{spelled(surplus[0])} is for the file of --write-rviz; the page shows all robots'
         )
-    _check(FinishedRunOptions.of(args), len(args.runs))
+    finished, browser = FinishedRunOptions.of(args), BrowserOptions.of(args)
+    if len(args.runs) > 2:
+        raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     if not args.runs:
+        if surplus := list(finished.changed()):
+            raise SetcmasError(f'{spelled(surplus[0])} is for a finished run; name its folder')
         require_ros()
-    browser = BrowserOptions.of(args)
-    if args.runs:
-        from setcmas_tools.page.report_file import loaded_pair
-        from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
+        return run_in_foreground('view', browser_command(browser.arguments()))
+    from setcmas_tools.page.report_file import loaded_pair
+    from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 
-        show_runs(loaded_pair(args.runs, warn), browser, FinishedRunOptions.of(args))
-        return 0
-    return run_in_foreground('view', browser_command(browser.arguments()))
-
-
-def _check(options: FinishedRunOptions, nb_runs: int) -> None:
-    """Check that options suit one finished run, two, or the running robots."""
-    if nb_runs > 2:
-        raise SetcmasError(f'{nb_runs} runs given; name one or two')
-    if (surplus := list(options.changed())) and not nb_runs:
-        raise SetcmasError(f'{spelled(surplus[0])} is for a finished run; name its folder')
+    show_runs(loaded_pair(args.runs, warn), browser, finished)
+    return 0

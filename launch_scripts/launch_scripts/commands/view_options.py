@@ -17,14 +17,6 @@ from setcmas_simu.options.kinds import OneOf
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Which views are started."""
-
-    rviz: bool = False
-    browser: bool = False
-
-
 @dataclass(frozen=True, kw_only=True)
 class ViewOptions(Options):
     """Which views of the robots are started."""
@@ -39,8 +31,8 @@ class ViewOptions(Options):
     )
 
 
-def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> Choice:
-    """Return which views to start.
+def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> tuple[bool, bool]:
+    """Return whether to start RViz 2, and whether to serve the page.
 
     Args:
         options: The values of --view and --rviz.
@@ -48,11 +40,9 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> Choice:
         no_rviz: Why RViz 2 cannot be started; empty if it can.
     """
     view, rviz = options.view, options.rviz
-    if view == BROWSER:
-        return Choice(rviz=rviz, browser=True)
-    if view == NONE or rviz or not attended:
-        return Choice(rviz=rviz)
-    return Choice(browser=True) if no_rviz else Choice(rviz=True)
+    if view == AUTO and attended and not rviz:
+        return not no_rviz, bool(no_rviz)
+    return rviz, view == BROWSER
 
 
 @contextmanager
@@ -68,11 +58,10 @@ def fleet_views(
         palette: Colours of the robots on the page.
     """
     attended = sys.stdout.isatty() and 'CI' not in os.environ
-    choice = choose_view(options, attended, why_no_rviz())
-    with rviz_beside(choice.rviz, robots, experiment) as companions:
-        yield companions + (
-            [(PAGE, browser_command([f'--palette={palette}']))] if choice.browser else []
-        )
+    rviz, browser = choose_view(options, attended, why_no_rviz())
+    page = [(PAGE, browser_command([f'--palette={palette}']))] if browser else []
+    with rviz_beside(rviz, robots, experiment) as companions:
+        yield companions + page
 
 
 def browser_command(arguments: Sequence[str] = ()) -> list[str]:

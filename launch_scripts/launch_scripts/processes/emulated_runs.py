@@ -18,7 +18,12 @@ from launch_scripts.processes.node_commands import node_command
 from launch_scripts.processes.run_processes import RecordedRun
 from launch_scripts.processes.supervisor import Supervisor
 from launch_scripts.terminal.terminal_output import warner
-from setcmas_expe.emulation.emulation_options import emulated_start_poses
+from setcmas_ctrl.filter.barrier_constraints import check_starts
+from setcmas_expe.emulation.emulation_options import (
+    EmulationOptions,
+    check_emulated_mocap,
+    emulated_start_poses,
+)
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
@@ -74,6 +79,18 @@ def bounded_lab_options(
         options = replace(options, obstacles='; '.join(both))
     options.chosen().check_tightens(bounds)
     return options
+
+
+def check_emulated(scenario: Scenario, lab: Lab) -> None:
+    """Check that a lab can be emulated with the robots of a scenario.
+
+    Raises:
+        SetcmasError: It cannot, or robots would start too close to each other.
+    """
+    EmulationOptions.among(scenario.values()).robot_model([one.number for one in lab.robots])
+    check_emulated_mocap(lab.mocap)
+    poses = emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots)
+    check_starts(lab.safety(scenario.safety), poses)
 
 
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import os
 import re
+import select
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
 
 try:
     import termios
@@ -17,19 +17,31 @@ except ImportError:  # Windows
 
 
 @contextmanager
-def kept_terminal() -> Iterator[None]:
-    """Restore the terminal's settings at the end: a script may have called `stty`."""
+def kept_terminal(single_keys: bool = False) -> Iterator[bool]:
+    """Restore the terminal's settings at the end; yield whether there is a terminal.
+
+    Args:
+        single_keys: Whether keys are to arrive at once, without Enter; Ctrl-C is still a signal.
+    """
     stream = sys.__stdin__
     if termios is None or stream is None or stream.closed or not stream.isatty():
-        yield
+        yield False
         return
-    before = termios.tcgetattr(stream)
+    import tty
+
     try:
-        yield
+        before = termios.tcgetattr(stream)
+        if single_keys:
+            tty.setcbreak(stream, termios.TCSANOW)
+    except termios.error:  # the terminal has just been closed
+        yield False
+        return
+    try:
+        yield True
     finally:
-        with suppress(termios.error):  # it has been closed
+        with suppress(termios.error):
             if termios.tcgetattr(stream) != before:
-                termios.tcsetattr(stream, termios.TCSADRAIN, before)
+                termios.tcsetattr(stream, termios.TCSANOW, before)
 
 
 ESC = '\x1b'
@@ -41,44 +53,20 @@ _SEQUENCES = re.compile(rf'{ESC}(\[\[?[0-?]*[ -/]*[@-~]|O[ -~])')
 
 
 class Keyboard:
-    """Reads single keys while it is open, then restores the terminal.
-
-    Ctrl-C is still a signal. Without a terminal there are no keys.
+    """Reads single keys.
 
     Attributes:
-        there: Whether there is a terminal.
+        there: Whether there is a terminal; without one there are no keys.
     """
 
-    def __init__(self) -> None:
-        """Check whether standard input is a terminal."""
-        self.there = sys.stdin is not None and sys.stdin.isatty()
-        self._before: list[Any] | None = None
-
-    def __enter__(self) -> Keyboard:
-        """Switch the terminal to single keys."""
-        if self.there:
-            import termios
-            import tty
-
-            with suppress(termios.error):  # the terminal has just been closed
-                self._before = termios.tcgetattr(sys.stdin)
-                tty.setcbreak(sys.stdin, termios.TCSANOW)
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        """Restore the terminal."""
-        if self._before is not None:
-            import termios
-
-            with suppress(termios.error):
-                termios.tcsetattr(sys.stdin, termios.TCSANOW, self._before)
+    def __init__(self, there: bool) -> None:
+        """Set whether there is a terminal."""
+        self.there = there
 
     def pressed(self) -> str:
         """Return the keys pressed since the last call; '' if none."""
-        if self._before is None:
+        if not self.there:
             return ''
-        import select
-
         keys = b''
         while select.select([sys.stdin], [], [], _SEQUENCE_S if keys.endswith(b'\x1b') else 0)[0]:
             try:
@@ -89,6 +77,13 @@ class Keyboard:
                 break
             keys += more
         return keys.decode(errors='replace')
+
+
+@contextmanager
+def open_keyboard() -> Iterator[Keyboard]:
+    """Read single keys; restore the terminal at the end."""
+    with kept_terminal(single_keys=True) as there:
+        yield Keyboard(there)
 
 
 def single_keys(keys: str) -> str:

@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from io import TextIOBase
-from typing import IO, Any, cast
+from typing import IO
 
 Stream = IO[str] | TextIOBase
 
@@ -26,12 +26,7 @@ class LineBuffer:
     """Splits the output of a process into lines."""
 
     def __init__(self, prefix: str, stream: Stream) -> None:
-        """Prepare.
-
-        Args:
-            prefix: Text before each line.
-            stream: Destination of the lines.
-        """
+        """Set the text before each line, and the destination of the lines."""
         self.stream = stream
         self._prefix = prefix
         self._rest = b''
@@ -140,27 +135,13 @@ class QueuedStream(io.TextIOBase):
         return os.isatty(self._descriptor)
 
 
-class _ProgressOutput:
-    def __init__(self, stream: IO[str], bar_stream: IO[str]) -> None:
-        self._stream = stream
-        self._bar_stream = bar_stream
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
-
-    def write(self, text: str) -> int:
-        from tqdm import tqdm  # not needed for help texts
-
-        with tqdm.external_write_mode(file=self._bar_stream):
-            return self._stream.write(text)
-
-
 @contextlib.contextmanager
 def progress_output() -> Iterator[None]:
     """Hide a progress bar on stderr while other output, in whole lines, is written."""
-    bar = sys.stderr
+    from tqdm.contrib import DummyTqdmFile  # not needed for help texts
+
     with (
-        contextlib.redirect_stdout(cast(IO[str], _ProgressOutput(sys.stdout, bar))),
-        contextlib.redirect_stderr(cast(IO[str], _ProgressOutput(sys.stderr, bar))),
+        contextlib.redirect_stdout(DummyTqdmFile(sys.stdout)),
+        contextlib.redirect_stderr(DummyTqdmFile(sys.stderr)),
     ):
         yield

@@ -86,7 +86,6 @@ class FleetTransforms:
         """Prepare the message, from parent and child frame of each robot."""
         self._publisher = None
         if TFMessage is None:
-            node.get_logger().info('no /tf (tf2_msgs is not installed; nothing here needs it)')
             return
         self._message = TFMessage()
         for parent, child in frames:

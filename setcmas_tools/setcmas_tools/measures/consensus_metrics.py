@@ -44,7 +44,7 @@ class ConsensusMetrics(Measured):
         if task != 'consensus' and not (task is None and settled):
             return []
         rate = self.convergence_rate_1_s
-        known = 'unknown' if rate is None else f'{rate:.3g} 1/s, without time in the dead band'
+        known = 'unknown' if rate is None else f'{rate:.3g} 1/s (outside the dead band)'
         return [
             f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
             f'{self.disagreement_at_end_m:.3f} m at the end',

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+from processes import refuses
 
 from launch_scripts.cli import main
 from setcmas_tools import simulate
@@ -40,9 +41,8 @@ def test_two_gains_are_compared(folders, capsys):
     assert pictures == {'paths.png', 'distances.png'}
 
 
-def test_one_run_alone_is_refused(folders, capsys):
-    assert main(['compare', 'one']) == 2
-    assert "'one' is only one run; name at least two" in capsys.readouterr().err
+def test_one_run_alone_is_refused(folders):
+    refuses('compare', 'one', message="'one' is only one run; name at least two", cwd=folders)
 
 
 def test_an_experiment_and_its_simulation_get_a_verdict(folders, capsys):

@@ -4,7 +4,7 @@ import time
 
 import psutil
 import pytest
-from processes import SETCMAS, TIMEOUT_S, Process, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, Process, refuses, run_setcmas
 
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
@@ -33,7 +33,7 @@ def write_class(folder, **scripts):
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'told'),
+    ('arguments', 'message'),
     [
         (['-R', 'consensus'], 'FOLDER is missing; name the folder of the submissions'),
         (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
@@ -42,14 +42,8 @@ def write_class(folder, **scripts):
         (['.', '-R', 'consensus'], "'grades' would be in the folder of the submissions, '.'"),
     ],
 )
-def test_mistakes_are_reported_in_a_line(tmp_path, monkeypatch, capsys, arguments, told):
-    monkeypatch.chdir(tmp_path)
-
-    assert main(['grade', *arguments]) == 2
-
-    error = capsys.readouterr().err
-    assert told in error
-    assert error.count('\n') == 1
+def test_mistakes_are_reported_in_a_line(tmp_path, arguments, message):
+    refuses('grade', *arguments, message=message, cwd=tmp_path)
 
 
 def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeypatch, capsys):
@@ -94,12 +88,12 @@ def test_a_class_that_is_trusted_gets_the_marks_that_it_gets_in_the_sandbox(tmp_
         tmp_path / 'class', ada=LAW, bob=fast, eve='import socket\nsocket.socket()\n' + LAW
     )
 
-    told = [
+    printed = [
         run_setcmas('grade', 'class', '-R', 'consensus', '-o', name, *trust, cwd=tmp_path).stdout
         for name, trust in (('grades', []), ('trusted', ['--trust']))
     ]
 
-    boxed, trusted = (text.splitlines()[2:5] for text in told)
+    boxed, trusted = (text.splitlines()[2:5] for text in printed)
     assert boxed[:2] == trusted[:2]
     assert 'PermissionError' in boxed[2]
     assert 'like the built-in law' in trusted[2]

@@ -6,12 +6,12 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 
 def test_the_new_script_runs_by_the_command_that_is_printed(tmp_path):
     result = run_here('new', 'my_law', cwd=tmp_path)
-    told = result.stdout.splitlines()[-1].split()
+    printed = result.stdout.splitlines()[-1].split()
 
     assert result.returncode == 0
-    assert told == ['setcmas', 'run', '--algo', 'my_law', '--nb-robots', '5']
+    assert printed == ['setcmas', 'run', '--algo', 'my_law', '--nb-robots', '5']
     offline = run_here(
-        'offline', '--no-plots', *told[2:], '--duration', '2', '-o', 'out', cwd=tmp_path
+        'offline', '--no-plots', *printed[2:], '--duration', '2', '-o', 'out', cwd=tmp_path
     )
     assert offline.returncode == 0, offline.stderr
     assert 'tb3_5: I start at (0.0, 5.0) m' in offline.stdout
@@ -39,9 +39,9 @@ def test_an_exercise_may_keep_its_name(tmp_path):
 
 
 def test_a_triggering_condition_gets_its_own_command(tmp_path):
-    told = run_here('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
+    printed = run_here('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
 
-    assert '--event-triggered --ctc my_ctc' in told
+    assert '--event-triggered --ctc my_ctc' in printed
 
 
 @pytest.mark.parametrize(

@@ -108,29 +108,29 @@ def test_mistakes_are_reported_in_one_line(tmp_path, arguments, message):
     assert {path.name for path in tmp_path.iterdir()} == {'old', 'empty'}
 
 
-def test_a_law_that_failed_is_reported_at_the_end_and_by_the_exit_status(tmp_path):
-    (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
-    options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
-
-    result = run_here('offline', '--no-plots', '--algo', 'law', *options, cwd=tmp_path)
-
-    assert result.returncode == 1
-    assert result.stderr.splitlines()[-1].startswith(
-        'setcmas offline: complete, but law.py failed for robot 2;'
-    )
-    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['outcome'] == {'state': 'failed', 'failed_laws': {'law.py': [2]}}
-
-
-def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):
+@pytest.mark.parametrize(
+    ('law', 'options', 'message', 'failed'),
+    [
+        ('(1 / (i - 2), 0)', (), 'law.py failed for robot 2;', {'failed_laws': {'law.py': [2]}}),
+        (
+            '(1, 0)',
+            ('--event-triggered', '--ctc', 'when.py'),
+            'the condition when.py failed for robots 1-3;',
+            {'failed_conditions': {'when.py': [1, 2, 3]}},
+        ),
+    ],
+)
+def test_a_failed_script_is_reported_at_the_end(tmp_path, law, options, message, failed):
+    (tmp_path / 'law.py').write_text(f'def control(i, n, p, t):\n    return {law}\n')
     (tmp_path / 'when.py').write_text('def ctc(pos, last_pos, t):\n    return None\n')
-    options = ('--nb-robots', '2', '--duration', '1', '--event-triggered', '--ctc', 'when.py')
+    options = ('--algo', 'law', '--nb-robots', '3', '--duration', '1', '-o', 'out', *options)
 
-    result = run_here('offline', '--no-plots', '--algo', 'consensus', *options, cwd=tmp_path)
+    result = run_here('offline', '--no-plots', *options, cwd=tmp_path)
 
     assert result.returncode == 1
-    last_line = result.stderr.splitlines()[-1]
-    assert 'complete, but the condition when.py failed for robots 1-2;' in last_line
+    assert f'setcmas offline: complete, but {message}' in result.stderr.splitlines()[-1]
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['outcome'] == {'state': 'failed', **failed}
 
 
 def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
@@ -161,16 +161,6 @@ def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
 
     assert result.returncode == 130
     assert 'stopped by the user' in result.stderr
-
-
-def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
-    (tmp_path / 'out').mkdir()
-    (tmp_path / 'out' / 'run.yaml').write_text('an earlier run')
-    arguments = ('--algo', 'nav_wp', '--duration', '1', '--output', 'out')
-
-    assert run_here('offline', '--no-plots', *arguments, cwd=tmp_path).returncode == 2
-    assert (tmp_path / 'out' / 'run.yaml').read_text() == 'an earlier run'
-    offline(tmp_path, *arguments, '--overwrite')
 
 
 def test_an_exercise_reaches_the_engine(tmp_path):

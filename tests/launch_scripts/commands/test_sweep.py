@@ -1,5 +1,6 @@
 import signal
 import sys
+import time
 
 import pytest
 from processes import SETCMAS, run_here
@@ -49,6 +50,7 @@ def test_ctrl_c_ends_a_study_that_hangs(tmp_path, start):
     process = start(*command, cwd=tmp_path)
     while not (tmp_path / 'study' / 'study.yaml').exists():
         assert process.popen.poll() is None, process.output()
+        time.sleep(0.02)
     assert process.end(signal.SIGINT) == 130
     assert "stopped; run the same command with -o 'study' to continue" in process.output()
     assert 'Traceback' not in process.output()

@@ -5,7 +5,6 @@ from launch_scripts.commands.view_options import (
     AUTO,
     BROWSER,
     NONE,
-    Choice,
     ViewOptions,
     choose_view,
 )
@@ -16,15 +15,15 @@ NO_RVIZ = 'rviz2 is not installed'
 @pytest.mark.parametrize(
     ('view', 'rviz', 'attended', 'no_rviz', 'choice'),
     [
-        (AUTO, False, True, '', Choice(rviz=True)),
-        (AUTO, False, True, NO_RVIZ, Choice(browser=True)),
-        (AUTO, False, False, '', Choice()),
-        (AUTO, True, True, '', Choice(rviz=True)),
-        (AUTO, True, False, NO_RVIZ, Choice(rviz=True)),  # its absence is reported elsewhere
-        (BROWSER, False, False, '', Choice(browser=True)),
-        (BROWSER, True, True, '', Choice(rviz=True, browser=True)),
-        (NONE, False, True, '', Choice()),
-        (NONE, True, True, '', Choice(rviz=True)),
+        (AUTO, False, True, '', (True, False)),
+        (AUTO, False, True, NO_RVIZ, (False, True)),
+        (AUTO, False, False, '', (False, False)),
+        (AUTO, True, True, '', (True, False)),
+        (AUTO, True, False, NO_RVIZ, (True, False)),  # its absence is reported elsewhere
+        (BROWSER, False, False, '', (False, True)),
+        (BROWSER, True, True, '', (True, True)),
+        (NONE, False, True, '', (False, False)),
+        (NONE, True, True, '', (True, False)),
     ],
 )
 def test_what_is_started(view, rviz, attended, no_rviz, choice):
@@ -34,7 +33,6 @@ def test_what_is_started(view, rviz, attended, no_rviz, choice):
 @pytest.mark.parametrize(
     ('run', 'arguments', 'message'),
     [
-        (run_here, ('view', '--port', '0'), '--port is 0; it must be a whole number from 1 to'),
         (run_setcmas, ('view', '--host', '192.0.2.7'), "host '192.0.2.7' is not an address"),
         (run_here, ('simu', '--view', 'gazebo'), "--view is 'gazebo'; it must be auto, browser"),
     ],
