@@ -1,7 +1,7 @@
-"""Check your law: which criteria does it meet, and what is missing?
+"""Check your law against an exercise: which criteria it meets, and what is missing.
 
 Runs the law offline in the scenarios of its exercise; scripts from `setcmas new --exercise` name
-their exercise. Each criterion gets a tick or a cross, the wanted and the measured value; a
+their exercise. Each criterion gets a tick or a cross, with the measured and the wanted value; a
 picture shows the paths of your robots over those of the solution. The exit status is 0 if the
 law gets all points.
 

@@ -1,7 +1,7 @@
 """Compare runs: paths, distances, metrics, parameters, scripts and versions.
 
-The first run is the reference; distances are those after the best time shift if one is an
-experiment. Two plots, of the paths and of the distances over time, are saved in a folder;
+The first run is the reference. If a run is an experiment, it is first shifted in time to fit best.
+Two plots, of the paths and of the distances over time, are saved in a folder;
 everything else is printed. For a simulation and an experiment, it also shows when each robot
 departs from its simulation, and how well it followed its commands.
 

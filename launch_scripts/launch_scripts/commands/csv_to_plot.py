@@ -12,11 +12,11 @@ Examples:
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from launch_scripts.commands.plot_options import (
     BEST,
     FilmOptions,
-    PlotFolderOptions,
     StyleOptions,
     add_run_argument,
 )
@@ -28,7 +28,8 @@ _warn = warner('csv_to_plot')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
-    PlotFolderOptions.add_to(parser)
+    folder = "folder of the plots (default: plots in a run's folder, BAG_plots next to a bag)"
+    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help=folder)
     StyleOptions.add_to(parser)
     FilmOptions.add_to(parser)
     parser.add_argument('--show', action='store_true', help='open the plots in windows')

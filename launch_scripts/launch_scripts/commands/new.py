@@ -22,9 +22,6 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
-CONTROL_LAW, ROBOT = 'control_law', 'robot'
-"""The templates."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
@@ -57,7 +54,7 @@ def main(args: argparse.Namespace) -> int:
     elif args.source:
         source = find_script(args.source)
     else:
-        name = ROBOT if args.robot else CONTROL_LAW
+        name = 'robot' if args.robot else 'control_law'
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
     _write(target, source.read_bytes())
     if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
@@ -114,6 +111,6 @@ def _next_command(stem: str, source: str) -> str:
     verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':
         return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
-    if source == ROBOT:
+    if source == 'robot':
         return f'setcmas {verb} --algo consensus --nb-robots 5 --model {stem}.py'
     return f'setcmas {verb} --algo {stem} --nb-robots 5'

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Options, option
-from setcmas_simu.options.kinds import Kind, Number, OneOf, PathTo
+from setcmas_simu.options.kinds import Kind, Number, OneOf
 from setcmas_simu.options.option import Form
 from setcmas_tools.page.browser import palette_option
 from setcmas_tools.plots.look import FILMS, FORMATS, PAPERS, FilmLook, PlotLook
@@ -106,19 +106,6 @@ class FormatOptions(PaletteOptions):
 
     format: tuple[str, ...] = option(
         _OneOfBeforeFolder(FORMATS), 'formats of the plots', default=('png',), form=Form.SEVERAL
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlotFolderOptions(Options):
-    """Destination of plots."""
-
-    output: Path | None = option(
-        PathTo(metavar='DIR'),
-        'folder of the plots',
-        default=None,
-        default_text="plots in a run's folder, BAG_plots next to a single bag",
-        short='-o',
     )
 
 

@@ -67,7 +67,14 @@ def main(args: argparse.Namespace) -> int:
         warn(f"setcmas sweep: stopped; run the same command with -o '{folder}' to continue")
         raise
     print(study.summary)
-    drawn = _plots(study, folder, args) if args.plots else []
+    drawn = []
+    if args.plots:
+        from setcmas_tools.plots.look import PlotLook
+        from setcmas_tools.study.study_plots import plot
+
+        metrics = [Path(name).stem for name in options.metric]
+        look = PlotLook(tuple(args.format), args.palette)
+        drawn = plot(study, folder / 'plots', metrics, look)
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
     print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')
     return SCRIPT_FAILED if _failures(study) else 0
@@ -78,15 +85,6 @@ def _named(text: str) -> tuple[str, str]:
     if not (name and equals and values):
         raise SetcmasError(f"invalid --vary '{text}'; must be NAME=VALUES, such as K=0.2:2:10")
     return name.strip(), values.strip()
-
-
-def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
-    from setcmas_tools.plots.look import PlotLook
-    from setcmas_tools.study.study_plots import plot
-
-    look = PlotLook(tuple(args.format or ('png',)), args.palette)
-    metrics = [Path(name).stem for name in args.metric]
-    return plot(study, folder / 'plots', metrics, look)
 
 
 def _failures(study: Any) -> int:

@@ -236,7 +236,7 @@ def _run_marked(
     done = _run_in_lab(chosen, script)
     if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
         # Not the script, but something else stopped the robots, such as an overloaded machine.
-        show(f'{done.failure.message}; once more')
+        show(f'{done.failure.message}; trying once more')
         done = _run_in_lab(chosen, script)
     return done
 

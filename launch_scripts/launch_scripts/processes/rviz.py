@@ -41,7 +41,7 @@ class RvizFileOptions(Options):
         default=None,
         default_text=f'1-{_ROBOTS_IF_UNKNOWN}',
     )
-    experiment: bool = flag('for real robots: poses from motion capture, arena')
+    experiment: bool = flag('for real robots: poses from motion capture, and the arena')
 
 
 def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:

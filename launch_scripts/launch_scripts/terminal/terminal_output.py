@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from io import TextIOBase
-from typing import IO
+from typing import IO, cast
 
 Stream = IO[str] | TextIOBase
 
@@ -141,7 +141,7 @@ def progress_output() -> Iterator[None]:
     from tqdm.contrib import DummyTqdmFile  # not needed for help texts
 
     with (
-        contextlib.redirect_stdout(DummyTqdmFile(sys.stdout)),
-        contextlib.redirect_stderr(DummyTqdmFile(sys.stderr)),
+        contextlib.redirect_stdout(cast(IO[str], DummyTqdmFile(sys.stdout))),
+        contextlib.redirect_stderr(cast(IO[str], DummyTqdmFile(sys.stderr))),
     ):
         yield

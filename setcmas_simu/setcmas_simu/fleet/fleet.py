@@ -27,7 +27,7 @@ _FIRST_RING_RADIUS = 8.5  # m: more than 1 m outside the corners of the square o
 _RING_SPACING = 1.25  # m, between rings and at least between neighbours on a ring
 
 PALETTES = ('okabe-ito', 'ros1')
-"""Colours that colour-blind readers can tell apart, or those of the ROS 1 stack."""
+"""Colours for colour-blind readers, or those of the ROS 1 stack."""
 
 palette: ContextVar[str] = ContextVar('palette', default=PALETTES[0])
 """The palette in use, one of `PALETTES`."""

@@ -20,8 +20,8 @@ class GradeOptions(Options):
         Whole(1), 'submissions graded at once', default=cores(), default_text='the number of cores'
     )
     trust: bool = flag(
-        'run submissions without sandbox, where they can do whatever you can; necessary on '
-        'systems without sandbox (Linux before 5.19, macOS)'
+        'run submissions without the sandbox: they can then do whatever you can; needed on '
+        'systems that have none (Linux before 5.19, macOS)'
     )
     call_timeout: float = option(
         Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
