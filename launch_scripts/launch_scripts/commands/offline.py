@@ -93,12 +93,13 @@ def _report_outcome(run: Run) -> int:
     if run.outcome.state is State.STOPPED:
         return _STOPPED
     if run.outcome.state is State.DIED:
-        warn(f'setcmas offline: {run.outcome}{_written(run.table.t[-1:].sum())}')
-        return SCRIPT_FAILED
-    if run.failed_robots:
-        warn(f'setcmas offline: {run.outcome}; see the messages above the table')
-        return SCRIPT_FAILED
-    return 0
+        ending = _written(run.table.t[-1:].sum())
+    elif run.failed_robots:
+        ending = '; see the messages above the table'
+    else:
+        return 0
+    warn(f'setcmas offline: {run.outcome}{ending}')
+    return SCRIPT_FAILED
 
 
 def _written(seconds: float) -> str:

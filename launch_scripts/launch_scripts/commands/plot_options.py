@@ -33,14 +33,7 @@ def add_run_argument(parser: argparse.ArgumentParser) -> None:
 def print_evaluation(
     args: argparse.Namespace, folder: RunFolder, run: Run, earlier: Path | None
 ) -> str:
-    """Plot and measure a run; return a line with the folders of its files.
-
-    Args:
-        args: Arguments with the options of plots.
-        folder: Its folder.
-        run: The run.
-        earlier: The run that it repeats, to compare with; None if there is none.
-    """
+    """Plot and measure a run, and compare it with an earlier one; return its folders as text."""
     # Imported late: help texts, and the start of the robots, do not wait for matplotlib.
     from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.plots.evaluation import evaluate

@@ -49,14 +49,7 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> tuple[boo
 def fleet_views(
     options: ViewOptions, robots: list[int], experiment: bool = False, palette: str = PALETTES[0]
 ) -> Iterator[list[Companion]]:
-    """Yield the views of a fleet, as companions of the robots' process.
-
-    Args:
-        options: Requested views.
-        robots: Numbers of the robots.
-        experiment: Whether they are real.
-        palette: Colours of the robots on the page.
-    """
+    """Yield the views of a fleet, as companions of the robots' process."""
     attended = sys.stdout.isatty() and 'CI' not in os.environ
     rviz, browser = choose_view(options, attended, why_no_rviz())
     page = [(PAGE, browser_command([f'--palette={palette}']))] if browser else []

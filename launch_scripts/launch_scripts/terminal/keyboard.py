@@ -99,12 +99,7 @@ class StartKey:
     """Decides whether keys start the robots; all times in s on a steady clock."""
 
     def __init__(self, held: bool) -> None:
-        """Begin with nothing pressed.
-
-        Args:
-            held: Whether the key counts only while it is held down. Then it is reported at once:
-                a second press is needed anyway, and its release must not be late.
-        """
+        """Begin with nothing pressed; a key to be held down is reported at once."""
         self._held = held
         self._other, self._waiting_since = -math.inf, math.inf
 

@@ -92,7 +92,9 @@ def plot(
         try:
             folder.mkdir(parents=True, exist_ok=True)
             drawn = drawn_plots(run, warn, window if look.show else Figure)
-            for name, figure in tqdm(drawn, 'plots', leave=False, disable=None):
+            for name, figure in tqdm(
+                drawn, 'plots', leave=False, disable=None, bar_format='{desc}: {n}'
+            ):
                 paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(
