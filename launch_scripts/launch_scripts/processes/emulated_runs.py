@@ -129,7 +129,7 @@ class EmulatedRun(RecordedRun):
         """Start the processes."""
         self.started = False
         self.paused = True
-        self._paused = ''
+        self._why_paused = ''
         self._changed = 0.0
         self._unready = ''
         super().__init__(supervisor, bag)
@@ -149,8 +149,8 @@ class EmulatedRun(RecordedRun):
         self._unready = '; '.join(
             f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
         )
-        if self.started and status.paused and (status.emergency or not self._paused):
-            self._paused = f'the robots were paused: {status.why}'
+        if self.started and status.paused and (status.emergency or not self._why_paused):
+            self._why_paused = f'the robots were paused: {status.why}'
 
     @property
     def missing(self) -> str:
@@ -164,7 +164,7 @@ class EmulatedRun(RecordedRun):
         """Which robots did not stop, or why robots were paused; '' if all went well."""
         if runaways := ', '.join(sorted(self._experiment.runaways)):
             return f'{runaways} did not stop when commanded zero'
-        return self._paused + '; nothing can start them again' * self.is_stuck
+        return self._why_paused + '; nothing can start them again' * self.is_stuck
 
     @property
     def is_stuck(self) -> bool:

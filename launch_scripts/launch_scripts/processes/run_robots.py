@@ -78,18 +78,7 @@ def run_robots(
             )
             return 1, Outcome(State.NOT_STARTED, detail=run.missing)
         _show_progress(supervisor, scenario.time.duration, run)
-        trouble, is_stuck = run.trouble, run.is_stuck
-        run.finish()
-        folder.failures = list(run.failures)
-        outcome = outcome_of(run.failed)
-        if is_stuck:
-            outcome = replace(outcome, state=State.NOT_FINISHED)
-        if trouble:
-            supervisor.warn(f'setcmas run: {trouble}')
-            return 1, replace(outcome, detail=trouble)
-        if run.status:
-            return run.status, replace(outcome, state=State.FAILED)
-        return 0, outcome
+        return _finish(supervisor, run, folder)
     except StoppedError:
         if run and run.started:
             return STOPPED, Outcome(State.STOPPED)
@@ -107,6 +96,24 @@ def run_robots(
     finally:
         if run:
             run.stop()
+
+
+def _finish(
+    supervisor: Supervisor, run: EmulatedRun | SimulatedRun, folder: RunFolder
+) -> tuple[int, Outcome]:
+    """Stop the control laws; return exit status and outcome."""
+    trouble, is_stuck = run.trouble, run.is_stuck
+    run.finish()
+    folder.failures = list(run.failures)
+    outcome = outcome_of(run.failed)
+    if is_stuck:
+        outcome = replace(outcome, state=State.NOT_FINISHED)
+    if trouble:
+        supervisor.warn(f'setcmas run: {trouble}')
+        return 1, replace(outcome, detail=trouble)
+    if run.status:
+        return run.status, replace(outcome, state=State.FAILED)
+    return 0, outcome
 
 
 def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:

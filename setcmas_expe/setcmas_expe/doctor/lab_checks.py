@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 import statistics
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import SLOWEST_HZ
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.mocap.sources import MOCAP_SOURCES, NAME, MocapSource
+from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_GUARDED, CMD_VEL_TYPES, robot_name
 
 _PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
@@ -92,11 +91,7 @@ def received_by(source: MocapSource, graph: Graph) -> str:
     topics = [topic for topic, types in graph if source.message_type in types]
     if not source.per_body:
         return f'{source.topic}, with all bodies' if source.topic in topics else ''
-    first, *again = source.topic.split(NAME)
-    body = '([A-Za-z][A-Za-z0-9_]*)'
-    form = re.escape(first) + body + '\\1'.join(map(re.escape, again))
-    found = (re.fullmatch(form, topic) for topic in topics)
-    return ', '.join(sorted(match[1] for match in found if match))
+    return ', '.join(source.bodies_in(topics))
 
 
 COLUMNS = ('robot', 'mocap', 'jitter', 'gap', 'age', 'place', 'cmd_vel', 'guard', 'battery')

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from setcmas_expe.mocap.sample import Sample
-from setcmas_expe.mocap.sources import NAME, MocapSource
+from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.ros import qos
 
 Take = Callable[[Sample], None]
@@ -90,13 +90,8 @@ class MocapReceiver:
         """Return the names of the bodies that motion capture sends now, sorted."""
         if not self._source.per_body:
             return sorted(name for topic in self._topics.values() for name in topic.names)
-        before, _, after = self._source.topic.partition(NAME)
-        after = after.partition(NAME)[0]
-        return sorted(
-            name[len(before) :].partition(after or '\n')[0]
-            for name, _ in self._node.get_topic_names_and_types()
-            if name.startswith(before) and after in name and self._node.count_publishers(name)
-        )
+        topics = (name for name, _ in self._node.get_topic_names_and_types())
+        return self._source.bodies_in(filter(self._node.count_publishers, topics))
 
     def _on_message(self, topic: _Topic, body: str, message: Any) -> None:
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -100,6 +100,13 @@ class MocapSource:
     def topic_of(self, body: str) -> str:
         """Return the topic of a body."""
         return self.topic.replace(NAME, body)
+
+    def bodies_in(self, topics: Iterable[str]) -> list[str]:
+        """Return the bodies, sorted, whose own topic is among these."""
+        first, *again = map(re.escape, self.topic.split(NAME))
+        form = f'{first}({_BODY.pattern})' + r'\1'.join(again)
+        found = (re.fullmatch(form, topic) for topic in topics)
+        return sorted(match[1] for match in found if match)
 
     def samples(self, message: Any, body: str) -> list[tuple[str, Sample]]:
         """Return bodies and measurements of a message that came on the topic of `body`."""
