@@ -35,7 +35,7 @@ class Refuse:
 sys.meta_path.insert(0, Refuse())
 {IMPORTS}
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_tools.page.facts import Pair
+from setcmas_tools.page.run_facts import Pair
 
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)

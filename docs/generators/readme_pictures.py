@@ -30,8 +30,8 @@ PICTURES = DOCS / 'pictures'
 SETCMAS = str(Path(sys.executable).parent / 'setcmas')
 MOST_BYTES = 200_000
 MOST_BYTES_OF_A_FILM = 1_500_000
-WINDOW = (1280, 800)
-RUNNING_S = 16.0
+WINDOW = (1280, 943)  # 1280 x 800 without the frame
+RUNNING_S = 24.0
 """Time after which the formation is there and its trails are long."""
 
 
@@ -128,7 +128,7 @@ def notebook(folder: Path) -> Path:
     folder.mkdir()
     page = folder / 'run.html'
     page.write_text(f'<body style="font: 15px sans-serif">{shown}</body>', encoding='utf-8')
-    with open_browser(820, 830) as browser:
+    with open_browser(960, 830) as browser:
         browser.get(page.as_uri())
         browser.save_screenshot(str(folder / 'run.png'))
     return folder / 'run.png'

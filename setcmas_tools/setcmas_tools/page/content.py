@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,39 +12,24 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.page.facts import first_line
-from setcmas_tools.page.instant import (
-    Curve,
-    Instants,
-    RobotInstant,
-    curves,
-    difference,
-)
-from setcmas_tools.page.looks import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.compare.run_distance import distances_between
+from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
+from setcmas_tools.measures.safety_metrics import distances_of_pairs
+from setcmas_tools.measures.task import task_of
+from setcmas_tools.page.law_calls import calls_entry
+from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.plots.style import plot_style
-from setcmas_tools.plots.trajectories import draw_references
-from setcmas_tools.run.fleet_motion import SAME_TIME_S
-from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime
+from setcmas_tools.plots.trajectories import draw_references, ignore
+from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
+from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _MOST_POSES = 100_000
 """Of all robots; with more, the page would be too large for a mail."""
 _MOST_DRAWINGS = 8_000
-_MOST_CALLS = 6_000
-"""Of all robots; of longer runs the page has each second, fifth, ... call."""
-_MOST_KNOWN = 300_000
-"""Positions that robots knew of each other; with more, the page would be too large for a mail."""
-_TOO_MUCH = 'not on this page, because the run is too long'
-_OVERRULED = {
-    Verdict.CHANGED: 'The safety filter overruled it.',
-    Verdict.BLOCKED: 'The safety filter overruled it: robots block each other.',
-    Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
-}
 
 
 def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
@@ -150,69 +136,60 @@ def _column(drawn: Sequence[Drawing], is_marker: bool) -> dict[str, Any]:
     }
 
 
-def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
-    """Return the calls of each robot's law, by its number."""
-    commands, failures = history.run.commands, history.run.info.failures or []
-    instants = Instants(history)
-    each = 1 + len(commands.t) // _MOST_CALLS if commands else 1
-    entries = {}
-    for robot in history.robots:
-        failed = np.array([one.t for one in failures if one.robot == robot])
-        t = commands.of(robot).t if commands else failed
-        t = t[t >= history.t0 - SAME_TIME_S][::each]
-        if len(t):
-            entries[robot] = _calls(history, [instants.of(robot, now) for now in t.tolist()])
-    return entries
+FLEET = 0
+"""The number under which a curve has the values of the whole fleet."""
 
 
-def _calls(history: RunHistory, calls: list[RobotInstant]) -> dict[str, Any]:
-    wanted = np.array([one.wanted or (np.nan, np.nan) for one in calls])
-    entry: dict[str, Any] = {
-        't': packed([one.t for one in calls]),
-        'vx': packed(wanted[:, 0]),
-        'vy': packed(wanted[:, 1]),
-        'words': changes([state_in_words(one) for one in calls]),
-    }
-    if any(one.allowed for one in calls):
-        allowed = np.array([one.allowed or (np.nan, np.nan) for one in calls])
-        entry |= {'allowedX': packed(allowed[:, 0]), 'allowedY': packed(allowed[:, 1])}
-    return entry | _known(history, calls)
+@dataclass(frozen=True)
+class Curve:
+    """What is measured over time.
+
+    Attributes:
+        name: Such as 'Disagreement'.
+        unit: Such as 'm'.
+        t: K times in s.
+        values: By robot, or one of the whole `FLEET`, shape (K,); NaN where nothing is known.
+    """
+
+    name: str
+    unit: str
+    t: Floats
+    values: Mapping[int, Floats]
 
 
-def state_in_words(one: RobotInstant) -> tuple[str, str]:
-    """Return what became of the velocity that a law wanted: a kind for the colour, and a text."""
-    if one.failure:
-        place = f' in line {one.failure.line} of {one.failure.script}' if one.failure.line else ''
-        return 'failed', f'Its law failed{place}: {first_line(one.failure)}'
-    if one.state not in (None, MOVING):
-        return 'stopped', f'The experiment had it {one.state}.'
-    if one.overruled:
-        return 'overruled', _OVERRULED.get(one.verdict or Verdict.KEPT, 'Safety overruled it.')
-    return ('saturated', 'That is the largest speed: saturated.') if one.saturated else ('', '')
+def curves(run: Run) -> list[Curve]:
+    """Return what is measured of a run from its first command on, as plots and metrics do."""
+    grid = run.counted_grid if len(run.counted.t) else run.grid()
+    found = [
+        Curve('Speed', 'm/s', grid.t, {robot: _speeds(run, robot, grid.t) for robot in run.robots})
+    ]
+    if len(grid.robots) > 1 and len(grid.t):
+        least = distances_of_pairs(grid)[0]
+        found.insert(0, Curve('Least separation', 'm', grid.t, {FLEET: least}))
+        if is_agreement(run):
+            values = disagreement(grid.x, grid.y)
+            found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
+    known = task_of(run, ignore)
+    errors = known[0].errors(run, known[1]) if known and len(run.counted.t) else None
+    if errors:
+        found.append(Curve(errors.title, 'm', grid.t, errors.values))
+    return found
 
 
-def _known(history: RunHistory, calls: list[RobotInstant]) -> dict[str, Any]:
-    """Return the poses of the others that a robot knew, unless it knew all."""
-    if history.run.record is None:
-        return {}
-    reason = next((one.unknown for one in calls if one.known is None), '')
-    if reason:
-        return {'unknown': reason}
-    known: Floats = np.array([one.known for one in calls])
-    if known.size * len(history.robots) > _MOST_KNOWN:
-        return {'unknown': _TOO_MUCH}
-    return {
-        'known': [
-            {
-                'name': robot_name(sender + 1),
-                'number': sender + 1,
-                'x': packed(known[:, 0, sender]),
-                'y': packed(known[:, 1, sender]),
-            }
-            for sender in range(known.shape[2])
-            if sender + 1 != calls[0].robot and np.isfinite(known[:, 0, sender]).any()
-        ]
-    }
+def difference(run: Run, other: Run) -> Curve | None:
+    """Return how far each robot of a run is from itself in another one at the same time, in m.
+
+    None if no robot is in both.
+    """
+    t, distances = distances_between(run, other)
+    return Curve('Difference', 'm', t, distances) if len(t) and distances else None
+
+
+def _speeds(run: Run, robot: int, t: Floats) -> Floats:
+    """Return a robot's speed at times, each row for the time before it; NaN in gaps."""
+    track = Track(run[robot])
+    speeds = np.append(track.rows.v, np.nan)[np.searchsorted(track.rows.t, t - SAME_TIME_S)]
+    return np.where(np.isnan(track.poses(t)[0]), np.nan, speeds)
 
 
 def charts_entry(run: Run, other: Run | None, t: Floats) -> list[dict[str, Any]]:

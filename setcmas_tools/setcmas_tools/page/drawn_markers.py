@@ -12,7 +12,7 @@ import msgspec
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.page.looks import colour_code
+from setcmas_tools.page.page_data import colour_code
 
 ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST = range(8)
 POINTS, TEXT = 8, 9

@@ -15,7 +15,7 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models import UNICYCLE
 from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.page.drawn_markers import MarkerStore
-from setcmas_tools.page.looks import SCALE, look_entry
+from setcmas_tools.page.page_data import SCALE, look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
 from setcmas_tools.run.run import law_title
 

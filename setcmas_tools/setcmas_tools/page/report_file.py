@@ -8,14 +8,14 @@ from pathlib import Path
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import checkbox, document, element, escaped, stage
-from setcmas_tools.page.facts import (
+from setcmas_tools.page.run_facts import (
     Facts,
     Listing,
     Mark,
     Pair,
-    embedded_pictures,
     facts_of,
     listings,
+    plot_images,
 )
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
@@ -169,8 +169,7 @@ def _metrics(pair: Pair) -> Iterator[str]:
 
 def _plots(pair: Pair) -> Iterator[str]:
     yield '<section>\n<h2>Plots</h2>\n<div class="scroll plots">'
-    for picture in embedded_pictures(pair):
-        yield f'<img src="{picture.address}" alt="{escaped(picture.name)}">'
+    yield from plot_images(pair)
     yield '</div>\n</section>'
 
 

@@ -84,18 +84,12 @@ class NewestRows:
         self._rows = {int(one): np.flatnonzero(robot == one) for one in np.unique(robot)}
         self._times = {one: t[rows] for one, rows in self._rows.items()}
 
-    def row(self, robot: int, t: float, longest_s: float = LONGEST_GAP_S) -> int | None:
-        """Return the last row of a robot at or before a time in s; None if it is too old.
-
-        Args:
-            robot: Its number.
-            t: The time.
-            longest_s: The age in s from which a row no longer counts.
-        """
+    def row(self, robot: int, t: float) -> int | None:
+        """Return the last row of a robot at or before a time in s; None if it is too old."""
         if robot not in self._rows:
             return None
         times = self._times[robot]
         count = int(np.searchsorted(times, t + SAME_TIME_S, side='right'))
-        if not count or t - times[count - 1] > longest_s:
+        if not count or t - times[count - 1] > LONGEST_GAP_S:
             return None
         return int(self._rows[robot][count - 1])

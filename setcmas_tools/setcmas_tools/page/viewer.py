@@ -24,11 +24,11 @@ from setcmas_tools.page.document import commands, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LawName, LiveTopics
-from setcmas_tools.page.looks import page_content
+from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.server import PageServer, announce
 
 if TYPE_CHECKING:
-    from setcmas_tools.page.facts import Pair
+    from setcmas_tools.page.run_facts import Pair
 
 
 def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) -> None:

@@ -248,7 +248,7 @@ def animate(
     Args:
         run: The run.
         folder: Folder of the film.
-        kind: One of `formats.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
+        kind: One of `look.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
         look: Appearance of the film.
         progress: Whether to show a progress bar in a terminal.
 

@@ -26,7 +26,7 @@ def best_kind(wanted: str | None) -> str:
     """Return the kind of film to write.
 
     Args:
-        wanted: One of `plot_formats.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
+        wanted: One of `look.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
 
     Raises:
         SetcmasError: The kind is unknown, or ffmpeg is missing.
@@ -67,7 +67,7 @@ def write(kind: str, path: Path, frames: Iterable[Image.Image]) -> None:
     """Write a film; remove an unfinished file.
 
     Args:
-        kind: One of `plot_formats.FILMS`.
+        kind: One of `look.FILMS`.
         path: The file.
         frames: Images of the same even width and height, mode RGB.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import PALETTES
@@ -24,9 +23,9 @@ class PlotLook:
     """Appearance of plots.
 
     Attributes:
-        formats: Any of `formats.FORMATS`.
+        formats: Any of `FORMATS`.
         palette: One of `fleet.PALETTES`.
-        paper: One of `formats.PAPERS`, for fonts and sizes of a printed paper.
+        paper: One of `PAPERS`, for fonts and sizes of a printed paper.
         show: Whether to open the plots in windows until the user closes them.
     """
 
@@ -79,54 +78,3 @@ def check_style(palette: str, paper: str | None) -> None:
         raise SetcmasError(f"unknown palette '{palette}'; must be {', '.join(PALETTES)}")
     if paper is not None and paper not in PAPERS:
         raise SetcmasError(f"unknown paper '{paper}'; must be {', '.join(PAPERS)}")
-
-
-SCREEN: dict[str, Any] = {
-    'figure.constrained_layout.use': True,
-    'figure.dpi': 100,
-    'savefig.dpi': 150,
-    'font.size': 11,
-    'axes.titlesize': 13,
-    'axes.titlelocation': 'left',
-    'axes.grid': True,
-    'axes.axisbelow': True,
-    'axes.spines.top': False,
-    'axes.spines.right': False,
-    'axes.edgecolor': '0.3',
-    'grid.color': '0.9',
-    'legend.fontsize': 10,
-    'legend.frameon': False,
-    'lines.linewidth': 1.6,
-    'lines.markersize': 6.0,
-    'lines.solid_capstyle': 'round',
-    'lines.solid_joinstyle': 'round',
-    'pdf.fonttype': 42,
-    'svg.fonttype': 'path',
-    'svg.hashsalt': 'setcmas',
-}
-"""For screens and slides."""
-
-PAPER: dict[str, Any] = {
-    'savefig.dpi': 600,
-    'font.family': ['STIXGeneral', 'DejaVu Serif'],  # as Times; both come with matplotlib
-    'mathtext.fontset': 'stix',
-    'font.size': 8,
-    'axes.labelsize': 8,
-    'legend.fontsize': 7,
-    'xtick.labelsize': 7,
-    'ytick.labelsize': 7,
-    'axes.linewidth': 0.6,
-    'axes.labelpad': 2.0,
-    'grid.linewidth': 0.5,
-    'lines.linewidth': 0.9,
-    'lines.markersize': 3.5,
-    'legend.handlelength': 1.4,
-    'legend.columnspacing': 1.0,
-    'legend.handletextpad': 0.5,
-    'legend.labelspacing': 0.25,
-    'xtick.major.size': 2.5,
-    'ytick.major.size': 2.5,
-    'xtick.major.width': 0.6,
-    'ytick.major.width': 0.6,
-}
-"""For a printed paper, on top of SCREEN: 8 pt text at its true size."""

@@ -19,7 +19,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu.fleet import fleet
 from setcmas_simu.fleet.fleet import Colour, is_bright, plot_colour
-from setcmas_tools.plots.look import PAPER, PAPERS, SCREEN
+from setcmas_tools.plots.look import PAPERS
 
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _SAMPLES = 5
@@ -52,6 +52,7 @@ _MANY_ROBOTS = 12
 """Fleets of at least this size get thinner lines."""
 
 
+_STYLES = Path(__file__).parent / 'templates'
 _paper: ContextVar[str | None] = ContextVar('_paper', default=None)
 
 
@@ -66,7 +67,8 @@ def plot_style(palette: str | None = None, paper: str | None = None) -> Iterator
     """
     tokens = fleet.palette.set(palette or fleet.palette.get()), _paper.set(paper)
     try:
-        with style.context(['default', SCREEN | (PAPER if paper else {})]):
+        names = ['screen', 'paper'] if paper else ['screen']
+        with style.context(['default', *(_STYLES / f'{name}.mplstyle' for name in names)]):
             yield
     finally:
         fleet.palette.reset(tokens[0])

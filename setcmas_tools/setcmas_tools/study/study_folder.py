@@ -1,4 +1,4 @@
-"""The folder of a study: study.yaml, inputs/, runs.csv, runs.parquet and plots/."""
+"""The folder of a study: study.yaml, inputs/, runs.csv, runs.jsonl and plots/."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from setcmas_tools.study.study_files import StudyInfo, read_info, write_info
 _PARTS = (
     INPUTS,
     study_table.FILE_NAME,
-    study_table.PARQUET,
-    study_table.PART,
+    study_table.ROWS,
     'plots',
     study_files.FILE_NAME,
 )
@@ -40,16 +39,13 @@ def written(folder: Path) -> Iterator[None]:
         raise SetcmasError(f"study '{folder}' cannot be written: {error.strerror}") from error
 
 
-def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> bool:
-    """Create the folder of a study, or find its earlier results.
+def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> None:
+    """Create the folder of a study, or check that it holds the same one.
 
     Args:
         folder: The folder.
         plan: The study.
         overwrite: Whether to overwrite another study.
-
-    Returns:
-        Whether its table already exists.
 
     Raises:
         SetcmasError: The folder holds something else, or cannot be written.
@@ -68,11 +64,10 @@ def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> bool:
         if not earlier:
             folder.mkdir(parents=True, exist_ok=True)
             plan.files.write_to(folder)
-        if earlier and earlier.seeds < wanted.seeds:
-            study_table.reopen(folder)
+        if earlier and earlier.seeds < wanted.seeds:  # until the new runs have their rows, too
+            (folder / study_table.FILE_NAME).unlink(missing_ok=True)
         if not earlier or (earlier.success, earlier.seeds) != (wanted.success, wanted.seeds):
             write_info(wanted, folder)
-    return (folder / study_table.FILE_NAME).is_file()
 
 
 def _refuse_others(folder: Path) -> None:

@@ -13,21 +13,19 @@ from typing import IO, Any
 import msgspec
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.run_info import State
 from setcmas_tools.study.case_table import CaseTable
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_row import Row
 
 FILE_NAME = 'runs.csv'
-PARQUET = 'runs.parquet'
-PART = 'runs.part.jsonl'
-"""Rows of an unfinished study, one line of JSON each, as they finished."""
+ROWS = 'runs.jsonl'
+"""Rows in the order in which they finished, a line of JSON each: a study continues after them."""
 
 OUTCOME = ('state', 'robots', 'message')
 """Columns with the outcome of a run."""
 
 
-class PartialTable:
+class StudyTable:
     """Rows of a study so far; use as a context manager.
 
     Attributes:
@@ -41,7 +39,7 @@ class PartialTable:
             OSError: The file cannot be read or written.
             SetcmasError: Another process is writing it.
         """
-        self._file: IO[bytes] = (folder / PART).open('a+b')
+        self._file: IO[bytes] = (folder / ROWS).open('a+b')
         _lock(self._file, folder)
         self._folder = folder
         self._places: dict[int, int] = {}
@@ -58,7 +56,7 @@ class PartialTable:
         """Numbers of the runs with a row."""
         return set(self._places)
 
-    def __enter__(self) -> PartialTable:
+    def __enter__(self) -> StudyTable:
         """Return the table."""
         return self
 
@@ -77,7 +75,7 @@ class PartialTable:
         self._file.flush()
 
     def finish(self, cases: CaseTable) -> None:
-        """Write runs.csv, and runs.parquet if pyarrow is installed; remove the file of rows.
+        """Write runs.csv.
 
         Raises:
             OSError: A file cannot be written.
@@ -95,9 +93,6 @@ class PartialTable:
             file.flush()
             os.fsync(file.fileno())
         part.replace(self._folder / FILE_NAME)
-        _write_parquet(self._folder)
-        self._file.close()
-        (self._folder / PART).unlink()
 
     def _rows(self) -> Iterator[Row]:
         """Yield the rows ordered by run, one by one from the file."""
@@ -111,32 +106,6 @@ class PartialTable:
         for line in self._file:
             yield place, line
             place += len(line)
-
-
-def reopen(folder: Path) -> None:
-    """Turn the table of a finished study into rows of an unfinished one.
-
-    Raises:
-        SetcmasError: The table is damaged.
-        OSError: A file cannot be written.
-    """
-    path = folder / FILE_NAME
-    if not path.is_file():
-        return
-    table = read_table(path)
-    metrics = list(table)[list(table).index(OUTCOME[-1]) + 1 :]
-    part = folder / f'.{PART}'
-    with part.open('wb') as file:
-        for index, run in enumerate(table['run']):
-            state, robots, message = (table[name][index] for name in OUTCOME)
-            numbers = {name: table[name][index] for name in metrics}
-            row = Row(
-                run=int(run), state=State(state), robots=robots, message=message, numbers=numbers
-            )
-            file.write(msgspec.json.encode(row) + b'\n')
-    part.replace(folder / PART)
-    path.unlink()
-    (folder / PARQUET).unlink(missing_ok=True)
 
 
 def _lock(file: IO[bytes], folder: Path) -> None:
@@ -187,11 +156,3 @@ def _text(value: Any) -> str:
     if isinstance(value, float):
         return repr(value).removesuffix('.0')
     return json.dumps(value) if isinstance(value, (list, Mapping, bool)) else str(value)
-
-
-def _write_parquet(folder: Path) -> None:
-    with suppress(ImportError):
-        from pyarrow import csv as arrow_csv
-        from pyarrow import parquet
-
-        parquet.write_table(arrow_csv.read_csv(folder / FILE_NAME), folder / PARQUET)

@@ -22,7 +22,7 @@ from setcmas_tools.study.study import Study
 from setcmas_tools.study.study_folder import prepare, written
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_row import Job, memory_of_each
-from setcmas_tools.study.study_table import PartialTable
+from setcmas_tools.study.study_table import FILE_NAME, StudyTable
 from setcmas_tools.study.study_workers import Workers
 
 
@@ -90,12 +90,14 @@ def carry_out(
             not answer.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
-    if not prepare(place, plan, overwrite):
-        with written(place), PartialTable(place) as table:
-            left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
-            done = len(plan.cases) - len(left)
-            jobs = jobs_of(plan, left, options)
-            with closing(_workers(options).rows(jobs)) as rows:
+    prepare(place, plan, overwrite)
+    with written(place), StudyTable(place) as table:
+        left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
+        if left or not (place / FILE_NAME).is_file():
+            with closing(
+                Workers(options.jobs, options.cluster).rows(jobs_of(plan, left, options))
+            ) as rows:
+                done = len(plan.cases) - len(left)
                 for row in tqdm(rows, 'runs', len(plan.cases), initial=done, disable=None):
                     table.add(row)
             table.finish(plan.cases)
@@ -117,7 +119,3 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
         pickled = cloudpickle.dumps((scenario, dict(plan.metrics)))
         files = plan.files.contents if remote else None
         yield Job(run, pickled, options.timeout, memory, files)
-
-
-def _workers(options: SweepOptions) -> Workers:
-    return Workers(options.jobs, options.cluster)

@@ -71,6 +71,20 @@ def test_mistakes_are_reported_in_one_line(runs, arguments, message):
     refuses('report', *arguments, message=message, cwd=runs)
 
 
+@pytest.fixture(scope='module')
+def browser():
+    from browser import open_browser
+
+    with open_browser(1366, 768) as opened:
+        opened.execute_cdp_cmd('Network.enable', {})
+        yield opened
+
+
+def show(browser, folder, place=''):
+    browser.get('about:blank')  # nothing is left from another test
+    browser.get(f'{(folder / "failed.html").as_uri()}{place}')
+
+
 def resized(browser, width, height):
     size = {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': width < 500}
     browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
@@ -85,76 +99,89 @@ def numbers(browser):
 
 
 @NEEDS_CHROMIUM
-def test_a_browser_shows_the_run_at_any_time(folder):
-    from browser import open_browser
+def test_a_browser_shows_the_run_at_any_time(folder, browser):
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
 
     text = (folder / 'failed' / 'csv' / 'fleet.csv').read_text()
     table = list(csv.DictReader(text.splitlines()))
-    page = (folder / 'failed.html').as_uri()
-    with open_browser(1366, 768) as browser:
-        browser.execute_cdp_cmd('Network.enable', {})
-        browser.get(f'{page}#t=2.3')
+    show(browser, folder, '#t=2.3')
 
-        def expect(t):
-            assert browser.find_element(By.ID, 'now').text == f't = {t:.1f} s'
-            wanted = [row for row in table if abs(float(row['t']) - t) < 1e-6]
-            assert len(wanted) == 3
-            for shown, row in zip(numbers(browser), wanted, strict=True):
-                assert shown[0] == f'tb3_{row["robot"]}'
-                for place, name in ((1, 'x'), (2, 'y'), (4, 'v')):
-                    assert float(shown[place]) == pytest.approx(float(row[name]), abs=6e-4)
+    def expect(t):
+        assert browser.find_element(By.ID, 'now').text == f't = {t:.1f} s'
+        wanted = [row for row in table if abs(float(row['t']) - t) < 1e-6]
+        assert len(wanted) == 3
+        for shown, row in zip(numbers(browser), wanted, strict=True):
+            assert shown[0] == f'tb3_{row["robot"]}'
+            for place, name in ((1, 'x'), (2, 'y'), (4, 'v')):
+                assert float(shown[place]) == pytest.approx(float(row[name]), abs=6e-4)
 
-        expect(2.3)
-        set_bar = (
-            "const bar = document.getElementById('bar'); bar.value = arguments[0];"
-            "bar.dispatchEvent(new Event('input'))"
-        )
-        browser.execute_script(set_bar, 4.1)
-        expect(4.1)
-        keys = browser.find_element(By.TAG_NAME, 'body')
-        for key, t in (
-            (Keys.ARROW_RIGHT, 4.2),
-            (Keys.HOME, 0.0),
-            (Keys.ARROW_LEFT, 0.0),
-            (Keys.END, 5.0),
-        ):
-            keys.send_keys(key)
-            expect(t)
+    expect(2.3)
+    set_bar = (
+        "const bar = document.getElementById('bar'); bar.value = arguments[0];"
+        "bar.dispatchEvent(new Event('input'))"
+    )
+    browser.execute_script(set_bar, 4.1)
+    expect(4.1)
+    keys = browser.find_element(By.TAG_NAME, 'body')
+    for key, t in (
+        (Keys.ARROW_RIGHT, 4.2),
+        (Keys.HOME, 0.0),
+        (Keys.ARROW_LEFT, 0.0),
+        (Keys.END, 5.0),
+    ):
+        keys.send_keys(key)
+        expect(t)
 
-        [jump] = [
-            button
-            for button in browser.find_elements(By.CSS_SELECTOR, '.note button')
-            if 'robot 3' in button.text
-        ]
-        jump.click()
-        expect(1.2)
-        about = browser.find_element(By.ID, 'about').text
-        assert f'Its law failed in line 10 of law.py: ValueError: {HOSTILE}' in about
-        assert re.search(r'tb3_2 at \(.*\) m', about)
-        assert browser.title == 'law, 3 robots'
+    buttons = browser.find_elements(By.CSS_SELECTOR, '.note button')
+    [jump] = [button for button in buttons if 'robot 3' in button.text]
+    jump.click()
+    expect(1.2)
+    about = browser.find_element(By.ID, 'about').text
+    assert f'Its law failed in line 10 of law.py: ValueError: {HOSTILE}' in about
+    assert re.search(r'tb3_2 at \(.*\) m', about)
+    assert browser.title == 'law, 3 robots'
 
-        for width, height in SIZES:
-            resized(browser, width, height)
-            assert browser.execute_script('return document.documentElement.scrollWidth') == width
-        fetched = "return performance.getEntriesByType('resource').map(one => one.name)"
-        assert not [
-            name for name in browser.execute_script(fetched) if not name.startswith('data:')
-        ]
-        assert browser.get_log('browser') == []
+    for width, height in SIZES:
+        resized(browser, width, height)
+        assert browser.execute_script('return document.documentElement.scrollWidth') == width
+    browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
+    fetched = "return performance.getEntriesByType('resource').map(one => one.name)"
+    assert not [name for name in browser.execute_script(fetched) if not name.startswith('data:')]
+    assert browser.get_log('browser') == []
 
 
 @NEEDS_CHROMIUM
-def test_a_selected_robot_is_described_and_space_plays(folder):
-    from browser import open_browser, wait_for
+def test_a_selected_robot_is_described_and_space_plays(folder, browser):
+    from browser import wait_for
     from selenium.webdriver.common.by import By
 
-    with open_browser(1366, 768) as browser:
-        browser.get((folder / 'failed.html').as_uri())
-        browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
-        assert browser.find_element(By.ID, 'about').text.startswith('tb3_2\nat (5.000')
+    show(browser, folder)
+    browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
+    assert browser.find_element(By.ID, 'about').text.startswith('tb3_2\nat (5.000')
 
-        browser.find_element(By.ID, 'plane').send_keys(' ')
-        wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 5.0 s')
-        wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')
+    browser.find_element(By.ID, 'plane').send_keys(' ')
+    wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 5.0 s')
+    wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')
+
+
+@NEEDS_CHROMIUM
+def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
+    from browser import wait_for
+    from selenium.webdriver.common.by import By
+
+    behaviour = {'behavior': 'allow', 'downloadPath': str(tmp_path)}
+    browser.execute_cdp_cmd('Page.setDownloadBehavior', behaviour)
+    show(browser, folder, '#t=3')
+    browser.find_element(By.ID, 'save').click()
+    wait_for((tmp_path / 'robots.png').exists)
+
+    with Image.open(tmp_path / 'robots.png') as picture:
+        plane = "const {width, height} = document.getElementById('plane'); return [width, height]"
+        assert picture.format == 'PNG'
+        assert [*picture.size] == browser.execute_script(plane)
+        found = {colour[:3]: count for count, colour in picture.getcolors(1 << 20)}
+        assert all(colour[3] == 255 for _, colour in picture.getcolors(1 << 20))
+    assert max(found, key=found.get) == (255, 255, 255)
+    for colour in browser.execute_script('return page.robots.map(robot => robot.colour)'):
+        assert found[tuple(bytes.fromhex(colour[1:]))] > 20, colour

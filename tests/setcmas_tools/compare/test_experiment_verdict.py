@@ -11,8 +11,8 @@ from setcmas_tools.compare.experiment_verdict import (
 )
 from setcmas_tools.compare.robot_drive import Drive
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.facts import Pair
 from setcmas_tools.page.report_file import report_page
+from setcmas_tools.page.run_facts import Pair
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
@@ -109,7 +109,7 @@ def test_two_simulations_get_no_verdict(runs):
 
 
 def test_the_verdict_is_on_the_page(runs, monkeypatch):
-    monkeypatch.setattr('setcmas_tools.page.report_file.embedded_pictures', lambda _: [])
+    monkeypatch.setattr('setcmas_tools.page.report_file.plot_images', lambda _: [])
     sim, lab = map(Run.load, runs)
     page = report_page(Pair('sim', sim, 'lab', lab, lambda _: None, runs))
 

@@ -2,23 +2,24 @@ import math
 
 import numpy as np
 import pytest
-from report_pages import HOSTILE, unpacked
+from report_pages import unpacked
 from runs import run_of
 
+from setcmas_tools.measures.consensus_metrics import fleet_consensus
+from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import (
-    calls_entry,
+    FLEET,
     charts_entry,
     common_times,
+    curves,
+    difference,
     fleet_entry,
     plane_entry,
 )
-from setcmas_tools.page.instant import Instants, curves
-from setcmas_tools.page.looks import SCALE, changes, packed
+from setcmas_tools.page.page_data import SCALE, changes, packed
 from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import RunInfo
 
 
 def history_of(t, nb_robots=1, x=0.0):
@@ -107,51 +108,48 @@ def test_broadcasts_by_event_are_shown():
         assert np.allclose(unpacked(entry['sent'][robot]), times)
 
 
-def test_each_call_has_its_wanted_velocity_and_the_outcome(failed_run):
-    calls = calls_entry(RunHistory(failed_run))
-    rows = failed_run.commands.of(3)
+def test_they_equal_the_metrics():
+    run = simulate('consensus', 4, 20.0)
+    found = {curve.name: curve for curve in curves(run)}
 
-    assert np.allclose(unpacked(calls[3]['t']), rows.t)
-    assert np.allclose(unpacked(calls[3]['vx']), rows.vx, rtol=0, atol=6e-5)
-    words = {unpacked(calls[3]['t'])[place]: told for place, told in calls[3]['words']}
-    assert [(t, kind) for t, (kind, _) in words.items()] == [
-        (0.0, 'saturated'), (1.2, 'failed'), (1.6, 'saturated'),
-    ]  # fmt: skip
-    assert words[1.2][1] == f'Its law failed in line 10 of law.py: ValueError: {HOSTILE}'
-    assert calls[2]['words'] == [(0, ('', ''))]
-
-
-def test_what_a_robot_knew_is_what_its_links_brought(failed_run):
-    history = RunHistory(failed_run)
-    instants = Instants(history)
-    own = calls_entry(history)[1]
-    t = unpacked(own['t'])
-
-    assert [one['number'] for one in own['known']] == [2, 3]
-    for one in own['known']:
-        for place in (0, 5, 12):
-            known = instants.of(1, t[place]).known[:2, one['number'] - 1]
-            told = [unpacked(one['x'])[place], unpacked(one['y'])[place]]
-            assert np.allclose(told, known, rtol=0, atol=6e-5, equal_nan=True)
+    assert list(found) == ['Disagreement', 'Least separation', 'Speed']
+    metrics = fleet_consensus(run)
+    values = found['Disagreement'].values[FLEET]
+    assert (values[0], values[-1]) == (
+        metrics.disagreement_at_start_m,
+        metrics.disagreement_at_end_m,
+    )
+    least = fleet_separation(run).least_separation_m
+    assert least <= found['Least separation'].values[FLEET].min() < least + 0.01
+    np.testing.assert_array_equal(found['Speed'].values[3], run['tb3_3'].v)
+    np.testing.assert_allclose(found['Speed'].t, run['tb3_3'].t)
 
 
-def test_the_page_names_the_filter_and_that_all_poses_are_known():
-    run = simulate('consensus', 4, 16.0, filter='barrier', warn=lambda _: None)
-    own = calls_entry(RunHistory(run))[1]
+def test_a_task_has_errors():
+    error = curves(simulate('traj_tracking', 1, 30.0))[-1]
 
-    assert 'known' not in own
-    assert any(kind == 'overruled' for _, (kind, _) in own['words'])
-    assert np.allclose(unpacked(own['allowedX']), run.commands.of(1).allowed.vx, atol=6e-5)
+    assert error.name == 'Tracking error'
+    assert error.values[1][-1] < 0.1 * error.values[1].max()
 
 
-def test_failures_are_shown_without_commands_too(failed_run):
-    tables = failed_run.tables
-    bare = Run(type(tables)(tables.fleet), RunInfo(failures=failed_run.info.failures))
+def test_the_difference_of_two_runs():
+    run, other = simulate('consensus', 3, 10.0), simulate('consensus', 4, 12.0, vnom=0.3)
+    apart = difference(run, other)
 
-    calls = calls_entry(RunHistory(bare))
+    assert list(apart.values) == [1, 2, 3]
+    assert apart.t[-1] == 10.0
+    xy = run.poses[50, :2, 1] - other.poses[50, :2, 1]
+    assert np.isclose(apart.values[2][50], np.hypot(*xy))
+    assert apart.values[2][0] == 0.0
 
-    assert set(calls) == {1, 3}
-    assert [kind for _, (kind, _) in calls[3]['words']] == ['failed']
+
+def test_there_is_no_speed_in_a_gap():
+    rows = [[t, 1, 0.2 * t, 0, 0, 0.2, 0] for t in np.arange(100) / 10 if not 3.05 < t < 6.05]
+    (speed,) = curves(run_of(fleet_table(rows)))
+
+    gap = (speed.t > 3.05) & (speed.t < 6.05)
+    assert np.isnan(speed.values[1][gap]).all()
+    np.testing.assert_allclose(speed.values[1][~gap], 0.2)
 
 
 def test_curves_are_those_of_the_plots_with_the_other_run_dashed():

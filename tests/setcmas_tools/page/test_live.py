@@ -16,7 +16,7 @@ from setcmas_tools.page.live import (
     PauseStates,
     RunClock,
 )
-from setcmas_tools.page.looks import SCALE
+from setcmas_tools.page.page_data import SCALE
 
 
 @pytest.fixture

@@ -11,14 +11,14 @@ from report_pages import HOSTILE, Page
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.document import _MODULES, document, element, page_script
-from setcmas_tools.page.facts import Pair
-from setcmas_tools.page.looks import page_content
+from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.report_file import (
     check_page,
     page_named_after,
     report_page,
     write_report,
 )
+from setcmas_tools.page.run_facts import Pair
 
 TEMPLATES = files('setcmas_tools.page') / 'templates'
 MODULES = {name: (TEMPLATES / name).read_text(encoding='utf-8') for name in _MODULES}
@@ -95,7 +95,7 @@ def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
 @pytest.fixture
 def no_plots(monkeypatch):
     """Leave out the plots, which take most of the time."""
-    monkeypatch.setattr('setcmas_tools.page.report_file.embedded_pictures', lambda _: [])
+    monkeypatch.setattr('setcmas_tools.page.report_file.plot_images', lambda _: [])
 
 
 def test_the_other_run_is_there_with_what_differs(failed_run, no_plots):

@@ -4,7 +4,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_info import State
 from setcmas_tools.study.case_table import CaseTable
 from setcmas_tools.study.study_row import Row
-from setcmas_tools.study.study_table import PARQUET, PART, PartialTable, read_table
+from setcmas_tools.study.study_table import ROWS as ROWS_FILE
+from setcmas_tools.study.study_table import StudyTable, read_table
 
 CASES = CaseTable([(('graph',), [('ring',), ('a, b',)])], seeds=2)
 ROWS = [
@@ -23,7 +24,7 @@ run,graph,seed,state,robots,message,disagreement,settling_time,apples
 
 
 def write(folder, order):
-    with PartialTable(folder) as table:
+    with StudyTable(folder) as table:
         for index in order:
             table.add(ROWS[index])
         table.finish(CASES)
@@ -33,7 +34,6 @@ def test_rows_are_in_the_order_of_runs_whenever_they_came(tmp_path):
     write(tmp_path, (2, 0, 3, 1))
 
     assert (tmp_path / 'runs.csv').read_text() == TEXT
-    assert not (tmp_path / PART).exists()
     table = read_table(tmp_path / 'runs.csv')
     assert table['disagreement'] == [0.125, None, 1e-9, 3.0]
     assert table['graph'] == ['ring', 'a, b'] * 2
@@ -41,29 +41,17 @@ def test_rows_are_in_the_order_of_runs_whenever_they_came(tmp_path):
 
 
 def test_a_table_goes_on_behind_the_last_whole_row(tmp_path):
-    with PartialTable(tmp_path) as table:
+    with StudyTable(tmp_path) as table:
         table.add(ROWS[2])
         table.add(ROWS[0])
-    part = tmp_path / PART
+    part = tmp_path / ROWS_FILE
     part.write_bytes(part.read_bytes()[:-9])
-    with PartialTable(tmp_path) as table:
+    with StudyTable(tmp_path) as table:
         assert table.done == {3}
         with pytest.raises(SetcmasError, match='another process'):
-            PartialTable(tmp_path)
+            StudyTable(tmp_path)
         for row in (ROWS[0], ROWS[1], ROWS[3]):
             table.add(row)
         table.finish(CASES)
 
     assert (tmp_path / 'runs.csv').read_text() == TEXT
-
-
-def test_parquet_has_the_same_table(tmp_path):
-    parquet = pytest.importorskip('pyarrow.parquet')
-    write(tmp_path, range(4))
-
-    assert parquet.read_table(tmp_path / PARQUET)['disagreement'].to_pylist() == [
-        0.125,
-        None,
-        1e-9,
-        3.0,
-    ]

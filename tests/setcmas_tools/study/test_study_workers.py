@@ -9,7 +9,7 @@ from processes import TIMEOUT_S, Process
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import sweep
-from setcmas_tools.study.study_table import PART
+from setcmas_tools.study.study_table import ROWS
 
 pytest.importorskip('distributed')
 
@@ -51,7 +51,7 @@ sweep({str(tmp_path / 'law.py')!r}, 5, 60, output='there', cluster={address!r}, 
 """
         (tmp_path / 'study.py').write_text(script)
         study = subprocess.Popen([sys.executable, 'study.py'], cwd=tmp_path)
-        part, deadline = tmp_path / 'there' / PART, time.monotonic() + TIMEOUT_S
+        part, deadline = tmp_path / 'there' / ROWS, time.monotonic() + TIMEOUT_S
         while not part.exists() or part.read_bytes().count(b'\n') < 40:
             assert study.poll() is None
             assert time.monotonic() < deadline

@@ -10,7 +10,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
 from setcmas_tools.study import study_workers
 from setcmas_tools.study.study_plots import plot
-from setcmas_tools.study.study_table import PART
+from setcmas_tools.study.study_table import ROWS
 from setcmas_tools.study.success import wilson
 
 LAW = """
@@ -86,7 +86,7 @@ def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
     arguments = f'{str(law)!r}, 3, 8, output="half", jobs=1, **{STUDY!r}'
     script.write_text(f'from setcmas_tools import sweep\nsweep({arguments})\n')
     process = subprocess.Popen([sys.executable, str(script)], cwd=tmp_path)
-    part = tmp_path / 'half' / PART
+    part = tmp_path / 'half' / ROWS
     with contextlib.suppress(FileNotFoundError):
         while process.poll() is None and (not part.exists() or part.stat().st_size < 1000):
             time.sleep(0.01)

@@ -40,7 +40,7 @@ export function drawChart(chart, now, selected) {
   pen.lineWidth = 1; pen.strokeStyle = LINE; pen.fillStyle = SOFT; pen.textAlign = 'right';
   for (let n = Math.ceil(low / gap); n * gap <= high; n++) {
     pen.beginPath(); pen.moveTo(LEFT, y(n * gap)); pen.lineTo(width - RIGHT, y(n * gap)); pen.stroke();
-    pen.fillText((n * gap).toFixed(digitsOf(gap)), LEFT - 5, y(n * gap) + 4);
+    pen.fillText(number(n * gap, digitsOf(gap)), LEFT - 5, y(n * gap) + 4);
   }
   pen.textAlign = 'center';
   const shift = isLive ? (run.clock.at(-1) || 0) - last() : 0;  // ticks in the run's own time

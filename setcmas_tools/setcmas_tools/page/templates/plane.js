@@ -1,7 +1,7 @@
 // The plane at a time: ground, drawings, links, trails, robots.
 
 import {aim, camera, px, py} from './camera.js';
-import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, roundStep, sized} from './canvas.js';
+import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, number, roundStep, sized} from './canvas.js';
 import {TINY, byNumber, callAt, endedShapes, first, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, shapesUntil, stateAt} from './history.js';
 
 const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5, GROUND_MS = 200, TAILS_MS = 1000;
@@ -27,13 +27,13 @@ function drawGrid(pen, width, height) {
   for (let k = Math.ceil((camera.x - halfX) / gap); k * gap < camera.x + halfX; k++) {
     const x = px(k * gap);
     pen.beginPath(); pen.moveTo(x, 0); pen.lineTo(x, height); pen.stroke();
-    if (x > 40 && x < width - 40) pen.fillText((k * gap).toFixed(digits), x, height - 5);
+    if (x > 40 && x < width - 40) pen.fillText(number(k * gap, digits), x, height - 5);
   }
   pen.textAlign = 'left';
   for (let k = Math.ceil((camera.y - halfY) / gap); k * gap < camera.y + halfY; k++) {
     const y = py(k * gap);
     pen.beginPath(); pen.moveTo(0, y); pen.lineTo(width, y); pen.stroke();
-    if (y > 32 && y < height - 24) pen.fillText((k * gap).toFixed(digits), 4, y - 3);
+    if (y > 32 && y < height - 24) pen.fillText(number(k * gap, digits), 4, y - 3);
   }
   pen.textAlign = 'right'; pen.fillText('x (m)', width - 4, height - 5);
   pen.textAlign = 'left'; pen.fillText('y (m)', 4, 12);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import io
 import shlex
 from collections.abc import Callable, Iterator, Sequence
@@ -189,11 +190,6 @@ def first_line(failure: ScriptFailure) -> str:
     return text.removesuffix(f' at {place}')
 
 
-_DPI = 110
-_COLOURS = 128
-"""Enough for lines and letters with smooth edges."""
-
-
 @dataclass(frozen=True)
 class Pair:
     """A run and another one, which may be missing.
@@ -261,33 +257,22 @@ class Pair:
         yield from drawn_plots(self.run, self.warn)
 
 
-@dataclass(frozen=True)
-class EmbeddedPicture:
-    """A plot.
-
-    Attributes:
-        name: That of the plot.
-        address: A data URL.
-    """
-
-    name: str
-    address: str
+_WIDEST_IN = 9.0
+_DPI = 110
+_COLOURS = 128
+"""Enough for lines and letters with smooth edges."""
 
 
-def embedded_pictures(pair: Pair) -> Iterator[EmbeddedPicture]:
-    """Yield the plots."""
+def plot_images(pair: Pair) -> Iterator[str]:
+    """Yield the plots as HTML, in sizes that give all of them the same letters."""
     with plot_style():
         for name, figure in pair.figures():
-            kinds = {'image/svg+xml': _svg(figure), 'image/png': _png(figure)}
-            kind = min(kinds, key=lambda one: len(kinds[one]))
-            content = base64.b64encode(kinds[kind]).decode('ascii')
-            yield EmbeddedPicture(name, f'data:{kind};base64,{content}')
-
-
-def _svg(figure: Figure) -> bytes:
-    content = io.BytesIO()
-    figure.savefig(content, format='svg', metadata={'Date': None})
-    return content.getvalue()
+            content = base64.b64encode(_png(figure)).decode('ascii')
+            share = min(1.0, figure.get_figwidth() / _WIDEST_IN)
+            yield (
+                f'<img src="data:image/png;base64,{content}" alt="{html.escape(name)}" '
+                f'style="--share: {share:.2f}">'
+            )
 
 
 def _png(figure: Figure) -> bytes:

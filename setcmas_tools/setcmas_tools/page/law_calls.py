@@ -1,0 +1,274 @@
+"""Calls of control laws on a page: what they wanted, what became of it, what robots knew."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.communication.channel import Channel
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    chosen_communication,
+)
+from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.script_calls import Function, ScriptFailure
+from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
+from setcmas_tools.page.page_data import changes, packed
+from setcmas_tools.page.run_facts import first_line
+from setcmas_tools.page.run_history import RunHistory
+from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
+from setcmas_tools.run.law_output import MOVING
+from setcmas_tools.run.run import Run
+
+_MOST_CALLS = 6_000
+"""Of all robots; of longer runs the page has each second, fifth, ... call."""
+_MOST_KNOWN = 300_000
+"""Positions that robots knew of each other; with more, the page would be too large for a mail."""
+_TOO_MUCH = 'not on this page, because the run is too long'
+_OVERRULED = {
+    Verdict.CHANGED: 'The safety filter overruled it.',
+    Verdict.BLOCKED: 'The safety filter overruled it: robots block each other.',
+    Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
+}
+
+Outcome = tuple[str, str]
+"""What became of the velocity that a law wanted: a kind, for the colour, and a sentence."""
+
+
+def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
+    """Return the calls of each robot's law, by its number."""
+    run = history.run
+    knowledge, fastest = Knowledge(history), _fastest(run)
+    each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
+    entries = {}
+    for robot in history.robots:
+        if run.commands:
+            own = run.commands.of(robot)
+            rows = np.flatnonzero(own.t >= history.t0 - SAME_TIME_S)[::each]
+            t, wanted = own.t[rows], np.column_stack([own.vx, own.vy])[rows]
+            filtered = own.allowed
+        else:
+            t = np.array([one.t for one in run.info.failures or [] if one.robot == robot])
+            t = t[t >= history.t0 - SAME_TIME_S]
+            rows, wanted, filtered = np.arange(len(t)), np.full((len(t), 2), np.nan), None
+        if not len(t):
+            continue
+        verdicts = filtered.verdict[rows] if filtered else np.full(len(t), Verdict.KEPT)
+        outcomes = _outcomes(history, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
+        entry = {
+            't': packed(t),
+            'vx': packed(wanted[:, 0]),
+            'vy': packed(wanted[:, 1]),
+            'words': changes(outcomes),
+        }
+        if filtered:
+            entry['allowedX'] = packed(filtered.vx[rows])
+            entry['allowedY'] = packed(filtered.vy[rows])
+        entries[robot] = entry | _known(history, knowledge, robot, t)
+    return entries
+
+
+def _fastest(run: Run) -> float:
+    """Return the speed in m/s from which a law is saturated; inf if it is unknown."""
+    try:
+        return largest_speed(run) * (1 - SATURATION_TOLERANCE)
+    except SetcmasError:
+        return math.inf
+
+
+def _outcomes(
+    history: RunHistory, robot: int, t: Floats, verdicts: NDArray[Any], saturated: NDArray[Any]
+) -> list[Outcome]:
+    found = []
+    for now, verdict, is_saturated in zip(t.tolist(), verdicts, saturated, strict=True):
+        failure = failure_at(history.run, robot, now)
+        state, held = history.safety(robot, now) or (MOVING, False)
+        outcome = _outcome(failure, state, held, Verdict(int(verdict)))
+        if not outcome[0] and is_saturated:
+            outcome = 'saturated', 'That is the largest speed: saturated.'
+        found.append(outcome)
+    return found
+
+
+def _outcome(failure: ScriptFailure | None, state: str, held: bool, verdict: Verdict) -> Outcome:
+    if failure:
+        place = f' in line {failure.line} of {failure.script}' if failure.line else ''
+        return 'failed', f'Its law failed{place}: {first_line(failure)}'
+    if state != MOVING:
+        return 'stopped', f'The experiment had it {state}.'
+    if held or verdict is not Verdict.KEPT:
+        return 'overruled', _OVERRULED.get(verdict, 'Safety overruled it.')
+    return '', ''
+
+
+def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
+    """Return the failure of a robot's law at a time in s; None if it worked."""
+    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version follows
+    for one in reversed(run.info.failures or []):
+        until = end if one.until is None else one.until
+        own = one.robot == robot and one.function is Function.CONTROL
+        if own and one.t - SAME_TIME_S <= t < until - SAME_TIME_S:
+            return one
+    return None
+
+
+def _known(history: RunHistory, knowledge: Knowledge, robot: int, t: Floats) -> dict[str, Any]:
+    """Return the poses of the others that a robot knew, unless it knew all."""
+    if history.run.record is None:
+        return {}
+    calls = [knowledge.of(robot, now) for now in t.tolist()]
+    if reason := next((unknown for poses, unknown in calls if poses is None), ''):
+        return {'unknown': reason}
+    known: Floats = np.array([poses for poses, _ in calls])
+    if known.size * len(history.robots) > _MOST_KNOWN:
+        return {'unknown': _TOO_MUCH}
+    return {
+        'known': [
+            {
+                'name': robot_name(sender + 1),
+                'number': sender + 1,
+                'x': packed(known[:, 0, sender]),
+                'y': packed(known[:, 1, sender]),
+            }
+            for sender in range(known.shape[2])
+            if sender + 1 != robot and np.isfinite(known[:, 0, sender]).any()
+        ]
+    }
+
+
+_LOST = 'not recorded: messages were lost or changed at random while the run went in real time'
+_CHANNEL = 'not recorded: what delayed, lost or changed messages is not known'
+_OTHERS = 'not recorded: the links do not reproduce the recorded messages'
+_SENT, _CONNECTED, _CALLED = range(3)
+_Event = tuple[float, int, Any]
+
+
+class Knowledge:
+    """What robots knew at the calls of their laws.
+
+    Without a record of communication each robot knows the newest poses of all. With one, the same
+    links that the controllers use are played again: what was sent when, and which robot received
+    it, is in the record, and the random numbers follow from the seed.
+    """
+
+    def __init__(self, history: RunHistory) -> None:
+        """Prepare; a robot's links are played at its first call of `of`."""
+        self._history = history
+        self._received: dict[int, tuple[Floats, Floats] | str] = {}
+
+    def of(self, robot: int, t: float) -> tuple[Floats | None, str]:
+        """Return what a robot knew at a time in s, or why that is unknown.
+
+        Returns:
+            Rows x, y in m and theta in rad by robots' numbers from 1, shape (3, N), NaN for
+            robots that it did not hear; and an empty text. Or None, and a reason.
+        """
+        record, newest = self._history.run.record, self._by_number(self._history.newest(t))
+        if record is None:
+            return newest, ''
+        if robot not in self._received:
+            self._received[robot] = self._played(robot, record)
+        received = self._received[robot]
+        if isinstance(received, str):
+            return None, received
+        times, poses = received
+        call = int(np.searchsorted(times, t + SAME_TIME_S, side='right')) - 1
+        known = poses[max(0, call)].copy()
+        known[:, robot - 1] = newest[:, robot - 1]
+        return known, ''
+
+    def _played(self, robot: int, record: CommunicationRecord) -> tuple[Floats, Floats] | str:
+        """Return the poses that a robot received, shape (C, 3, N), at the C calls of its law."""
+        run, size = self._history.run, self._size
+        channel = _channel(run, size)
+        if channel is None:
+            return _CHANNEL
+        if channel.is_random and run.info.started:
+            return _LOST  # how many messages went before the first call is not recorded
+        links = Links([robot], channel, run.info.seed)
+        own = np.zeros((3, 1))
+        times, poses = [], []
+        for t, kind, robots in self._events(robot, record):
+            if kind == _SENT:
+                links.send(robots, self._by_number(self._history.newest(t))[:, robots], t)
+            elif kind == _CALLED:
+                times.append(t)
+                poses.append(links.known_poses(own, t)[0].copy())
+            elif times:
+                links.connect(robots, t)
+            else:
+                links.begin(robots)
+        if channel.is_random and not _agrees(links, robot, record):
+            return _OTHERS
+        return np.array(times), np.array(poses)
+
+    def _events(self, robot: int, record: CommunicationRecord) -> Iterator[_Event]:
+        """Yield what happened, sorted by time; at one time states are sent first."""
+        run, size = self._history.run, self._size
+        changes = np.unique(record.changes[:, 0]).tolist()
+        commands = run.commands
+        calls = commands.t[commands.robot == robot] if commands else run.table.of(robot).t
+        connected = ((t, _CONNECTED, record.adjacency(t, size)) for t in changes)
+        called = ((t, _CALLED, None) for t in calls[calls >= 0.0].tolist())
+        yield from heapq.merge(_sent(run, record), connected, called, key=lambda one: one[:2])
+
+    @property
+    def _size(self) -> int:
+        adjacency = self._history.adjacency(0.0)
+        assert adjacency is not None
+        return len(adjacency)
+
+    def _by_number(self, poses: Floats) -> Floats:
+        """Return poses of the run's robots by the numbers of robots."""
+        robots = self._history.robots
+        size = robots[-1] if self._history.run.record is None else self._size
+        result = np.full((3, size), np.nan)
+        result[:, np.array(robots) - 1] = poses
+        return result
+
+
+def _sent(run: Run, record: CommunicationRecord) -> Iterator[_Event]:
+    """Yield when states were sent, with the columns of the robots that sent them."""
+    t, robots = run.table.t, run.table.robot
+    if record.is_event_triggered:
+        t, robots, sent = record.triggers.T
+        t, robots = t[sent == 1], robots[sent == 1].astype(int)
+    starts = np.flatnonzero(np.diff(t, prepend=-np.inf) > 0)
+    for first, last in zip(starts, [*starts[1:], len(t)], strict=True):
+        yield float(t[first]), _SENT, np.unique(robots[first:last]) - 1
+
+
+def _channel(run: Run, size: int) -> Channel | None:
+    """Return what happens to messages on their way; None if the run does not record it."""
+    names = ('graph', 'delay', 'loss', 'noise')
+    values = {name: run.parameters[name] for name in names if name in run.parameters}
+    files = [given.path for given in run.inputs if given.option == 'graph']
+    if files:
+        values['graph'] = files[0]
+    if not values:
+        return None
+    try:
+        return chosen_communication(size, CommunicationOptions(**values), run.info.seed).channel
+    except (SetcmasError, TypeError):
+        return None
+
+
+def _agrees(links: Links, robot: int, record: CommunicationRecord) -> bool:
+    """Return whether as many messages of each sender arrived as recorded."""
+    counts = links.counts
+    return all(
+        (count.received, count.lost)
+        == (counts.received[0, sender - 1], counts.lost[0, sender - 1])
+        for (receiver, sender), count in record.links.items()
+        if receiver == robot
+    )
