@@ -40,7 +40,7 @@ WATCHED_S = 4.0
 """For how long robots are watched after that, in s: they must not set off again."""
 CREEPS_M_S = 0.005
 LONGEST_S = 180
-STATUS = re.compile('RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY')
+STATUS = re.compile(r'RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY|\[lab\] robot \d+, for')
 
 KINDS: dict[str, Kind] = {
     name: kind
@@ -102,7 +102,7 @@ def _set_off_again(running: Rehearsal, rest: float) -> bool:
 
 
 def _line(output: str, kind: Kind) -> str:
-    """Return the first line that reports the fault, without lines of the state of all robots."""
+    """Return the first line that reports the fault, without lines of states and injections."""
     lines = [line for line in output.splitlines() if not STATUS.match(line)]
     found = [line for line in lines if kind.line and re.search(kind.line, line)]
     if kind.line and not found:

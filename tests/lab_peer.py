@@ -37,11 +37,11 @@ class LabPeer:
             i: peer.listen(kind, f'/{name}/cmd_vel') for i, name in enumerate(namespaces, start=1)
         }
         self.diagnostics = peer.listen(DiagnosticArray, '/diagnostics')
-        self._ticks = 0
+        self.ticks = 0
         node.create_timer(1 / HZ, self._publish)
 
     def _publish(self):
-        self._ticks += 1
+        self.ticks += 1
         for robot, pose in self.poses.items():
             if pose is not None:
                 self._mocap[robot].publish(self._odometry(pose))
@@ -57,7 +57,7 @@ class LabPeer:
         message = Odometry()
         x, y, theta = pose
         if (x, y) != (0.0, 0.0):
-            wobble = self.noise * math.sin(self._ticks)
+            wobble = self.noise * math.sin(self.ticks)
             message.pose.pose.position.z = 0.1 + wobble
             z, w = quaternion_of_yaw(theta)
             message.pose.pose.orientation.z, message.pose.pose.orientation.w = z, w

@@ -37,14 +37,10 @@ class EmulatedTurtleBot3(FleetNode):
         on_command: Callable[[float, float], None],
         on_torque: Callable[[bool], None],
     ) -> None:
-        """Create the node in the robot's namespace.
+        """Create the node in the robot's namespace, where its base listens to `cmd_vel`.
 
-        Args:
-            robot: The robot.
-            cmd_vel: The topic that its base listens to, in its namespace.
-            cmd_vel_type: 'twist_stamped' as on Jazzy, or 'twist' as on Humble.
-            on_command: Called with forward speed (m/s) and turn rate (rad/s).
-            on_torque: Called to switch the motors.
+        The type of commands is 'twist_stamped' as on Jazzy, or 'twist' as on Humble. `on_command`
+        gets forward speed (m/s) and turn rate (rad/s), `on_torque` whether motors are on.
         """
         # Like the real node's: setcmas doctor measures round trips with parameter services.
         super().__init__(NODE_NAME, namespace=robot.namespace, start_parameter_services=True)

@@ -22,7 +22,7 @@ Velocities = tuple[float, float]
 
 
 class Commands:
-    """The commands of one source; how late one comes is judged by its stamp."""
+    """The commands of one process; their stamps show how late they are."""
 
     def __init__(self, silence_s: float = SILENCE_S) -> None:
         """Start without any."""
@@ -30,7 +30,7 @@ class Commands:
         self.forget()
 
     def forget(self) -> None:
-        """Start again: another source has another clock."""
+        """Start again: another process has another clock."""
         self._clock = StampClock()
         self._newest = (0.0, 0.0)
         self._received = -math.inf
@@ -56,9 +56,9 @@ class Commands:
 
 
 class StopOnSilence:
-    """Stops a robot whose base receives commands directly; all times in s on a steady clock.
+    """Stops a robot whose base listens to cmd_vel itself; all times in s on a steady clock.
 
-    The guard receives its own zeros too, which is harmless: a zero never makes it act.
+    The guard also receives its own zeros, which never make it act.
     """
 
     def __init__(self, now: float, silence_s: float = SILENCE_S) -> None:

@@ -107,12 +107,9 @@ class CmdVelGuard(FleetNode):
     def __init__(
         self, options: GuardOptions | None = None, namespace: str | None = None, now: float = 0.0
     ) -> None:
-        """Create the node.
+        """Create the node in the robot's namespace, by default that of `--ros-args`.
 
-        Args:
-            options: What it passes on.
-            namespace: The robot's; by default the one that `--ros-args` gives.
-            now: Time in s on a steady clock.
+        `now` is in s on a steady clock.
         """
         super().__init__(topics.CMD_VEL_GUARD_NODE, namespace=namespace)
         self._options = options = options or GuardOptions()

@@ -52,7 +52,7 @@ class GuardReport:
 
     Attributes:
         state: What it lets its robot do.
-        reason: Why the robot stands, for people; empty if it need not.
+        reason: Why the robot is stopped, for people; empty if it is not.
         private: Whether the robot's base listens to the guard alone.
         power: The motors, as far as the guard has switched them.
         source: GID of the publisher that it follows, in hexadecimal; empty if none.
@@ -98,14 +98,14 @@ class GuardReport:
 
 
 class TwiceSeen:
-    """Filters what a look at the ROS graph finds: a process that starts or ends is half there."""
+    """Confirms a finding by a second look: processes that start or end show up bit by bit."""
 
     def __init__(self) -> None:
         """Start without a look."""
         self._last = self._confirmed = ''
 
     def new(self, found: str) -> str:
-        """Return what this look and the one before found, once; else empty."""
+        """Return what this look and the one before both found, once; else empty."""
         confirmed = found if found == self._last else ''
         is_new = confirmed != self._confirmed
         self._last, self._confirmed = found, confirmed
@@ -187,11 +187,7 @@ class GuardWatch:
         return self.report is not None and self.report.private and not self.is_there()
 
     def trouble(self, demanded: bool) -> str:
-        """Return why its robot must stand; empty if it need not.
-
-        Args:
-            demanded: Whether the robot must have a guard.
-        """
+        """Return why its robot may not move; empty if it may. A guard may be demanded."""
         if self.doubt:
             return self.doubt
         if not self.is_there():

@@ -50,7 +50,7 @@ class Obedience:
     """Compares commands with the speed of the wheels; all times in s on a steady clock.
 
     Attributes:
-        came_to_rest: Whether the wheels have stood since the last command to move.
+        came_to_rest: Whether the wheels have rested since the last command to move.
     """
 
     def __init__(self, limits: VelocityLimits, slows_within: float = SLOWS_WITHIN_S) -> None:
@@ -101,7 +101,7 @@ class Obedience:
         self._before = max(self._before, self._wheels)
         stands = measured - max(self._stand_since, self._zero_since) >= _RESTS_FOR_S
         self.came_to_rest = not moves and (self.came_to_rest or stands)
-        # A robot that came to rest has obeyed: a person may turn it slowly.
+        # A robot that came to rest has obeyed; a person may turn it slowly by hand.
         if not self.came_to_rest and now - self._zero_since > STOPS_CREEPING_WITHIN_S:
             return True
         has_slowed = self._wheels < _SLOWER * self._before
@@ -112,8 +112,8 @@ class Obedience:
 class Runaways:
     """Finds robots that do not stop: another process commands them, or no command reaches them.
 
-    Robots whose wheels stand are carried, and left out. Without wheel odometry, a robot that came
-    to rest and has no other commander is carried if it moves.
+    A robot that moves on resting wheels is being carried, and left out; so is a robot without
+    odometry or other commander that came to rest before.
 
     Attributes:
         robots: Speed in m/s of each robot that does not stop.

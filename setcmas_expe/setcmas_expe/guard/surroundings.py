@@ -32,7 +32,7 @@ class Base:
 def base_of(
     to_cmd_vel: Collection[Endpoint], to_guard: Collection[Endpoint], robot: Collection[bytes]
 ) -> Base:
-    """Return how a base listens; of several listeners, it is the one that sends odometry.
+    """Return how a base listens; the base is the listener that sends odometry.
 
     Args:
         to_cmd_vel: Listeners to cmd_vel, except the guard.
@@ -52,7 +52,7 @@ class Surroundings:
     Attributes:
         cmd_vel: Full name of the topic of the bridge's commands.
         guarded: Full name of the guard's own topic.
-        impostor: Who else poses as the robot; empty if none.
+        impostor: Who else publishes the robot's odometry; empty if none.
     """
 
     def __init__(self, node: Node) -> None:

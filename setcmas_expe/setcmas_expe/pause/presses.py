@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 REACTION_S = 1.0
-"""A press within this time in s of a pause that came by itself was not meant as a start; nor is
-one this soon after another press, as of a held or bouncing key."""
+"""A press this soon (s) after an automatic pause is not meant as a start; nor is a press this soon
+after another, as of a held or bouncing key."""
 
 REPEATS_WITHIN_S = 0.8
 """Longest time after which a held key repeats itself for the first time, in s."""
@@ -28,7 +28,7 @@ class StartRequests:
         self._stopped_itself = self._pressed = -math.inf
 
     def note_pause(self, by_itself: bool, now: float) -> None:
-        """Note that the robots paused: by themselves, or by a person."""
+        """Note that the robots paused, automatically or by a person."""
         self._stopped_itself = now if by_itself else -math.inf
 
     def hasty(self, now: float) -> bool:

@@ -1,4 +1,4 @@
-"""Proofs of which body is which robot: a crawl under motion capture, and a slow turn."""
+"""Proof of which body is which robot: it crawls, and turns slowly, under motion capture."""
 
 from __future__ import annotations
 
@@ -25,9 +25,8 @@ _SPARE = 1.1  # for acceleration and delay
 class Proving:
     """Lets unproved robots crawl in turns, so that their motions differ.
 
-    Time is cut into turns, two for each binary digit of a robot's number: it may move in one of
-    them and stands in the other. Any two robots differ in a digit, so that one stands while the
-    other moves.
+    Time is cut into turns, two for each binary digit of a robot's number: the robot may move in
+    one of them. Any two robots differ in a digit, so that each moves while the other rests.
 
     Attributes:
         left: Distance in m that each unproved robot must still go, by number.

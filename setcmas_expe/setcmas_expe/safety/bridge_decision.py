@@ -43,12 +43,12 @@ class Situation:
     Attributes:
         pose: Its last good pose (m, rad); None before the first.
         pose_age: Age of that pose in s.
-        pose_fault: Why its newest poses are rejected; empty if they are not.
+        pose_fault: Why its newest poses are rejected; empty if they are accepted.
         V: Forward speed that its controller wants, in m/s.
         omega: Turn rate that its controller wants, in rad/s.
         command_age: Age of that command in s; inf before the first.
         paused: Why all robots are paused; empty if they are not.
-        rival: Who else may move the robot, or move in its place; empty if none.
+        rival: Another process that may move the robot or play it; empty if none.
         fault: Why the robot is not reliable; empty if it is.
         unseen: Robots that motion capture has not seen yet.
         others: Last good poses of the other robots, by number.
@@ -77,7 +77,7 @@ class Decision:
         state: What it may do.
         reason: Why it may not move as wanted; empty if it may.
         lost: Whether the reason is that its pose is unknown.
-        lasting: Whether it must stand until a person starts it again.
+        lasting: Whether it must stay stopped until a person starts it again.
     """
 
     V: float
@@ -128,7 +128,7 @@ def robots_nearer(pose: Pose, others: Mapping[int, Pose], distance: float) -> li
 
 
 def _stop(situation: Situation, lab: Lab) -> Decision | None:
-    """Return the decision for a robot that must stand; None if it need not."""
+    """Return the decision that stops a robot; None if it may move."""
     blind = _blindness(situation, lab.timeouts.pose_s)
     reason = blind or _unreadiness(situation, lab)
     if situation.paused:
@@ -143,7 +143,7 @@ def _stop(situation: Situation, lab: Lab) -> Decision | None:
 
 
 def _unreadiness(situation: Situation, lab: Lab) -> str:
-    """Return why a robot with a known pose must stand; empty if it need not."""
+    """Return why a robot with a known pose may not move; empty if it may."""
     if situation.rival:
         return situation.rival
     if situation.fault:

@@ -45,7 +45,7 @@ class Deviation:
 
     @property
     def is_none(self) -> bool:
-        """Whether the robot stands as commanded: the deviation is over."""
+        """Whether the robot is at rest as commanded: the deviation is over."""
         speed = max(abs(self.moved), abs(self.commanded)) / self.seconds
         rate = max(abs(self.turned), abs(self.commanded_turn)) / self.seconds
         return speed < _ZERO_M_S and rate < _ZERO_RAD_S

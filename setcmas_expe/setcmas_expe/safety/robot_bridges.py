@@ -92,7 +92,7 @@ class CmdVelBridge(FleetNode):
         cmd_vel: Publishes to the robot.
         V: Wanted forward speed in m/s.
         omega: Wanted turn rate in rad/s.
-        rival: Who else may move the robot, or move in its place; empty if none.
+        rival: Another process that may move the robot or play it; empty if none.
         fault: Why the robot is not reliable: guard, wheels; empty if it is.
         robot_listens: Whether the robot listens to its commands.
         ignores_zero: Whether it moved although commanded zero, since the last pause.
@@ -134,11 +134,9 @@ class CmdVelBridge(FleetNode):
         self.create_subscription(BatteryState, battery, self._on_battery, qos.SENSOR)
 
     def take(self, last: float, now: float) -> None:
-        """Take the controller's newest command and the robot's messages.
+        """Take the controller's newest command and the robot's messages; times in s.
 
-        Args:
-            last: Time of the previous call in s; a command counts as that old.
-            now: The time in s.
+        A command counts as old as the last call: it came some time after it.
         """
         self._oldest, self._now = last, now
         self._commands.take()

@@ -14,7 +14,7 @@ def test_a_fault_lasts_three_seconds_by_default():
 
 
 @pytest.mark.parametrize(
-    ('text', 'told'),
+    ('text', 'expected'),
     [
         ('', 'KIND ROBOT'),
         ('dropout', 'KIND ROBOT'),
@@ -27,6 +27,6 @@ def test_a_fault_lasts_three_seconds_by_default():
         ('nan 1 inf', 'it must be a time'),
     ],
 )
-def test_other_texts_are_mistakes(text, told):
-    with pytest.raises(SetcmasError, match=told):
+def test_other_texts_are_mistakes(text, expected):
+    with pytest.raises(SetcmasError, match=expected):
         parse_fault(text)

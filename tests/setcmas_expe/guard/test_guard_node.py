@@ -47,7 +47,7 @@ class Robot:
         self.wanted = self.paused = self.stopped = None
         self.motors = []
         self.wheels = Odometry()
-        self.heard = peer.listen(kind, f'/tb3_1/{topic}')
+        self.received = peer.listen(kind, f'/tb3_1/{topic}')
         self.reports = peer.listen(DiagnosticStatus, '/tb3_1/guard_state')
         node = peer.node
         self._odometry = node.create_publisher(Odometry, '/tb3_1/odom', 1)
@@ -92,7 +92,7 @@ class Robot:
     def wait_for(self, state, command=None):
         self.peer.wait_for(lambda: self.report and self.report.state is state)
         if command:
-            self.peer.wait_for(lambda: self.heard and velocities(self.heard[-1]) == command)
+            self.peer.wait_for(lambda: self.received and velocities(self.received[-1]) == command)
 
     def start(self, command=None):
         """Pause and let go until the robot follows: what a busy machine holds up stops it, too."""
@@ -103,7 +103,7 @@ class Robot:
     def _follows(self, command):
         state = self.report and self.report.state
         if state is State.FOLLOWING and not self.paused:
-            return command is None or (self.heard and velocities(self.heard[-1]) == command)
+            return command is None or (self.received and velocities(self.received[-1]) == command)
         self.paused = state is not State.PAUSED
         return False
 
@@ -128,12 +128,12 @@ def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(s
     robot.wait_for(State.SILENT, STOP)
     process.wait_for_output('tb3_1 is stopped: its commands ')  # ended; late at first, if busy
     robot.wanted = COMMAND
-    peer.wait_for_new(robot.heard, 5)
-    assert velocities(robot.heard[-1]) == STOP  # it waits for a start
+    peer.wait_for_new(robot.received, 5)
+    assert velocities(robot.received[-1]) == STOP  # it waits for a start
 
     robot.start(COMMAND)
     process.popen.send_signal(signal.SIGTERM)
-    peer.wait_for(lambda: velocities(robot.heard[-1]) == STOP)
+    peer.wait_for(lambda: velocities(robot.received[-1]) == STOP)
     assert process.wait() == 0
 
 
@@ -145,8 +145,8 @@ def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, other
     command = rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
     robot.wait_for(State.RIVAL, STOP)
     command.publish(robot.message((0.2, 0.0)))
-    peer.wait_for_new(robot.heard, 5)
-    assert velocities(robot.heard[-1]) == STOP
+    peer.wait_for_new(robot.received, 5)
+    assert velocities(robot.received[-1]) == STOP
     assert not robot.motors.count(False)
 
     rogue.destroy_publisher(command)
@@ -172,17 +172,17 @@ def test_an_emergency_stop_of_any_node_is_released_by_the_node_that_held_it_and_
     robot = Robot(peer)
     start(*GUARD, *NAMESPACE)
     robot.start()
-    anybody = other.publisher(Bool, '/emergency_stop')  # volatile, as `ros2 topic pub` is
-    anybody.publish(Bool(data=True))
+    another = other.publisher(Bool, '/emergency_stop')  # volatile, as `ros2 topic pub` is
+    another.publish(Bool(data=True))
     robot.wait_for(State.EMERGENCY, STOP)
     peer.wait_for(lambda: robot.motors[-1:] == [False])
-    anybody.publish(Bool(data=False))
-    robot.stopped = False  # of somebody who has not held it
-    peer.wait_for_new(robot.heard, 5)
+    another.publish(Bool(data=False))
+    robot.stopped = False  # of a node that has not held it
+    peer.wait_for_new(robot.received, 5)
     assert robot.report.state is State.EMERGENCY
 
     robot.stopped = True
-    peer.wait_for_new(robot.heard, 5)
+    peer.wait_for_new(robot.received, 5)
     robot.stopped = False
     robot.wait_for(State.HELD, STOP)
     assert True not in robot.motors[1:]  # not before the next start
@@ -197,7 +197,7 @@ def test_a_base_that_begins_to_listen_to_others_is_stopped(start, peer):
     peer.cmd_vel(1)
     # On a busy machine its commands may have come late before: then it is silent, not held.
     peer.wait_for(lambda: robot.report.stops and not robot.report.private)
-    peer.wait_for(lambda: velocities(robot.heard[-1]) == STOP)
+    peer.wait_for(lambda: velocities(robot.received[-1]) == STOP)
 
 
 def test_a_base_that_listens_to_others_is_stopped_by_zeros_and_by_its_motors(start, peer, other):
@@ -237,7 +237,7 @@ def test_who_drives_a_base_past_the_guard_is_answered_sooner_than_the_guard_spea
         """Return how many zeros came between two reports: there are 5 reports a second."""
         rogue.publish(robot.message((0.2, 0.0)))
         if len(robot.reports) > at_reports[-1][0]:
-            zeros = sum(velocities(message) == STOP for message in robot.heard)
+            zeros = sum(velocities(message) == STOP for message in robot.received)
             at_reports.append((len(robot.reports), zeros))
         (before, old), (now, new) = at_reports[-2:] if at_reports[1:] else ((0, 0), (1, 0))
         return (new - old) / (now - before)

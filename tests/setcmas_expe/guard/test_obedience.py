@@ -12,7 +12,7 @@ from setcmas_simu.robots.model import IDEAL, ROBOT_LIMITS
 
 
 def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
-    """Return what is said of a robot with (V, omega) by its wheels, while commanded others."""
+    """Return what the check reports of wheels with (V, omega) that are commanded otherwise."""
     obedience, step = Obedience(IDEAL), 0
     while step / 20 <= seconds:
         if step / 20 < silent_from:
@@ -23,7 +23,7 @@ def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
 
 
 @pytest.mark.parametrize(
-    ('commanded', 'wheels', 'seconds', 'told'),
+    ('commanded', 'wheels', 'seconds', 'expected'),
     [
         ((0.1, 0.0), (0.1, 0.0), 1.0, ''),
         ((-0.1, 0.0), (0.0, 0.0), 1.0, 'do not turn'),
@@ -38,9 +38,9 @@ def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
         ((0.0, 0.0), (0.1, 0.0), 0.4, ''),
     ],
 )
-def test_wheels_do_what_they_are_commanded(commanded, wheels, seconds, told):
+def test_wheels_do_what_they_are_commanded(commanded, wheels, seconds, expected):
     verdict = judged(commanded, wheels, seconds)
-    assert told in verdict if told else not verdict
+    assert expected in verdict if expected else not verdict
 
 
 def test_a_robot_that_falls_silent_is_off_and_one_that_was_always_silent_is_unknown():

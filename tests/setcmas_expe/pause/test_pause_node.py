@@ -79,12 +79,12 @@ class Operator:
         self.status = None
         peer.node.create_timer(0.1, self._on_timer)
 
-    def tell(self, word, **made):
+    def request(self, word, **made):
         self._child.send(OperatorRequest(Action(word), 'by key', **made))
 
     def _on_timer(self):
         if self.alive:
-            self.tell('alive')
+            self.request('alive')
         while data := self._child.reports.read(65536):
             self.status = [self.status, *self._decoder.feed(data)][-1]
 
@@ -100,7 +100,7 @@ class Operator:
             condition: What is waited for.
         """
         word = press
-        press = press if callable(press) else lambda: self.tell(word)
+        press = press if callable(press) else lambda: self.request(word)
         next_press = 0.0
 
         def holds():
@@ -137,7 +137,7 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
     bridge.held = 'paused; not seen yet'
     operator.wait_for('')
     wish.publish(Bool(data=False))
-    operator.tell('start')
+    operator.request('start')
     refused = peer.call(SetBool, '/pause/pause', data=False)
     assert not refused.success
     assert refused.message.startswith('not started: press s')
@@ -152,9 +152,9 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
     assert peer.call(SetBool, '/pause/pause', data=True).success
     operator.wait_for('by service')
     operator.press_until('start', lambda: goes(paused))
-    operator.tell('pause')
+    operator.request('pause')
     operator.wait_for('by key')
-    operator.tell('pause')
+    operator.request('pause')
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
@@ -171,7 +171,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
         operator.wait_for('emergency stop by /emergency_stop')
         peer.wait_for(lambda: is_paused(paused) and is_paused(stopped))
         for word in ('start', 'go', 'release', 'pause'):
-            operator.tell(word)
+            operator.request(word)
         stop.publish(Bool(data=False))
         peer.wait_for_new(stopped, 5)
         assert operator.status.emergency
@@ -181,7 +181,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
         assert is_paused(paused)
         peer.node.destroy_publisher(stop)
 
-    for button in (0, 1):  # of somebody on the network: it may stop, but not start
+    for button in (0, 1):  # of a person on the network: it may stop, but not start
         joystick.publish(Joy(buttons=[0] * 7 + [button]))
         peer.spin(0.1)
     peer.wait_for_new(paused, 5)
@@ -210,7 +210,7 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
     buttons = [0] * 8
     peer.node.create_timer(0.05, lambda: joystick.publish(Joy(buttons=buttons)))
-    operator.tell('start')  # once is not held
+    operator.request('start')  # once is not held
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
@@ -306,7 +306,7 @@ def test_robots_of_others_are_not_those_of_the_bridge(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
     operator = operate()
     peer.wait_for_new(paused, 3)
-    operator.tell('go')
+    operator.request('go')
     peer.wait_for_new(paused, 5)
 
     assert all(message.data for message in paused)
@@ -341,7 +341,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     operator.alive = False
     peer.wait_for(lambda: is_paused(paused))
     peer.spin(REACTION_S)
-    operator.tell('start')  # pressed some time ago
+    operator.request('start')  # pressed some time ago
     operator.alive = True
     late = 'not started: the key press arrived too late'
     peer.wait_for(lambda: late in operator.warnings())
@@ -350,7 +350,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
 
     def refused():
         peer.spin(2 * REACTION_S)  # it says the same again after 1.5 s only
-        operator.tell('start', pressed_at=time_since_boot() - 2 * OLD_AFTER_S)
+        operator.request('start', pressed_at=time_since_boot() - 2 * OLD_AFTER_S)
         peer.spin(REACTION_S)
         return late in operator.warnings()
 
@@ -360,7 +360,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     peer.spin(REACTION_S)
 
     operator.press_until('go', lambda: goes(paused))
-    operator.tell('halt')
+    operator.request('halt')
     peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
     child = operator._child
     operator.alive = False

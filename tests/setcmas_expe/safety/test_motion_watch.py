@@ -16,9 +16,9 @@ class Fleet:
     """Two robots that want to go ahead side by side, and the watch over them."""
 
     def __init__(self, bodies=(1, 2)):
-        self.told = []
+        self.warnings = []
         self.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}
-        self.watch = MotionWatch((1, 2), self.told.append)
+        self.watch = MotionWatch((1, 2), self.warnings.append)
         self.now = 10.0
         self.x = {1: -1.0, 2: -1.0}
         self.bodies = bodies  # what motion capture takes each robot for
@@ -70,8 +70,10 @@ def test_robots_crawl_until_they_are_proved_and_not_after_a_pause():
     fleet.drive(3.0)
 
     assert fleet.fastest == pytest.approx(0.2)
-    assert fleet.told[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, in turns')
-    assert sorted(fleet.told[1:]) == [f'robot {i} is proved by motion: full speed' for i in (1, 2)]
+    assert fleet.warnings[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, in turns')
+    assert sorted(fleet.warnings[1:]) == [
+        f'robot {i} is proved by motion: full speed' for i in (1, 2)
+    ]
     fleet.pause(5.0)
     fleet.x[1] += 0.05  # a person pushes it a little
     fleet.pause(1.0)
@@ -118,7 +120,7 @@ def test_a_stop_of_this_process_ends_all_proofs_though_its_clock_stood_still():
     fleet.pause(3.0)
     assert fleet.proved == []
     fleet.drive(0.5)
-    assert len([line for line in fleet.told if 'crawl' in line]) == 2
+    assert len([line for line in fleet.warnings if 'crawl' in line]) == 2
 
 
 def test_a_body_that_settles_elsewhere_is_proved_again():
@@ -211,6 +213,6 @@ def test_a_robot_that_deviates_is_proved_no_more():
 
     assert 'does not move as commanded' in fleet.watch.trouble(1)
     assert fleet.proved == [2]
-    fleet.watch.commanded({}, fleet.now)  # somebody has paused
+    fleet.watch.commanded({}, fleet.now)  # a person has paused
     assert fleet.watch.trouble(1) == ''
     assert fleet.watch.allowed(1, 0.2, 0.0)[0] <= 0.05
