@@ -54,7 +54,7 @@ def main(args: argparse.Namespace) -> int:
     )
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
     _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
-    compared = ((name, one.unit, one.purpose) for name, one in COMPARED.items())
+    compared = ((name, *unit_and_purpose) for name, unit_and_purpose in COMPARED.items())
     _print('comparisons with a solution, for rubrics', compared)
     return 0
 

@@ -41,14 +41,7 @@ Runners = Callable[[Path], LawRunner]
 
 @dataclass(frozen=True)
 class Grader:
-    """Grades submissions.
-
-    Attributes:
-        rubric: Rubric for the marks.
-        times: Time limits of a run.
-        confined: Whether the kernel confines submissions.
-        folder: Parent of the processes' own folders.
-    """
+    """Grades submissions; `folder` is the parent of the processes' own folders."""
 
     rubric: Rubric
     times: Times
@@ -58,12 +51,9 @@ class Grader:
     def marks(self, submission: Submission, runs: Runners) -> Marks:
         """Return the marks of a submission.
 
-        Args:
-            submission: The submission.
-            runs: Returns the runner of scenarios with its script.
-
         Raises:
-            SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
+            SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
+                machine ends a run (MachineError).
         """
         rubric, name, student = self.rubric, submission.name, submission.student
         if submission.problem:
@@ -88,28 +78,21 @@ def begin(grader: Grader) -> None:
 
 
 def graded(submission: Submission) -> Marks:
-    """Return the marks of a submission, in a prepared process.
-
-    Raises:
-        SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
-    """
+    """Return the marks of a submission, in a prepared process; raises as `Grader.marks`."""
     grader, host = _own
     times, function = grader.times, grader.rubric.function
     run = SandboxRunner(host, submission.script, submission.files, times, function)
     try:
         return grader.marks(submission, lambda _: run)
-    except ValueError as error:  # such as conflicting file names
+    except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno not in _OF_FILE_NAMES:
+            raise MachineError from error
         failure = Failure(f'it cannot be graded: {summarise(error)}')
         return unmarked(grader.rubric, submission.name, submission.student, failure)
-    except OSError as error:
-        if error.errno in _OF_FILES:
-            failure = Failure(f'it cannot be graded: {summarise(error)}')
-            return unmarked(grader.rubric, submission.name, submission.student, failure)
-        raise MachineError from error
 
 
-_OF_FILES = {errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG, errno.EINVAL}
-"""Errors of file names that cannot be together; others are the machine's, such as ENOSPC."""
+_OF_FILE_NAMES = {errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG, errno.EINVAL}
+"""Errors that conflicting file names cause; others, such as ENOSPC, are the machine's."""
 
 KEPT = 'marks'
 """Folder with the marks of submissions."""
@@ -122,13 +105,7 @@ class KeptMarks:
     """A folder with a file of marks for each graded submission."""
 
     def __init__(self, folder: Path, grader: Grader, in_lab: bool = False) -> None:
-        """Open the folder, and create it if necessary.
-
-        Args:
-            folder: Folder of all grades.
-            grader: Grader of the marks; marks by others do not count.
-            in_lab: Whether the emulated lab is used.
-        """
+        """Open the folder in that of the grades; marks of another grader do not count."""
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
         self._grader = _digest(
@@ -197,9 +174,9 @@ def grade(
     Args:
         submissions: The submissions.
         rubric: Rubric for the marks.
-        folder: Folder of the stored marks.
+        folder: Folder of the grades.
         options: Options of the grading.
-        in_lab: Runner in the emulated lab, one run at a time; None is offline, in a sandbox.
+        in_lab: Runs in the emulated lab, one at a time; None runs offline, in a sandbox.
 
     Raises:
         SetcmasError: There is no sandbox, the rubric's solution fails, or the machine has kept

@@ -20,42 +20,29 @@ from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
 _DIGITS = 9
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A number for marking a run.
-
-    Attributes:
-        unit: Its unit; '' if it has none.
-        purpose: Its description.
-    """
-
-    unit: str
-    purpose: str
-
-
 COMPARED = {
-    'path_error': Figure('m', 'RMS distance to the paths of the solution, at equal times'),
-    'largest_path_error': Figure('m', 'largest distance to the paths of the solution'),
-    'end_error': Figure('m', 'largest distance to the ends of the solution'),
-    'path_ratio': Figure('', 'length of all paths, as a share of that of the solution'),
+    'path_error': ('m', 'RMS distance to the paths of the solution, at equal times'),
+    'largest_path_error': ('m', 'largest distance to the paths of the solution'),
+    'end_error': ('m', 'largest distance to the ends of the solution'),
+    'path_ratio': ('', 'length of all paths, as a share of that of the solution'),
 }
-"""Comparisons with the model solution."""
+"""Comparisons with the model solution: units and descriptions."""
 
 SAFETY = {
-    'safety_stops': Figure('', 'number of stops of robots'),
-    'safety_stopped_s': Figure('s', 'time during which robots were stopped, sum'),
-    'safety_overruled_s': Figure('s', 'time during which robots were overruled, sum'),
-    'safety_outside_arena_s': Figure('s', 'time outside the arena, sum'),
-    'safety_too_near_s': Figure('s', 'time of pairs of robots too close, sum'),
+    'safety_stops': '',
+    'safety_stopped_s': 's',
+    'safety_overruled_s': 's',
+    'safety_outside_arena_s': 's',
+    'safety_too_near_s': 's',
 }
-"""Numbers of experiments, such as those in the emulated lab."""
+"""Units of the numbers of experiments, such as those in the emulated lab."""
 
-FIGURES = {
-    **{name: Figure(column.unit, column.purpose) for name, column in COLUMNS.items()},
-    **COMPARED,
+UNITS = {
+    **{name: column.unit for name, column in COLUMNS.items()},
+    **{name: unit for name, (unit, _) in COMPARED.items()},
     **SAFETY,
 }
-"""All numbers, except those of plugins."""
+"""Units of all numbers, except those of plugins; '' for none."""
 
 
 def is_plugins(name: str) -> bool:
@@ -156,10 +143,8 @@ class Criterion:
 
     Attributes:
         name: Description, unique in its scenario.
-        metric: Name of the measured number: of `FIGURES`, or of a plugin's metric.
+        metric: Name of the measured number: of `UNITS`, or of a plugin's metric.
         points: Points for a number within the bounds.
-        bounds: Wanted range of the number.
-        hint: Hint for students who miss it; may be empty.
         hidden: Whether students only see its points.
         needs: Another criterion of the scenario; without its points this one gets none.
     """
@@ -175,7 +160,7 @@ class Criterion:
     @property
     def unit(self) -> str:
         """Unit of the number; '' if it has none."""
-        return FIGURES[self.metric].unit if self.metric in FIGURES else ''
+        return UNITS.get(self.metric, '')
 
     @property
     def wanted(self) -> str:
@@ -235,7 +220,7 @@ def _metric(entry: Entry, fields: dict[str, Entry]) -> str:
     if 'metric' not in fields:
         raise entry.mistake('a criterion with a metric, such as metric: path_error')
     name = fields['metric'].text()
-    return name if is_plugins(name) else str(OneOf(tuple(FIGURES)).of(fields['metric']))
+    return name if is_plugins(name) else str(OneOf(tuple(UNITS)).of(fields['metric']))
 
 
 def _bounds(entry: Entry, fields: dict[str, Entry]) -> Bounds:

@@ -52,8 +52,6 @@ class CriterionFigures:
     """Results of a class for one criterion.
 
     Attributes:
-        scenario: Name of the scenario.
-        name: Name of the criterion.
         share: Mean share of its points, from 0 to 1.
         full: Number of submissions with all points.
         hidden: Whether students only see its points.
@@ -68,11 +66,9 @@ class CriterionFigures:
 
 @dataclass(frozen=True)
 class Likeness:
-    """A pair of similar submissions, or a submission similar to a built-in law.
+    """A pair of similar submissions, or a submission and 'the built-in law NAME'.
 
     Attributes:
-        one: A submission.
-        other: Another submission, or 'the built-in law NAME'.
         share: Similarity, from 0 to 1.
     """
 
@@ -149,12 +145,7 @@ def names_of(marks: Sequence[Marks]) -> dict[str, str]:
 
 
 def remark(marks: Marks, names: Mapping[str, str]) -> str:
-    """Return a remark on problems and similarities of a submission; may be empty.
-
-    Args:
-        marks: Marks of the submission.
-        names: Students of all submissions.
-    """
+    """Return a remark on problems and similarities; `names` are the students' by submission."""
     notes = ['not filled in yet'] if marks.unfilled else []
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
     notes += [failure_line(one) for one in failures if one][:1]
@@ -196,9 +187,7 @@ _CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
     """Write the pages of a class into an existing folder; return the page of the class.
 
-    Args:
-        marks: Marks of all submissions, at least one.
-        folder: Gets `index.html`, and `students` with only the page of each submission.
+    The folder gets `index.html`, and `students` with the page of each submission only.
 
     Raises:
         OSError: They cannot be written.
@@ -222,12 +211,7 @@ def student_page(marks: Marks) -> str:
 
 
 def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
-    """Return the page of a class, for teachers only.
-
-    Args:
-        marks: Marks of all submissions, at least one.
-        links: Relative address of each student's page.
-    """
+    """Return the page of a class, for teachers only; `links` lead to each student's page."""
     names = names_of(marks)
     rows = list(zip(marks, links, strict=True))
     scores = [one.score for one in marks]

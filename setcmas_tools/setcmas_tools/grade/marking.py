@@ -42,7 +42,7 @@ def mark(
         run: Runs a scenario with the submission.
         submission: Name of the submission.
         student: Its student.
-        script: Its file, if any: an exercise that is not filled in is not run.
+        script: Its file, if any; an unfilled exercise is not run.
 
     Raises:
         SetcmasError: The rubric's solution or a file of it cannot be used.
@@ -56,14 +56,7 @@ def mark(
 def unmarked(
     rubric: Rubric, submission: str, student: Student, failure: Failure | None = None
 ) -> Marks:
-    """Return marks without points, for a submission that cannot run.
-
-    Args:
-        rubric: Rubric for the marks.
-        submission: Name of the submission.
-        student: Its student.
-        failure: The reason.
-    """
+    """Return marks without points, for a submission that cannot run because of a failure."""
     scenarios = tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios)
     return Marks(submission, student, rubric.title, scenarios, failure)
 

@@ -23,12 +23,11 @@ _DIGITS = 4  # of points: sums must not differ in their last bits
 
 @dataclass(frozen=True)
 class Student:
-    """The student of a submission, as known from file names.
+    """The student of a submission, as known from file names; '' for what is unknown.
 
     Attributes:
         name: For example 'Ada Lovelace'; may contain anything, so pages must escape it.
-        id: Number or login on the learning platform; '' if unknown.
-        email: '' if unknown.
+        id: Number or login on the learning platform.
     """
 
     name: str
@@ -49,7 +48,7 @@ class Identity:
     Attributes:
         student: The student.
         group: Equal for all files of a submission; '' if the file is a submission by itself.
-        number: Of several files with one name, the largest number counts.
+        number: Of several files with the same name, the largest number counts.
         file: The student's own name of the file; '' if unknown.
     """
 
@@ -117,16 +116,12 @@ class CriterionMark:
     """The mark for one criterion.
 
     Attributes:
-        name: Description of the criterion.
-        points: Points, from 0 to `max_points`.
-        max_points: Points for full success.
         metric: Measured quantity, such as 'disagreement'.
         wanted: Its bounds as text, such as 'at most 0.05 m'.
         reached: Its value; None if there is none.
-        unit: Its unit; '' if it has none.
         hint: Hint for the student; '' for full points or a failed script.
         hidden: Whether students only see its points.
-        missing: Why there is no value; '' if there is one, or if unknown.
+        missing: Why there is no value; '' if unknown.
     """
 
     name: str
@@ -156,12 +151,11 @@ class CriterionMark:
 
 @dataclass(frozen=True)
 class RobotPath:
-    """Path of a robot, thinned out and rounded for pictures.
+    """Points (x, y) in m of a robot's path, thinned out and rounded for pictures.
 
     Attributes:
-        robot: Number of the robot.
-        own: Points (x, y) in m of the submission's run; empty without a run.
-        wanted: Points of the model solution's run.
+        own: In the submission's run; empty without a run.
+        wanted: In the model solution's run.
     """
 
     robot: int
@@ -174,8 +168,6 @@ class ScenarioMark:
     """The marks of one scenario.
 
     Attributes:
-        name: Name of the scenario.
-        criteria: Marks for its criteria, in order.
         failure: First error of its run; None without errors.
         paths: Paths of the robots; empty if the scenario is hidden.
         hidden: Whether students only see its points.
@@ -200,12 +192,7 @@ class ScenarioMark:
 
 @dataclass(frozen=True)
 class Similar:
-    """Another script that resembles a submission.
-
-    Attributes:
-        submission: Name of that submission, or 'the built-in law NAME'.
-        share: Similarity, from 0 to 1.
-    """
+    """Another submission, or 'the built-in law NAME', and its similarity, from 0 to 1."""
 
     submission: str
     share: float
@@ -217,12 +204,10 @@ class Marks:
 
     Attributes:
         submission: Its file or folder, relative to the folder of the class.
-        student: Its student.
         title: Title of the rubric.
-        scenarios: Marks for the scenarios, in order, even if they were not run.
+        scenarios: Marks for all scenarios, in order, even if they were not run.
         failure: Why nothing could run; None if it could.
         unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
-        similar: Similar scripts.
         digest: Digest of the script with its helper modules, and of the rubric with its files.
     """
 
@@ -268,13 +253,10 @@ class ScenarioRun:
 
 
 class LawRunner(Protocol):
-    """Runs scenarios with a submission: in this process, in a sandbox, or with robots.
+    """Runs scenarios with a submission: in this process, in a sandbox, or in the emulated lab.
 
-    `setcmas_tools.grade.marking.mark(rubric, run, submission, student)` calls it for each
-    scenario and returns the Marks, computed in the calling process;
-    `unmarked(rubric, submission, student, failure)` returns those of a submission that cannot run.
-    A runner must not raise for anything that a script does; SetcmasError is for mistakes of the
-    teacher, and ends the grading.
+    It raises for no error of a script; SetcmasError is for mistakes of the teacher and for faults
+    of the machine.
     """
 
     def __call__(self, scenario: MarkedScenario) -> ScenarioRun:

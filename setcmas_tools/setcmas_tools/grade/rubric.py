@@ -11,7 +11,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.criteria import COMPARED, FIGURES, SAFETY, figures_of
+from setcmas_tools.grade.criteria import COMPARED, SAFETY, UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
     CTC,
@@ -30,10 +30,7 @@ class Rubric:
     """Scenarios and criteria for marking submissions.
 
     Attributes:
-        file: Its file.
-        title: Its title.
-        scenarios: Its scenarios.
-        function: Function that submissions define: CONTROL or CTC of `scenarios`.
+        function: Function that submissions define: CONTROL or CTC.
         exercise: Name of its exercise; '' without one.
         solution: Script whose paths are the reference; None is the default condition (CTC),
             or no solution.
@@ -64,13 +61,10 @@ class Rubric:
         return tuple(dict.fromkeys(found))
 
     def check_place(self, in_lab: bool) -> None:
-        """Check that all criteria can be measured where submissions run.
-
-        Args:
-            in_lab: Whether they run in the emulated lab.
+        """Check that all criteria can be measured in the emulated lab, or outside.
 
         Raises:
-            SetcmasError: It cannot.
+            SetcmasError: One cannot.
         """
         for scenario in self.scenarios:
             for one in scenario.criteria:
@@ -81,19 +75,19 @@ class Rubric:
                     )
 
     def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
-        """Let a run be that of the model solution.
+        """Use a run as that of the model solution.
 
         Raises:
             SetcmasError: It lacks the metric of a criterion.
         """
-        others = [one.metric for one in scenario.criteria if one.metric not in FIGURES]
+        others = [one.metric for one in scenario.criteria if one.metric not in UNITS]
         known = figures_of(run, run) if others else {}
         for metric in others:
             if metric not in known:
                 raise SetcmasError(
                     f"{metric}, in scenario '{scenario.name}' of {self.file}, is not a metric of "
                     f'its run; it must be one of setcmas list, or of plugins: '
-                    f'{", ".join(sorted(known.keys() - FIGURES.keys())) or "none"}'
+                    f'{", ".join(sorted(known.keys() - UNITS.keys())) or "none"}'
                 )
         self._runs[scenario.name] = run
 

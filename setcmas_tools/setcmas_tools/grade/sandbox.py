@@ -1,4 +1,4 @@
-"""Sandbox of submissions: the engine is here, and each robot in a process that only answers."""
+"""Sandbox of submissions: the simulation runs here, each robot's script in its own process."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 
 
 class LostError(StopCall):
-    """A run ends because its submission does not answer any more."""
+    """The run ends: a script has died, hung or used too much."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,7 @@ class Times:
 
 
 def sandbox(folder: Path, confined: bool) -> Host:
-    """Return a host for the scripts of submissions.
-
-    Args:
-        folder: Gets its own folder.
-        confined: Whether the kernel keeps submissions in; else they are trusted.
-    """
+    """Return a host in `folder` for scripts, which are trusted if they are not confined."""
     isolation = Isolation.CONFINED if confined else Isolation.HOME
     prepare = 'setcmas_tools.grade.sandboxed_script:import_for_scripts'
     return Host(prepare, isolation, place=folder)
@@ -153,14 +148,7 @@ class SandboxedScripts:
         works: Sequence[SandboxedScript],
         times: Times,
     ) -> None:
-        """Begin to load them.
-
-        Args:
-            host: The sandbox.
-            files: The files of the submission.
-            works: The scripts of robots 1 to N.
-            times: How long they may take.
-        """
+        """Begin to load the scripts of robots 1 to N, `works`, with the submission's files."""
         self.failure: Failure | None = None
         self.was_killed = False
         self._works = works
@@ -192,10 +180,10 @@ class SandboxedScripts:
         self._ended.close()
 
     def scenario(self, marked: MarkedScenario) -> Scenario:
-        """Return a scenario with the submission, once everything is loaded.
+        """Return a scenario with the submission, once all scripts are loaded.
 
         Raises:
-            LostError: Something cannot be loaded.
+            LostError: One cannot be loaded.
         """
         function = self._condition if self._name == CTC else self._law
         return marked.of(
@@ -242,11 +230,11 @@ class SandboxedScripts:
     def _answer(
         self, robot: int, t: float, arrays: Sequence[Floats], form: Struct, is_new: bool = False
     ) -> tuple[Any, ...]:
-        """Return the numbers that the function of a robot answers.
+        """Return the numbers that a robot's function returns.
 
         Raises:
             ControlError: It fails.
-            LostError: It will not answer any more.
+            LostError: Its process has ended.
         """
         request = REQUEST.pack(is_new, t)
         request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
@@ -286,7 +274,7 @@ class SandboxedScripts:
 
 
 def _refusal(answer: bytes) -> Refusal:
-    """Return the reply of a submission that is no answer, without control characters."""
+    """Return the error in a reply, without control characters."""
     try:
         sent = msgspec.json.decode(answer, type=Refusal)
     except msgspec.MsgspecError:

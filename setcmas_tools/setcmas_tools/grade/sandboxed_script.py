@@ -1,4 +1,4 @@
-"""Script of a submission in the process that runs it: answers for each robot, and nothing else."""
+"""Script of a submission, in the process that runs it for one robot."""
 
 from __future__ import annotations
 
@@ -46,14 +46,7 @@ _FOR_SCRIPTS = (
 
 
 class Refusal(msgspec.Struct, frozen=True):
-    """Why there is no answer.
-
-    Attributes:
-        message: The error, as setcmas prints it.
-        kind: Its kind, such as ValueError.
-        file: Name of the file where it arose.
-        line: The line there; 0 if it is not known.
-    """
+    """An error instead of an answer: its kind, such as ValueError, and place; 0 is no line."""
 
     message: str
     kind: str = ''
@@ -73,15 +66,12 @@ class _NoCanvas:
 
 @dataclass(frozen=True)
 class SandboxedScript:
-    """Work of a child of a host: loads the script of a robot, and answers until it is ended.
+    """Work of a host's child: loads the script of a robot, and answers requests until it ends.
 
     Attributes:
         script: Name of the script, in the folder of the child.
         is_condition: Whether it is a triggering condition; else it is a control law.
-        robot: Number of the robot.
-        nb_robots: Size of the fleet.
-        seed: Seed of the run.
-        settings: Values for names of the script.
+        settings: Values of the script's variables.
     """
 
     script: str
@@ -111,7 +101,7 @@ class SandboxedScript:
             channel.send(reply, math.inf)
 
     def _law(self) -> tuple[bool, Callable[[bytes], bytes]]:
-        """Return what answers for the control law, loaded as `simulate` does."""
+        """Load the control law as `simulate` does; return False, and a function of requests."""
         path, nb_robots = Path(self.script).resolve(), self.nb_robots
         law = ControlLaw(path, self.robot, nb_robots, self.settings)
         adjacency: Floats = np.empty(0)
@@ -129,7 +119,7 @@ class SandboxedScript:
         return False, answer
 
     def _condition(self) -> tuple[bool, Callable[[bytes], bytes]]:
-        """Return what answers for the triggering condition, and whether it takes velocities."""
+        """Load the condition; return whether it takes velocities, and a function of requests."""
         path = Path(self.script).resolve()
         condition: Any = vars(load_script(path, self.robot, CTC)).get('ctc')
 
@@ -146,7 +136,7 @@ class SandboxedScript:
 
 
 def import_for_scripts() -> None:
-    """Import what scripts may import of setcmas, whose files they cannot read once confined."""
+    """Import the modules of setcmas that scripts may import: confined, they cannot read them."""
     for name in _FOR_SCRIPTS:
         importlib.import_module(name)
 

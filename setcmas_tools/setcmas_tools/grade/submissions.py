@@ -56,13 +56,7 @@ class _Limit:
 
 @dataclass(frozen=True)
 class _Entry:
-    """A file that may be read.
-
-    Attributes:
-        path: Its path.
-        size: Its size in bytes, as far as it is known.
-        read: Returns as many of its bytes, at most.
-    """
+    """A file that may be read: `read(n)` returns n bytes at most; 0 is also an unknown size."""
 
     path: PurePosixPath
     size: int
@@ -77,13 +71,10 @@ def is_empty(path: PurePosixPath) -> bool:
 def handed_in(place: Path) -> Files:
     """Return the files in a folder or a zip file, including those of inner zip files.
 
-    For each folder there is a path that `is_empty`; what cannot be read is `Unread`.
-
-    Args:
-        place: The folder or the zip file.
+    Each folder adds a path that `is_empty`; unreadable files are `Unread`.
 
     Raises:
-        SetcmasError: It is neither, or holds more than a class does.
+        SetcmasError: It is neither folder nor zip file, or too large.
     """
     try:
         if place.is_dir():
@@ -244,13 +235,8 @@ _MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
 def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosixPath, str]:
     """Return the script to mark, or why there is none.
 
-    It is the script that defines the function; of several, the one with the name of the exercise
-    that no other script imports.
-
-    Args:
-        files: The files of the submission.
-        function: The function, 'control' or 'ctc'.
-        exercise: Name of the exercise; '' without one.
+    It is the script that defines the function, 'control' or 'ctc'; of several, the one that no
+    other script imports, preferably with the name of the exercise.
     """
     sources = {
         path: content
@@ -316,7 +302,7 @@ def _imports(tree: ast.Module) -> set[str]:
 
 
 _MOST_FILES = 200
-_ONES = 'submission'  # folder in which autograders put a single student's submission
+_OF_ONE = 'submission'  # folder in which autograders put a single student's submission
 _SUFFIXES = ('.py', '.zip', '.ipynb')
 
 _Part = tuple[str, Identity, PurePosixPath, bytes]
@@ -345,12 +331,8 @@ class Submission:
 def find_submissions(place: Path, rubric: Rubric) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
-    Each script, zip file and folder is a submission, except files that Canvas or Moodle name as
-    one student's. A single folder with several scripts is the class itself.
-
-    Args:
-        place: The folder or the zip file.
-        rubric: Rubric for the marks.
+    Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
+    the same student's. A single folder with several scripts is the class itself.
 
     Raises:
         SetcmasError: There are none.
@@ -377,8 +359,8 @@ def find_submissions(place: Path, rubric: Rubric) -> list[Submission]:
 
 def _of_class(files: Files, function: str) -> Files:
     """Return files by path relative to the folder of the class, which may be inside another."""
-    top, *others = {path.parts[0] for path in files} or {_ONES}
-    if others or top == _ONES or identity_of(top, top).group:
+    top, *others = {path.parts[0] for path in files} or {_OF_ONE}
+    if others or top == _OF_ONE or identity_of(top, top).group:
         return files
     inner = {
         PurePosixPath(*path.parts[1:]): content
