@@ -165,10 +165,6 @@ class Host:
             raise ChannelError(f'the script took more than {MEMORY >> 20} MB of memory')
         if sum(times_s(child.process)[0] for child in self._children) > self._most_cpu_s:
             raise ChannelError('the script took too much processor time')
-        if not self.has_private_mounts:
-            self._check_files()
-
-    def _check_files(self) -> None:
         count = -sum(given for given, _ in self._children.values())
         size = -sum(given for _, given in self._children.values())
         for inside, _, names in os.walk(self.folder):

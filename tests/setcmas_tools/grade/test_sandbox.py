@@ -1,6 +1,7 @@
 import os
 import resource
 import signal
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -154,7 +155,7 @@ RUNS_ON = {
     'json': ('    print(\'{"score": 10}\')\n    return 1, 1, 1', 'control returned 3 values'),
     'result': ('    return float("inf"), 0', 'not finite'),
 }
-"""What submissions do, and what is told of it; the run goes on without them."""
+"""What submissions do, and how it is reported; the run continues without them."""
 
 ENDS = {
     'exit': ('    import os\n    os._exit(0)', 'ended its process with exit status 0'),
@@ -232,15 +233,15 @@ MESSAGES = {
 }
 
 
-def is_named(host, body, told, tmp_path):
-    """See that a submission is told of, that nothing is left of it, and that others run on."""
+def is_named(host, body, message, tmp_path):
+    """Check that a submission is reported, leaves nothing behind, and disturbs no other."""
     (tmp_path / 'rubric.yaml').write_text('secret')
     head = f'RUBRIC = {str(tmp_path / "rubric.yaml")!r}\ndef control(i, n, poses, t):\n'
 
     done = run(host, f'{head}{body}\n')
 
-    told = told.format(folder=tmp_path, **MESSAGES[host.has_private_mounts])
-    assert told in done.failure.message
+    message = message.format(folder=tmp_path, **MESSAGES[host.has_private_mounts])
+    assert message in done.failure.message
     children = psutil.Process().children(recursive=True)
     assert not [one for one in children if one.ppid() != psutil.Process().pid]
     fair = run(host, STILL)
@@ -262,14 +263,25 @@ def test_a_submission_that_ends_its_process_ends_its_run_alone(host, tmp_path, n
 @pytest.mark.parametrize('name', WRITES)
 @pytest.mark.parametrize('mounts', [True, False])
 def test_a_submission_cannot_fill_the_disk(tmp_path, mounts, name):
-    body, told = WRITES[name]
+    body, message = WRITES[name]
     with sandbox(tmp_path, confined=True) as host:
         if not mounts:
             forbid_mounts(host, tmp_path)
         done = run(host, f'def control(i, n, poses, t):\n{body}\n')
         is_full = host.has_private_mounts
 
-    assert (told if is_full else 'wrote more than 64 MB') in done.failure.message
+    assert (message if is_full else 'wrote more than 64 MB') in done.failure.message
+
+
+def test_the_file_of_current_calls_counts_too(host):
+    script = (
+        'import os, time\ndef control(i, n, poses, t):\n    os.write(4, bytes(2**24))\n'
+        '    time.sleep(9 * (i == n))\n    return 0, 0\n'
+    )
+
+    done = run(host, script, SHORT.replace(nb_robots=6))
+
+    assert 'wrote more than 64 MB' in done.failure.message
 
 
 def test_all_robots_together_have_the_processor_time_of_one(host):
@@ -325,6 +337,16 @@ def test_a_sandbox_whose_process_was_killed_goes_on_with_another(host):
     host.process.wait()
 
     assert run(host, STILL).failure is None
+
+
+def test_time_in_which_other_programs_have_the_cores_does_not_count(host, monkeypatch):
+    script = 'import time\ndef control(i, n, poses, t):\n    time.sleep(0.15)\n    return 0, 0\n'
+    assert 'longer than 1 s' in run(host, script, times=Times(1.0, 1.0)).failure.message
+
+    waiting = 'setcmas_tools.grade.sandbox.times_s'
+    monkeypatch.setattr(waiting, lambda _: (0.0, time.monotonic()))
+
+    assert run(host, script, times=Times(1.0, 1.0)).failure is None
 
 
 FAULTS = {
