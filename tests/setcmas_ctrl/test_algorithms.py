@@ -38,13 +38,6 @@ def test_consensus_follows_the_recording_of_the_ros_1_stack():
     assert distance(simulate(late, 8, 42), table) < 0.05
 
 
-def test_robots_in_consensus_meet():
-    start = np.array([[4.0, -1.0, 0.0], [0.0, 2.0, 1.0], [0.0, 1.0, -2.0]])
-    end = poses_of('consensus', start, 60)[:2, :, -1]
-
-    assert np.ptp(end, axis=1).max() < 0.1
-
-
 def test_consensus_leaves_the_average_in_place():
     poses = start_poses(7)
     laws = [ControlLaw(find_script('consensus'), robot, 7) for robot in range(1, 8)]

@@ -4,24 +4,6 @@ import pytest
 from control_functions import load_control
 
 
-def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_ros(script):
-    path = script(
-        """
-        import rviz_marker
-        import rviz_marker_array
-        def control(robotNo, nbRobots, poses, t):
-            rviz_marker.publish_marker(1, 2, 0, robotNo)
-            rviz_marker.publish_marker(
-                1, 2, 0, robotNo, color=[1, 1, 0], scale=0.3, marker_name='wp_ref', alpha=0.5
-            )
-            rviz_marker_array.publish_marker(1, 2, 0, robotNo, [1, 1, 0], 0.1, 'traj_ref')
-            return 0, 0
-        """,
-    )
-
-    assert load_control(Path(path), 1)(1, 1, None, 0.0) == (0, 0)
-
-
 @pytest.mark.parametrize('arguments', ['1, 2, 0, 1, "red"', '"a", 2, 0, 1', '1, 2, 0, 1, [1, 0]'])
 @pytest.mark.parametrize('module', ['rviz_marker', 'rviz_marker_array'])
 def test_mistakes_in_drawing_are_reported_without_ros_too(script, module, arguments):

@@ -32,7 +32,7 @@ def test_matrices(tmp_path):
     assert law(tmp_path, body)(POSES, 0.0, 0.5 * path(4)) == (0.5, 1.0)
 
 
-def test_without_a_graph_all_hear_each_other(tmp_path):
+def test_without_a_graph_all_are_neighbours(tmp_path):
     body = 'return len(network.neighbours()), network.adjacency().sum()'
 
     assert law(tmp_path, body)(POSES, 0.0) == (3, 12)
@@ -54,11 +54,11 @@ def test_nothing_is_answered_between_calls(tmp_path):
 
 
 def test_a_law_that_uses_unknown_poses_gets_a_message(tmp_path):
-    heard = np.where(path(4)[1] + np.eye(4)[1] > 0, 0.0, np.nan) + POSES
+    known = np.where(path(4)[1] + np.eye(4)[1] > 0, 0.0, np.nan) + POSES
     said = []
     reports = ErrorReports(said.append)
     with pytest.raises(ControlError) as error:
-        law(tmp_path, 'return poses[0].mean(), 0')(heard, 0.0, path(4))
+        law(tmp_path, 'return poses[0].mean(), 0')(known, 0.0, path(4))
     reports.failed(2, 0.0, error.value)
 
     assert 'control returned a value that is not finite' in said[0]

@@ -1,4 +1,4 @@
-"""Event-triggered broadcast: a robot sends its state when a condition holds.
+"""Triggering conditions: decide when a robot sends its state (event-triggered broadcast).
 
 The student's condition is a function `ctc` in a script, in one of two forms:
 

@@ -1,4 +1,4 @@
-"""The controller: poses of the fleet in, velocities of a control script out.
+"""The controller process: poses of the fleet in, velocities of control scripts out.
 
 A process holds a controller node and a si_to_uni node for each of its robots, and with
 --event-triggered an event_triggered_comm node. Start it with

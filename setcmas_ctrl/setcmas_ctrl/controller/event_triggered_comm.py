@@ -12,7 +12,7 @@ from setcmas_ctrl.communication.communication_settings import (
     Communication,
 )
 from setcmas_ctrl.communication.triggering import CTC, Broadcast
-from setcmas_ctrl.driving.odometry import FleetOdometry, Pose, State
+from setcmas_ctrl.driving.odometry import FleetOdometry, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.fleet import topics
@@ -53,15 +53,12 @@ class EventTriggeredComm(FleetNode):
 
     def take(self, state: State) -> None:
         """Decide whether to send a state."""
-        triggered = self._is_triggered(state.pose, state.V)
+        with self._watch.call(self.robot, self._broadcast.path, Function.CONDITION):
+            triggered = self._broadcast.is_triggered(state.pose, state.V, self._now())
         self._events.publish(UInt16(data=int(triggered)))
         if triggered:
             self.sent = read_stamp(state.odometry)
             self._states.publish(state.odometry)
-
-    def _is_triggered(self, pose: Pose, V: float) -> bool:
-        with self._watch.call(self.robot, self._broadcast.path, Function.CONDITION):
-            return self._broadcast.is_triggered(pose, V, self._now())
 
 
 def broadcasters(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable
 
@@ -17,7 +18,7 @@ from setcmas_simu.fleet.topics import RECORDER_NODES
 from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
-_LOOKS = 8  # robots checked per step
+_MOST_CHECKS = 8  # robots checked per step
 _PATIENCE_S = 2.0  # time without a listener before a warning
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
@@ -40,12 +41,11 @@ class GraphWatch:
         self._warn = warn
         self._begin = time.monotonic()
         self._next_round = 0.0
-        self._to_look_at: list[SiToUni] = []
+        self._unchecked: list[SiToUni] = []
         self._unconnected: set[int] = set()
         self._unconnected_before: set[int] = set()
         self._rivals: dict[int, str] = {}
-        self._unconnected_since = 0.0
-        self._unconnected_reported = False
+        self._report_unconnected_at = 0.0
         self._contested: set[int] = set()
         self._mixed_reported: set[int] = set()
         self._known = set(range(1, odometry.poses.shape[1] + 1))
@@ -107,19 +107,19 @@ class GraphWatch:
         robots of a large fleet.
         """
         now = time.monotonic()
-        if not self._to_look_at and now >= self._next_round:
+        if not self._unchecked and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
-            self._to_look_at = list(self._drivers)
+            self._unchecked = list(self._drivers)
             self._unconnected, self._rivals = set(), {}
-        some, self._to_look_at = self._to_look_at[:_LOOKS], self._to_look_at[_LOOKS:]
+        some, self._unchecked = self._unchecked[:_MOST_CHECKS], self._unchecked[_MOST_CHECKS:]
         for driver in some:
-            self._look_at(driver, now)
-        if some and not self._to_look_at:
+            self._check_robot(driver, now)
+        if some and not self._unchecked:
             self._notice_unconnected(now)
             self._notice_latecomers()
             self._notice_rivals()
 
-    def _look_at(self, driver: SiToUni, now: float) -> None:
+    def _check_robot(self, driver: SiToUni, now: float) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
         if not cmd_vel.follow_listeners():
             self._unconnected.add(robot)
@@ -132,18 +132,13 @@ class GraphWatch:
             self._rivals[robot] = names[0]
 
     def _notice_unconnected(self, now: float) -> None:
-        unconnected = self._unconnected
-        if unconnected != self._unconnected_before:
-            self._unconnected_before, self._unconnected_since = unconnected, now
-            self._unconnected_reported = False
-        elif (
-            unconnected
-            and not self._unconnected_reported
-            and now - self._unconnected_since > _PATIENCE_S
-        ):
-            self._unconnected_reported = True
+        if self._unconnected != self._unconnected_before:
+            self._unconnected_before = self._unconnected
+            self._report_unconnected_at = now + _PATIENCE_S
+        elif self._unconnected and now > self._report_unconnected_at:
+            self._report_unconnected_at = math.inf
             self._warn(
-                f'nothing listens to cmd_vel of {robots_in_words(sorted(unconnected))}, '
+                f'nothing listens to cmd_vel of {robots_in_words(sorted(self._unconnected))}, '
                 'or only with another message type: commands do not arrive'
             )
 

@@ -30,7 +30,7 @@ from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
 _NO_COMMAND = (math.nan, 0.0, math.nan)
-_LOOK_EVERY_S = 0.002
+_POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'this process ends, because it cannot command any robot any more'
@@ -147,10 +147,10 @@ class ControlStepper:
             self.take()
             return self._odometry.age(self.robots[0]) == 0.0
 
-        process.spin_until(is_new, 1.0, _LOOK_EVERY_S)
+        process.spin_until(is_new, 1.0, _POLL_EVERY_S)
         begin = self.clock.now()
         process.spin_until(
-            lambda: self.clock.now() - begin >= _AFTER_ODOMETRY_S, 1.0, _LOOK_EVERY_S
+            lambda: self.clock.now() - begin >= _AFTER_ODOMETRY_S, 1.0, _POLL_EVERY_S
         )
 
     @property
@@ -206,7 +206,7 @@ class ControlStepper:
         """Take messages, call the laws, and command the robots; `now` is in s."""
         self._take(now)
         # A step cannot receive odometry while it runs.
-        self._lost.look(POSE_TIMEOUT_S + now - self._stepped)
+        self._lost.update(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
             paused = self._is_paused()
             t = self._time.step(now, paused)

@@ -124,7 +124,7 @@ class LostRobots:
     def __contains__(self, robot: int) -> bool:
         return robot in self._lost
 
-    def look(self, timeout_s: float) -> None:
+    def update(self, timeout_s: float) -> None:
         """Find robots whose odometry is older than a time in s."""
         for robot in self._robots:
             age = self._odometry.age(robot)

@@ -1,4 +1,4 @@
-"""Barrier constraints: keep control points apart, inside the arena and off obstacles."""
+"""Barrier constraints: keep points apart, in the arena, off obstacles; check of start poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Deadlock: robots that want to move but stop because of each other."""
+"""Deadlock: finds robots that stop because of each other, and turns them out of the way."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class DeadlockWatch:
         """Mask of the blocked robots, shape (N,)."""
         return self.stopped_s > BLOCKED_S
 
-    def look(
+    def update(
         self, wanted: Floats, allowed: Floats, constraints: Constraints, now: Now
     ) -> list[Block]:
         """Update with wanted velocities (2, N) and allowed ones of control points, in m/s.
@@ -129,7 +129,9 @@ class Detour:
         vx, vy = wanted
         return np.stack([cos * vx + sin * vy, cos * vy - sin * vx])
 
-    def look(self, wanted: Floats, stopped_s: Floats, constraints: Constraints, now: Now) -> None:
+    def update(
+        self, wanted: Floats, stopped_s: Floats, constraints: Constraints, now: Now
+    ) -> None:
         """Update with wanted velocities and times stopped, as in `DeadlockWatch`."""
         a, b, i, j = constraints.a, constraints.b, constraints.i, constraints.j
         towards = a[0] * wanted[0, i] + a[1] * wanted[1, i]

@@ -1,4 +1,4 @@
-"""Options of the safety filter, and of what it keeps robots from."""
+"""Options of the safety filter, the arena and the obstacles."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ from setcmas_simu.robots.arena import Borders, ObstaclesKind
 NONE, BARRIER = FILTERS = ('none', 'barrier')
 TURN = 'turn'
 
-OF_LAB = ('filter', 'min_separation', 'arena', 'obstacles', 'accel')
-"""The options that a lab file has, too."""
-
 SEPARATION_M = 0.35
 """Default minimum distance of two robots' centres, as in the default lab file."""
 
@@ -25,7 +22,7 @@ LOOKAHEAD_M = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class FilterOptions(Options):
-    """Safety filter, and what it keeps robots from."""
+    """Safety filter, arena and obstacles."""
 
     TITLE: ClassVar[str] = 'safety filter'
 

@@ -151,7 +151,7 @@ class SafetyFilter:
         allowed = np.zeros(moved.shape) if found is None else found
         changed = (allowed != moved).any(axis=0)[own]
         velocities = np.where(changed, allowed[:, own], directed)
-        blocks = self._look(wanted, velocities, constraints, now)
+        blocks = self._update_deadlock(wanted, velocities, constraints, now)
         verdicts = np.where((velocities != wanted).any(axis=0), Verdict.CHANGED, Verdict.KEPT)
         verdicts[self._watch.blocked[own] & changed] = Verdict.BLOCKED
         if found is None:
@@ -182,15 +182,15 @@ class SafetyFilter:
             return []
         return [self._points.rises(moved, before, poses, self._options.accel * Ts)]
 
-    def _look(
+    def _update_deadlock(
         self, wanted: Floats, velocities: Floats, constraints: Constraints, now: Now
     ) -> list[Block]:
         """Find blocked robots, and start their detours; velocities are (2, R)."""
         fleet = np.zeros((2, 2, len(self._is_own)))
         fleet[:, :, self._own] = wanted, velocities
-        blocks = self._watch.look(fleet[0], fleet[1], constraints, now)
+        blocks = self._watch.update(fleet[0], fleet[1], constraints, now)
         if self._detour:
-            self._detour.look(fleet[0], self._watch.stopped_s, constraints, now)
+            self._detour.update(fleet[0], self._watch.stopped_s, constraints, now)
         return blocks
 
     def _constraints(self, points: Floats, centres: Floats, near: Indices) -> Constraints:

@@ -1,1 +1,1 @@
-"""Users' scripts: load, call, watch, and report their failures."""
+"""Users' scripts: loading, settings, calls, output and errors."""

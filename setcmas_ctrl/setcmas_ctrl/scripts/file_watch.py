@@ -1,4 +1,4 @@
-"""Monitor of files during editing; reports only complete, saved versions."""
+"""File watch: reports when a file that is being edited has been saved completely."""
 
 from __future__ import annotations
 

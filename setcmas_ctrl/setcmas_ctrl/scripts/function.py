@@ -27,7 +27,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
         SetcmasError: The function is missing.
     """
     name = expected.partition('(')[0]
-    if not _may_define(tree, name):
+    if all({name, '*'}.isdisjoint(_defined(node)) for node in ast.walk(tree)):
         raise SetcmasError(
             f'{path.name} has no function {name}; {_hint(tree, name, path)}it must have {expected}'
         )
@@ -87,10 +87,6 @@ def plain_values(script: Path) -> dict[str, Any]:
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
         reason = str(error) or 'it is nested too deeply'
         raise SetcmasError(f"control script '{script}' cannot be read: {reason}") from error
-
-
-def _may_define(tree: ast.Module, name: str) -> bool:
-    return any(not {name, '*'}.isdisjoint(_defined(node)) for node in ast.walk(tree))
 
 
 def _defined(node: ast.AST) -> list[str]:

@@ -133,11 +133,10 @@ def safe_text(describe: Callable[[Any], str], value: Any) -> str:
         raise
     except BaseException:
         return f'a {type(value).__name__}'
-    return ''.join(letter if _is_shown(letter) else ascii(letter)[1:-1] for letter in text)
-
-
-def _is_shown(letter: str) -> bool:
-    return letter.isprintable() or letter.isspace()
+    return ''.join(
+        letter if letter.isprintable() or letter.isspace() else ascii(letter)[1:-1]
+        for letter in text
+    )
 
 
 class ControlError(Exception):

@@ -1,4 +1,4 @@
-"""Values that replace a script's own: `--set kp=1.2 --set 'WPL=[[1,1],[2,2]]'`.
+"""Settings of scripts: `--set kp=1.2` replaces a value that the script assigns.
 
 A new value replaces the script's wherever its top level assigns the name, so that values derived
 from it (`PERIOD = 2 * pi / W`) follow.
@@ -84,7 +84,11 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
 
 def plain_names(source: str, script: str) -> list[str]:
     """Return the names that a script assigns at its top level, which `--set` may change."""
-    return [name for name, symbol in _symbols(source, script).items() if _is_variable(symbol)]
+    return [
+        name
+        for name, symbol in _symbols(source, script).items()
+        if symbol.is_assigned() and not symbol.is_imported() and not symbol.is_namespace()
+    ]
 
 
 def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
@@ -122,10 +126,6 @@ def _assigns(node: ast.stmt, name: str) -> bool:
         for child in own
         for part in ast.walk(child)
     )
-
-
-def _is_variable(symbol: symtable.Symbol) -> bool:
-    return symbol.is_assigned() and not symbol.is_imported() and not symbol.is_namespace()
 
 
 def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script: str) -> str:

@@ -86,7 +86,6 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
             ['--graph', 'rong'],
             r"unknown graph 'rong'; it must be complete, ring.*did you mean ring\?",
         ),
-        (['--graph', 'none.yaml'], "'none.yaml' cannot be read"),
         (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
         (['--event-triggered', '--ctc', 'law.py'], 'law.py has no function ctc'),
     ],

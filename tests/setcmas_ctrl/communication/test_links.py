@@ -31,31 +31,31 @@ def test_perfect_links_hand_over_the_newest_poses():
 
 
 def test_robots_that_are_not_in_the_graph_are_nan():
-    heard = begun(path(3)).known_poses(POSES, 0.0)
+    known = begun(path(3)).known_poses(POSES, 0.0)
 
-    assert np.isnan(heard[0, :, 2]).all()
-    assert np.isnan(heard[2, :, 0]).all()
-    np.testing.assert_array_equal(heard[0, :, :2], POSES[:, :2])
+    assert np.isnan(known[0, :, 2]).all()
+    assert np.isnan(known[2, :, 0]).all()
+    np.testing.assert_array_equal(known[0, :, :2], POSES[:, :2])
 
 
 def test_a_robot_always_knows_its_own_pose_exactly():
     links = begun(np.zeros((3, 3)), loss=1.0, noise=1.0, delay=5.0)
     own = moved(7)
 
-    heard = links.known_poses(own, 1.0)
+    known = links.known_poses(own, 1.0)
 
     for robot in range(3):
-        np.testing.assert_array_equal(heard[robot, :, robot], own[:, robot])
-    assert np.isfinite(heard).sum() == 9
+        np.testing.assert_array_equal(known[robot, :, robot], own[:, robot])
+    assert np.isfinite(known).sum() == 9
 
 
 def test_what_was_sent_last_is_held():
     links = begun()
     links.send([1], moved(1)[:, [1]], 0.1)
-    heard = links.known_poses(moved(9), 5.0)
+    known = links.known_poses(moved(9), 5.0)
 
-    np.testing.assert_array_equal(heard[0, :, 1], moved(1)[:, 1])
-    np.testing.assert_array_equal(heard[0, :, 2], POSES[:, 2])
+    np.testing.assert_array_equal(known[0, :, 1], moved(1)[:, 1])
+    np.testing.assert_array_equal(known[0, :, 2], POSES[:, 2])
 
 
 def test_a_delayed_message_counts_when_it_arrives():
@@ -80,10 +80,10 @@ def test_links_may_differ():
     links.begin(complete(3))
     links.send(ALL, moved(1), 0.0)
 
-    heard = links.known_poses(moved(1), 0.1)
-    assert heard[0, 0, 1] == 2.1
-    assert heard[1, 0, 0] == 1.0
-    assert heard[2, 0, 0] == 1.1
+    known = links.known_poses(moved(1), 0.1)
+    assert known[0, 0, 1] == 2.1
+    assert known[1, 0, 0] == 1.0
+    assert known[2, 0, 0] == 1.1
     assert links.known_poses(moved(1), 0.5)[1, 0, 0] == 1.1
 
 
@@ -133,13 +133,13 @@ def outcome(links, order, receivers=ALL):
 
 def test_what_happens_to_a_message_depends_on_its_link_and_number_only():
     imperfect = {'loss': 0.4, 'noise': 0.1}
-    heard, lost = outcome(begun(**imperfect), ALL)
+    known, lost = outcome(begun(**imperfect), ALL)
     again, lost_again = outcome(begun(**imperfect), [2, 0, 1])
     of_robot_2, lost_of_robot_2 = outcome(begun(receivers=[2], **imperfect), ALL, [1])
 
-    np.testing.assert_array_equal(heard, again)
+    np.testing.assert_array_equal(known, again)
     np.testing.assert_array_equal(lost, lost_again)
-    np.testing.assert_array_equal(heard[1:2], of_robot_2)
+    np.testing.assert_array_equal(known[1:2], of_robot_2)
     np.testing.assert_array_equal(lost[1:2], lost_of_robot_2)
 
 
@@ -152,7 +152,7 @@ def test_seeds_and_links_are_independent():
 
 
 def test_a_link_that_comes_up_brings_the_state_sent_last():
-    links = begun(directed_ring(3), delay=0.2)  # robot 1 hears robot 2
+    links = begun(directed_ring(3), delay=0.2)  # robot 1 receives from robot 2
     links.send([2], moved(5)[:, [2]], 1.0)
     links.connect(complete(3), 2.0)
 
@@ -175,10 +175,10 @@ def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
     links = begun(delay=0.2)
     links.send(ALL, moved(1), 1.0)
     links.connect(path(3), 1.1)
-    heard = links.known_poses(moved(1), 1.2)
+    known = links.known_poses(moved(1), 1.2)
 
-    assert np.isnan(heard[0, :, 2]).all()
-    assert heard[0, 0, 1] == 2.1
+    assert np.isnan(known[0, :, 2]).all()
+    assert known[0, 0, 1] == 2.1
     assert links.counts.lost.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
 
 

@@ -46,13 +46,6 @@ def test_the_first_state_is_sent_and_then_each_quarter_of_a_metre(broadcast):
     assert decisions(broadcast(threshold=0.45), xs) == [k % 5 == 0 for k in range(10)]
 
 
-def test_turning_on_the_spot_sends_nothing(broadcast):
-    default = broadcast()
-
-    assert default.is_triggered((0.0, 0.0, 0.0), 0.0, 0.0)
-    assert not default.is_triggered((0.0, 0.0, 3.0), 0.0, 0.1)
-
-
 def test_a_condition_with_three_arguments_gets_positions_and_time(broadcast):
     own = broadcast('def ctc(pos, last_pos, t):\n    return t > 0.25 and pos[0] > last_pos[0]\n')
 
@@ -127,13 +120,3 @@ def test_a_condition_that_works_again_is_reported_too(broadcast, said):
 def test_scripts_that_have_no_condition(broadcast, text, message):
     with pytest.raises(SetcmasError, match=message):
         broadcast(text)
-
-
-def test_every_robot_has_its_own_copy_of_a_condition(tmp_path, said):
-    path = tmp_path / 'when.py'
-    path.write_text(
-        'n = 0\ndef ctc(pos, last_pos, t):\n    global n\n    n += 1\n    return n == 2\n'
-    )
-    robots = [Broadcast.of_script(i, path, ErrorReports(said.append)) for i in (1, 2)]
-
-    assert [decisions(robot, [0, 0, 0]) for robot in robots] == [[True, False, True]] * 2

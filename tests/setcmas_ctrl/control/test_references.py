@@ -11,27 +11,29 @@ CONTROL = '\ndef control(i, n, p, t):\n    return 0, 0\n'
 
 
 @pytest.fixture
-def told(tmp_path):
-    """A function that returns what a script tells of its task, in a fleet of 3."""
+def references_in(tmp_path):
+    """A function that returns the references in a script, for a fleet of 3."""
 
-    def told(text, settings=None):
+    def references_in(text, settings=None):
         path = tmp_path / 'law.py'
         path.write_text(text + CONTROL)
         names = vars(load_script(path, 1, settings=settings))
         return references_of(names, path, 3)
 
-    return told
+    return references_in
 
 
-def test_a_law_says_its_task_in_a_line(told):
+def test_a_law_says_its_task_in_a_line(references_in):
     text = "task = 'waypoints'\nimport numpy as np\nWPL = np.array([[1, 2], [3, 4]])"
 
-    assert told(text) == References('waypoints', {'WPL': [[1, 2], [3, 4]], 'REACHED': 0.1})
-    assert told('WPL = [[1, 2]]') is None
+    assert references_in(text) == References(
+        'waypoints', {'WPL': [[1, 2], [3, 4]], 'REACHED': 0.1}
+    )
+    assert references_in('WPL = [[1, 2]]') is None
 
 
-def test_settings_count(told):
-    assert told("task = 'distances'\nD = 3.0", {'D': 2.0}).values['D'] == 2.0
+def test_settings_count(references_in):
+    assert references_in("task = 'distances'\nD = 3.0", {'D': 2.0}).values['D'] == 2.0
 
 
 @pytest.mark.parametrize(
@@ -41,8 +43,8 @@ def test_settings_count(told):
         "references = lambda nbRobots: {'WPL': [[0, nbRobots - 2]], 'REACHED': 1}",
     ],
 )
-def test_a_law_may_have_other_names(told, text):
-    found = told(f"task = 'waypoints'\n{text}")
+def test_a_law_may_have_other_names(references_in, text):
+    found = references_in(f"task = 'waypoints'\n{text}")
 
     assert found == References('waypoints', {'WPL': [[0, 1]], 'REACHED': 1})
     assert References.decoded(found.encoded()) == found
@@ -64,9 +66,11 @@ def test_a_law_may_have_other_names(told, text):
         ("task = 'tracking'\ndef references(n):\n    raise SystemExit", 'SystemExit'),
     ],
 )
-def test_a_mistake_is_reported_in_a_line_and_the_run_goes_on(told, tmp_path, text, message):
+def test_a_mistake_is_reported_in_a_line_and_the_run_goes_on(
+    references_in, tmp_path, text, message
+):
     with pytest.raises(SetcmasError, match=message):
-        told(text)
+        references_in(text)
     said = []
     run = simulate(tmp_path / 'law.py', 3, 1.0, warn=said.append)
 

@@ -53,14 +53,6 @@ def test_an_announced_fleet_is_controlled_whole_however_slowly_it_is_discovered(
     assert 'controlling robots 1-5' in process.output()
 
 
-def test_parts_of_a_fleet_are_announced_by_several_processes(start, script):
-    for robots in ('1-2', '3'):
-        start(*SIMU, '--nb-robots', '3', '--robots', robots).wait_for_output('simulating')
-    process = start(*CTRL, '--algo', script(STAND))
-
-    process.wait_for_output('controlling robots 1-3')
-
-
 def test_robots_that_are_announced_later_are_named(start, script):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', script(STAND))

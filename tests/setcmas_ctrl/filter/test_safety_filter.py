@@ -25,12 +25,12 @@ class Fleet:
 
     def __init__(self, poses, goals, model=OMNIDIRECTIONAL, parts=None, **options):
         self.poses, self.goals, self.model = poses, goals, model
-        self.told = []
+        self.messages = []
         nb_robots = poses.shape[1]
         filtered = FilterOptions(filter='barrier', **options)
         self.parts = parts or [list(range(1, nb_robots + 1))]
         self.commanders = [
-            Commander(GainOptions(), filtered, part, nb_robots, self.told.append)
+            Commander(GainOptions(), filtered, part, nb_robots, self.messages.append)
             for part in self.parts
         ]
         for part, commander in zip(self.parts, self.commanders, strict=True):
@@ -79,8 +79,8 @@ def test_robots_that_block_each_other_are_reported_once_and_stand():
     fleet = swap()
     fleet.run(10.0)
 
-    (told,) = fleet.told
-    assert told.startswith('robots 1, 2, 3, 4, 5 and 6 have blocked each other since ')
+    (message,) = fleet.messages
+    assert message.startswith('robots 1, 2, 3, 4, 5 and 6 have blocked each other since ')
     assert (fleet.last.allowed[2] == Verdict.BLOCKED).all()
 
 
@@ -156,7 +156,7 @@ def test_unicycles_whose_points_have_passed_each_other_go_back():
     least, _ = fleet.run(30.0)
 
     assert least > 0.24  # they backed off, and then went round
-    assert 'robots 1-2 start too close to others' in fleet.told[0]
+    assert 'robots 1-2 start too close to others' in fleet.messages[0]
 
 
 def test_points_that_could_pass_each_other_are_refused():

@@ -1,7 +1,7 @@
 """Scripts with a mistake each: what the student reads, offline and from real nodes.
 
-The scripts are in bad; comments at their top tell what must be in the output, and whether
-while the script is loaded (the controller ends with status 2) or while the robots run.
+The scripts are in bad; comments at their top name texts of the output: `load` while
+the script is loaded (the controller ends with status 2), `run` while the robots run.
 """
 
 import re

@@ -25,7 +25,7 @@ def copy(tmp_path):
         ('# TODO: add', '# What is to be added?', True),
         ('K = 0.5', 'K = 0.7', True),
         ('pass', 'v += 1', False),
-        ('pass', 'v +=', False),  # told where it is loaded
+        ('pass', 'v +=', False),  # reported where it is loaded
     ],
 )
 def test_a_copy_is_not_filled_in_until_its_maths_changes(copy, old, new, unfilled):

@@ -19,10 +19,10 @@ def control(i, n, poses, t):
 
 
 @pytest.fixture
-def beside(tmp_path):
+def needed_files(tmp_path):
     """A function that writes files, and returns the names of those that law.py needs."""
 
-    def beside(law, **texts):
+    def needed_files(law, **texts):
         for name, text in {'law': law, **texts}.items():
             path = tmp_path / (name.replace('__', '/') + '.py')
             path.parent.mkdir(exist_ok=True)
@@ -30,10 +30,10 @@ def beside(tmp_path):
         found = helper_modules(tmp_path / 'law.py')
         return [path.relative_to(tmp_path).as_posix() for path in found]
 
-    return beside
+    return needed_files
 
 
-def test_modules_and_packages_and_what_they_import(beside):
+def test_modules_and_packages_and_what_they_import(needed_files):
     texts = {
         'gains': 'import more',
         'more': 'import gains, law',
@@ -45,7 +45,7 @@ def test_modules_and_packages_and_what_they_import(beside):
         'unused': '',
     }
 
-    assert beside(LAW, **texts) == [
+    assert needed_files(LAW, **texts) == [
         'gains.py',
         'more.py',
         'plans/circle.py',
@@ -54,29 +54,27 @@ def test_modules_and_packages_and_what_they_import(beside):
     ]
 
 
-def test_relative_imports_below_a_home_that_is_a_link(beside, tmp_path):
-    beside('import team.law', team__law='from . import gains\nfrom .. import no', team__gains='')
+def test_relative_imports_below_a_home_that_is_a_link(needed_files, tmp_path):
+    needed_files(
+        'import team.law', team__law='from . import gains\nfrom .. import no', team__gains=''
+    )
     home = tmp_path.with_name('home')
     home.symlink_to(tmp_path)
 
     assert home / 'team/gains.py' in helper_modules(home / 'law.py')
 
 
-def test_a_package_has_its_init(beside, tmp_path):
+def test_a_package_has_its_init(needed_files, tmp_path):
     (tmp_path / 'team').mkdir()
     (tmp_path / 'team' / '__init__.py').write_text('from .. import elsewhere')
     (tmp_path.parent / 'elsewhere.py').touch()
 
-    assert beside(LAW) == ['team/__init__.py']
+    assert needed_files(LAW) == ['team/__init__.py']
 
 
 @pytest.mark.parametrize('text', ['def (', 'x = "\0"', '# -*- coding: none -*-\n'])
-def test_a_module_that_is_no_python_is_there_all_the_same(beside, text):
-    assert beside(LAW, gains=text) == ['gains.py']
-
-
-def test_a_script_by_itself(beside):
-    assert beside('import numpy\nfrom setcmas_ctrl import network\n') == []
+def test_a_module_that_is_no_python_is_there_all_the_same(needed_files, text):
+    assert needed_files(LAW, gains=text) == ['gains.py']
 
 
 @pytest.fixture

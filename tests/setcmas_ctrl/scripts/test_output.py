@@ -22,9 +22,9 @@ def test_what_a_script_prints_has_its_robots_name_before_every_line(tmp_path, ca
     with named_output():
         control = law(tmp_path, 'print("call", i)\nprint("a\\n\\nb")', top='print("loaded")')
         control(2, 2, None, 0.0)
-        print('of somebody else')
+        print('of other code')
 
-    expected = 'tb3_2: loaded\ntb3_2: call 2\ntb3_2: a\ntb3_2: \ntb3_2: b\nof somebody else\n'
+    expected = 'tb3_2: loaded\ntb3_2: call 2\ntb3_2: a\ntb3_2: \ntb3_2: b\nof other code\n'
     assert capsys.readouterr().out == expected
 
 

@@ -153,11 +153,3 @@ def test_an_error_of_a_script_in_a_function_of_setcmas_is_the_scripts(tmp_path):
         kept_state(),
     ):
         sorted([1, 2], key=module.hook)
-
-
-def test_numpy_asks_for_random_bits_in_the_place_that_is_replaced():
-    asked = []
-    with kept_state(lambda: asked.append(1)):
-        np.random.default_rng()
-
-    assert asked
