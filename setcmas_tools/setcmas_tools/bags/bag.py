@@ -18,10 +18,9 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
-from setcmas_tools.bags.bag_limits import decompress_file, too_large
+from setcmas_tools.bags.bag_limits import decompress_file, too_large, zstd_content
 from setcmas_tools.bags.bag_sources import (
     BagSource,
-    DecompressedSource,
     IndexedSource,
     McapSource,
     one_line,
@@ -44,7 +43,7 @@ _ADVICE = {
 }
 
 
-def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
+def open_sources(path: Path, stack: ExitStack) -> tuple[list[BagSource], bool]:
     """Open the files of a bag.
 
     Args:
@@ -53,7 +52,8 @@ def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
         stack: Closes the files in the end.
 
     Returns:
-        One source for each file that can be read, at least one.
+        One source for each file that can be read, at least one; and whether their messages are
+        compressed one by one.
 
     Raises:
         SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
@@ -71,12 +71,12 @@ def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
             failures.append(error)
         else:
             stack.callback(source.close)
-            sources.append(DecompressedSource(source) if mode == 'message' else source)
+            sources.append(source)
     if not sources:
         raise failures[0]
     # Only of a bag in several files, whose recorder was killed just after it began a new one.
     sources[0].notices[:0] = map(str, failures)
-    return sources
+    return sources, mode == 'message'
 
 
 def _files(path: Path) -> list[Path]:
@@ -140,7 +140,7 @@ def _open_whole(file: Path) -> BagSource:
 
 
 DERIVED = '# The recorder of setcmas made these messages from the odometry in this bag.\n'
-"""First line of their definition: a comment, which is not part of the type's hash."""
+"""First line of their definition: a comment, which leaves the type's hash as it is."""
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
@@ -181,8 +181,8 @@ class Bag:
         end_ns: Time of the last message in ns.
     """
 
-    def __init__(self, path: Path, sources: list[BagSource]) -> None:
-        """Resolve the topics of open files.
+    def __init__(self, path: Path, sources: list[BagSource], compressed: bool) -> None:
+        """Resolve the topics of open files, whose messages may be compressed one by one.
 
         Raises:
             SetcmasError: There is no message, or none of a known type.
@@ -192,6 +192,7 @@ class Bag:
             losses = [notice for source in sources for notice in source.notices]
             raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
         self._path = path
+        self._compressed = compressed
         self._sources = sorted(full, key=lambda source: source.extent.start_ns)
         self._left_out: list[str] = []
         self._topics = self._resolve()
@@ -217,7 +218,8 @@ class Bag:
         most = left = sum(source.most_bytes for source in self._sources)
         for source in self._sources:
             topics = {c.id: self._topics.get(_key(c)) for c in source.connections}
-            for connection, time_ns, data in source.messages():
+            for connection, time_ns, content in source.messages():
+                data = _decompressed(content) if self._compressed else content
                 left -= len(data)
                 if left < 0:
                     raise too_large(
@@ -289,10 +291,16 @@ def open_bag(path: Path) -> Iterator[Bag]:
     """
     with contextlib.ExitStack() as stack:
         try:
-            bag = Bag(path, open_sources(path, stack))
+            bag = Bag(path, *open_sources(path, stack))
         except OSError as error:
             raise SetcmasError(f"bag '{path}' cannot be read: {error.strerror}") from error
         yield bag
+
+
+def _decompressed(message: bytes) -> bytes:
+    with contextlib.suppress(Exception):  # of the decompressor
+        return zstd_content(message)
+    return b''
 
 
 def _key(connection: Connection) -> tuple[str, str]:

@@ -67,7 +67,7 @@ def decompressed(chunk: Chunk) -> bytes:
     """Return the content of a chunk of an mcap file, of at most LARGEST_RECORD.
 
     Raises:
-        ValueError: It has another size or checksum than it says.
+        ValueError: Its size or checksum is wrong.
         Exception: It is damaged.
     """
     size, content = chunk.uncompressed_size, chunk.data
@@ -76,7 +76,7 @@ def decompressed(chunk: Chunk) -> bytes:
     elif chunk.compression == 'lz4':
         content = bytes(lz4.LZ4FrameDecompressor().decompress(content, max_length=size + 1))
     if len(content) != size or chunk.uncompressed_crc not in (0, crc32(content)):
-        raise ValueError(f'a chunk has not the {size:,} bytes that it should have')
+        raise ValueError(f'a chunk does not have the {size:,} bytes that it claims')
     return content
 
 

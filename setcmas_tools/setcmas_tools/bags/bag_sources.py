@@ -36,7 +36,6 @@ from setcmas_tools.bags.bag_limits import (
     decompressed,
     largest_content,
     too_large,
-    zstd_content,
 )
 
 Entry = tuple[Connection, int, bytes]
@@ -133,31 +132,6 @@ class IndexedSource:
         self._reader.close()
 
 
-class DecompressedSource:
-    """A file whose messages are compressed one by one."""
-
-    def __init__(self, source: BagSource) -> None:
-        """Read the messages of another source."""
-        self._source = source
-        self.connections = source.connections
-        self.extent = source.extent
-        self.notices = source.notices
-        self.most_bytes = source.most_bytes
-
-    def messages(self) -> Iterator[Entry]:
-        """Yield all messages; a damaged one has no bytes."""
-        for connection, time_ns, data in self._source.messages():
-            try:
-                content = zstd_content(data)
-            except Exception:  # of the decompressor
-                content = b''
-            yield connection, time_ns, content
-
-    def close(self) -> None:
-        """Release the file."""
-        self._source.close()
-
-
 _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
 """Errors of reading bytes that are no records."""
 
@@ -174,11 +148,7 @@ Raw = tuple[int, int, bytes]
 class McapSource:
     """An mcap file: the messages of its whole chunks, also if it was cut short or damaged.
 
-    Attributes:
-        connections: Topic, type, definition and number of messages of each channel.
-        extent: The messages that can be read.
-        notices: A line for each loss.
-        most_bytes: Limit of the bytes of all messages together.
+    Its attributes are those of `BagSource`.
     """
 
     def __init__(self, path: Path) -> None:

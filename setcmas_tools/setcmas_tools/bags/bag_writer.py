@@ -32,7 +32,8 @@ _BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
 class BagWriter:
     """Writes serialised messages to an mcap bag; a context manager that closes it well.
 
-    Messages become readable with each `flush`, whatever happens afterwards.
+    Messages become readable with each `flush`, whatever happens afterwards. Its methods raise
+    OSError where the disk is full or fails.
 
     Attributes:
         count: Number of messages written.
@@ -85,11 +86,7 @@ class BagWriter:
         return self._topics[key]
 
     def write(self, topic: Connection, time_ns: int, data: bytes) -> None:
-        """Write a message with its time of reception, not before the last message.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Write a message with its time of reception, not before the last message."""
         self._writer.write(topic, time_ns, data)
         self.types[topic.topic] = topic.msgtype
         self.start_ns = self.start_ns or time_ns
@@ -97,11 +94,7 @@ class BagWriter:
         self.count += 1
 
     def flush(self) -> None:
-        """Make all messages so far readable, even if this process is killed.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Make all messages so far readable, even if this process is killed."""
         if self._storage.chunk.msgs:
             self._storage.close_chunk()
             self._write_out()
@@ -149,7 +142,9 @@ _BASE_LINK_HEIGHT_M = 0.01  # base_joint in turtlebot3_burger.urdf
 
 
 class TransformRecorder:
-    """Writes transforms of recorded odometry, for programs that show transforms only.
+    """Writes transforms of recorded odometry, for programs that show only transforms.
+
+    Its methods raise OSError where the disk is full or fails.
 
     Attributes:
         wanted: Whether to write them; not where other nodes publish them.
@@ -166,11 +161,7 @@ class TransformRecorder:
         self._base_links: list[Any] = []
 
     def take(self, odometry: bytes) -> None:
-        """Take an odometry that has just been written; ignore it unless it is in the world.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Take an odometry that has just been written; ignore it unless it is in the world."""
         if not self.wanted:
             return
         try:
@@ -188,11 +179,7 @@ class TransformRecorder:
         )
 
     def write(self) -> None:
-        """Write the transforms so far, those of equal time in one message.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Write the transforms so far, those of equal time in one message."""
         transforms, self._now = self._now, []
         if not transforms or not self.wanted:
             return
@@ -210,21 +197,21 @@ class TransformRecorder:
         robot, slash, frame = transform.child_frame_id.rpartition('/')
         if frame != 'base_footprint':
             return None
-        header = self._made(
+        header = self._message(
             'std_msgs/msg/Header', transform.header.stamp, transform.child_frame_id
         )
-        upright = self._made('geometry_msgs/msg/Quaternion', 0.0, 0.0, 0.0, 1.0)
+        upright = self._message('geometry_msgs/msg/Quaternion', 0.0, 0.0, 0.0, 1.0)
         place = (0.0, 0.0, _BASE_LINK_HEIGHT_M)
         return self._transform(header, f'{robot}{slash}base_link', place, upright)
 
     def _transform(
         self, header: Any, child: str, place: tuple[float, float, float], rotation: Any
     ) -> Any:
-        translation = self._made('geometry_msgs/msg/Vector3', *place)
-        transform = self._made('geometry_msgs/msg/Transform', translation, rotation)
-        return self._made('geometry_msgs/msg/TransformStamped', header, child, transform)
+        translation = self._message('geometry_msgs/msg/Vector3', *place)
+        transform = self._message('geometry_msgs/msg/Transform', translation, rotation)
+        return self._message('geometry_msgs/msg/TransformStamped', header, child, transform)
 
-    def _made(self, msgtype: str, *fields: Any) -> Any:
+    def _message(self, msgtype: str, *fields: Any) -> Any:
         return self._definitions.store.types[msgtype](*fields)
 
     def _write(self, topic: str, transforms: list[Any]) -> None:
@@ -233,7 +220,7 @@ class TransformRecorder:
             self._connections[topic] = self._writer.add_topic(
                 topic, _TF_MESSAGE, Definition(DERIVED + known.text, known.digest), [_qos(topic)]
             )
-        message = self._made(_TF_MESSAGE, transforms)
+        message = self._message(_TF_MESSAGE, transforms)
         data = self._definitions.store.serialize_cdr(message, _TF_MESSAGE)
         self._writer.write(self._connections[topic], self._writer.end_ns, bytes(data))
 

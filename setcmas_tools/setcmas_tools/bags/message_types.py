@@ -193,6 +193,8 @@ class TypeLimits:
         if known is None:
             raise TooLargeError(f'{msgtype} contains itself')
         if msgtype not in self._sizes:
+            if depth > _DEEPEST:
+                raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
             self._sizes[msgtype] = None
             parts = [self._part(field, depth + 1) for _, field in self._fields[msgtype][1]]
             known = _Size(
@@ -208,8 +210,6 @@ class TypeLimits:
         return known
 
     def _part(self, field: tuple[Any, Any], depth: int) -> _Size:
-        if depth > _DEEPEST:
-            raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
         kind, detail = field
         if kind == Nodetype.NAME:
             return self._size(detail, depth)

@@ -170,7 +170,7 @@ class Player:
                 return
 
     def _move_to(self, at: float) -> None:
-        """Go to a time in s; publish what is latched by then, and the robots' last poses."""
+        """Go to a time in s; publish the latched messages before it and the robots' last poses."""
         now = time.monotonic()
         self._publish(self._cursor.move_to(max(0.0, at - _BEFORE_START_S)))
         self._publish(self._cursor.until(at))

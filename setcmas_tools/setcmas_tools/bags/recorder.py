@@ -1,4 +1,4 @@
-"""Recorder process: topics into a rosbag2 bag until a signal asks to stop."""
+"""Recorder process: records topics into a rosbag2 bag until a signal asks it to stop."""
 
 from __future__ import annotations
 
@@ -53,7 +53,10 @@ _ANNOUNCED_WITHIN_NS = 10**9
 
 
 class GraphRecorder:
-    """Subscribes to each topic and writes its messages to a bag."""
+    """Subscribes to each topic and writes its messages to a bag.
+
+    `drain` and `close` raise OSError where the disk is full or fails.
+    """
 
     def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
         """Start without any topic.
@@ -102,20 +105,12 @@ class GraphRecorder:
         return [robot for robot in self._fleet.robots if robot not in seen]
 
     def drain(self) -> None:
-        """Write the messages received so far, in order.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Write the messages received so far, in order."""
         self._waiting += [message for topic in self._topics.values() for message in topic.take()]
         self._write(complete=False)
 
     def close(self) -> None:
-        """Write all messages received so far, including those held back.
-
-        Raises:
-            OSError: The disk is full, or fails.
-        """
+        """Write all messages received so far, including those held back."""
         self.drain()
         self._times = self._times or bag_times(self._fleet.time)
         self._write(complete=True)

@@ -118,7 +118,7 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
 
     Args:
         ours: Number of samples of the reference, `RATE_HZ` a second.
-        theirs: That of the run, which is later by a positive shift.
+        theirs: Number of samples of the run; it is later if the shift is positive.
     """
     least = max(1.0, _LEAST_COMMON * min(ours, theirs))
     most = round(LARGEST_SHIFT_S * RATE_HZ)
@@ -180,10 +180,7 @@ def comparison_line(folder: Path, earlier: Path) -> str:
     if theirs == ours == set(same):
         return f'identical to {earlier}: all {len(same)} files of its csv have the same bytes'
     distance = best_shift(Run.load(earlier), Run.load(folder))
-    return (
-        f'compared with {earlier}: this run {distance}; '
-        f'setcmas compare {earlier} {folder} shows more'
-    )
+    return f'compared with {earlier}: this run {distance}; setcmas compare shows the metrics'
 
 
 def flat(value: Any, name: str = '') -> dict[str, Any]:

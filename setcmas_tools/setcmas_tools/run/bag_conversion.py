@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, count
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
@@ -133,17 +133,13 @@ def file_names(topics: Iterable[str]) -> list[str]:
 
     Names that would be equal get a number, also those that differ in upper and lower case only.
     """
-    taken: Counter[str] = Counter(FILE_NAMES)
+    taken = set(FILE_NAMES)
     names = []
     for topic in topics:
         stem = re.sub(r'[^A-Za-z0-9_.-]', '_', topic.strip('/')) or 'topic'
-        name = f'{stem}.csv'
-        number = 2
-        while taken[name.lower()]:
-            name = f'{stem}_{number}.csv'
-            number += 1
-        taken[name.lower()] += 1
-        names.append(name)
+        candidates = chain([f'{stem}.csv'], (f'{stem}_{number}.csv' for number in count(2)))
+        names.append(next(name for name in candidates if name.lower() not in taken))
+        taken.add(names[-1].lower())
     return names
 
 

@@ -217,12 +217,12 @@ def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:
     return tuple(Column(name, cells, meaning) for name, meaning in meanings.items())
 
 
-_T = _columns(TIME, t='s from the first command of the run')
-_T_ROBOT = (*_T, *_columns(ROBOT, robot='its number, from 1'))
+_T = _columns(TIME, t='time in s from the first command of the run')
+_T_ROBOT = (*_T, *_columns(ROBOT, robot='number of the robot, from 1'))
 
 FLEET = CsvFile(
     'fleet.csv',
-    'the motion of the robots, a row for each odometry message',
+    'motion of the robots, a row for each odometry message',
     (
         *_T_ROBOT,
         *_columns(NUMBER, x='position in m', y='position in m', theta='heading in rad'),
@@ -231,40 +231,40 @@ FLEET = CsvFile(
 )
 COMMANDS = CsvFile(
     'commands.csv',
-    'the velocities that the laws returned, after saturation, a row for each call',
+    'velocities that the laws returned, after saturation, a row for each call',
     (*_T_ROBOT, *_columns(NUMBER, vx='velocity along x in m/s', vy='velocity along y in m/s')),
     (
-        *_columns(NUMBER, allowed_vx='with a safety filter: velocity that it allowed, in m/s'),
-        *_columns(NUMBER, allowed_vy='the same along y'),
-        *_columns(COUNT, verdict='0 as wanted, 1 changed, 2 blocked, 3 no solution'),
+        *_columns(NUMBER, allowed_vx='velocity that a safety filter allowed, along x in m/s'),
+        *_columns(NUMBER, allowed_vy='the same along y in m/s'),
+        *_columns(COUNT, verdict='0 unchanged, 1 changed, 2 blocked, 3 no solution'),
     ),
 )
 SAFETY = CsvFile(
     'safety.csv',
-    'the state of each robot of an experiment, a row for each status',
+    'states of the robots in an experiment, a row for each status message',
     (
         *_T_ROBOT,
-        *_columns(TEXT, state='`moving`, or why not: `paused`, `stopped`'),
+        *_columns(TEXT, state='`moving`, `paused` or `stopped`'),
         *_columns(COUNT, overruled='1 if safety limited its command, else 0'),
     ),
 )
 DRAWINGS = CsvFile(
     'drawings.csv',
-    'the spheres that scripts drew',
+    'spheres that scripts drew',
     (
         *_T_ROBOT,
-        *_columns(TEXT, name='its topic, such as `wp_ref`'),
-        *_columns(TEXT, kind='`marker` replaces that of the same robot and name, `trail` adds'),
-        *_columns(SHORT_NUMBER, **dict.fromkeys('xyz', 'position in m'), diameter='m'),
+        *_columns(TEXT, name='topic of the sphere, such as `wp_ref`'),
+        *_columns(TEXT, kind='`marker` (replaces the last of this robot and name) or `trail`'),
+        *_columns(SHORT_NUMBER, **dict.fromkeys('xyz', 'position in m'), diameter='diameter in m'),
         *_columns(SHORT_NUMBER, **dict.fromkeys(('red', 'green', 'blue', 'alpha'), '0 to 1')),
     ),
 )
 COUNTS = CsvFile(
     'communication.csv',
-    'messages of each link, and of each robot',
+    'messages on each link, and broadcasts of each robot',
     (
         *_columns(ROBOT, sender='number of the robot that sent'),
-        *_columns(RECEIVER, receiver=f'number of the other robot; `{ALL}`: all broadcasts'),
+        *_columns(RECEIVER, receiver=f'number of the receiving robot; `{ALL}`: broadcasts'),
         *_columns(COUNT, sent='messages sent', received='messages that arrived'),
         *_columns(COUNT, lost='messages that were lost'),
         *_columns(SECONDS, mean_interval='mean time between arrivals, or broadcasts, in s'),
@@ -272,12 +272,12 @@ COUNTS = CsvFile(
 )
 TRIGGERS = CsvFile(
     'triggers.csv',
-    'evaluations of triggering conditions',
+    'evaluations of triggering conditions, a row for each',
     (*_T_ROBOT, *_columns(COUNT, sent='1 if it triggered and the robot sent its state, else 0')),
 )
 GRAPH = CsvFile(
     'graph.csv',
-    'changes of the communication graph',
+    'changes of the communication graph, a row for each link',
     (
         *_T,
         *_columns(ROBOT, receiver='number of the robot that receives'),

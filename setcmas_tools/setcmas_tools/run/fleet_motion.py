@@ -119,7 +119,7 @@ def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
 
 
 def resets(track: FleetTable) -> NDArray[np.bool_]:
-    """Return between which rows of a robot it was reset, shape (rows - 1,).
+    """Return whether a robot was reset between two of its rows, shape (rows - 1,).
 
     Odometry without speeds shows none: it has no limit to compare with.
     """
@@ -131,7 +131,7 @@ def resets(track: FleetTable) -> NDArray[np.bool_]:
 
 
 def gaps(track: FleetTable) -> NDArray[np.bool_]:
-    """Return between which rows of a robot its path is unknown, shape (rows - 1,)."""
+    """Return whether a path is unknown between two rows of a robot, shape (rows - 1,)."""
     return np.asarray((np.diff(track.t) > LONGEST_GAP_S) | resets(track))
 
 
@@ -144,14 +144,14 @@ class Track:
 
     Attributes:
         rows: Its rows with a pose, sorted by time.
-        put: Between which of them it was reset, shape (rows - 1,).
+        was_reset: Whether it was reset between two of them, shape (rows - 1,).
     """
 
     def __init__(self, rows: FleetTable) -> None:
         """Take the rows of one robot."""
         self.rows = rows.rows(np.isfinite(rows.x + rows.y + rows.theta))
-        self.put = resets(self.rows)
-        self._gap: NDArray[np.bool_] = self.put | (np.diff(self.rows.t) > LONGEST_GAP_S)
+        self.was_reset = resets(self.rows)
+        self._gap: NDArray[np.bool_] = self.was_reset | (np.diff(self.rows.t) > LONGEST_GAP_S)
         self._columns = (self.rows.x, self.rows.y, np.unwrap(self.rows.theta))
 
     def poses(self, t: Floats) -> Floats:
@@ -251,6 +251,6 @@ def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
 def _poses_at(t: Floats, track: Track) -> Floats:
     poses = track.poses(t)
     # No line may join the poses before and after a reset: leave the later one out.
-    later = np.searchsorted(t, track.rows.t[1:][track.put])
+    later = np.searchsorted(t, track.rows.t[1:][track.was_reset])
     poses[:, later[later < len(t)]] = np.nan
     return poses

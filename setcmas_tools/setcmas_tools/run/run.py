@@ -1,4 +1,4 @@
-"""A run of a fleet: what happened in it, what it was, and the folder that holds it."""
+"""A run of a fleet: its tables, its options and outcome, its files; loaded, saved, shown."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class Run:
         info = replace(self.info, references=self.references)
         target.create(replace(info, outcome=Outcome(State.NOT_FINISHED)))
         target.write_tables(self.tables)
-        target.write_info(info)  # last: a full disk leaves no run that says it is complete
+        target.write_info(info)  # last: a full disk leaves no run that claims to be complete
         return target.path
 
     @property
@@ -243,7 +243,7 @@ class Run:
 
     @cached_property
     def counted(self) -> FleetTable:
-        """The motion from t = 0, the first command, on, which is what metrics count."""
+        """The motion from the first command (t = 0) on, which metrics count."""
         return self.table.rows(self.table.t >= 0)
 
     @cached_property
@@ -268,7 +268,7 @@ class Run:
         """Return a plot by its name; `palette` and `paper` as for csv_to_plot.
 
         Raises:
-            SetcmasError: There is no such plot, or the run has not what it shows.
+            SetcmasError: There is no such plot, or it does not apply to this run.
         """
         figure: Figure = tool(FIGURE)(self, name, **style)
         return figure

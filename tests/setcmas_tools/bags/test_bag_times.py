@@ -22,7 +22,7 @@ def timed(times, messages, complete=False):
     return [(t, one.topic.name) for t, one in times.of(messages, complete)]
 
 
-def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick_whatever_came_first():
+def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick():
     times = bag_times(Lockstep(10.0))
     waiting = [
         message('/tb3_1/cmd_cart_vel', 60),

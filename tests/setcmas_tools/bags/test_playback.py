@@ -35,7 +35,7 @@ def test_messages_come_when_their_time_has_come(cursor):
     assert cursor.duration == pytest.approx(0.9)
 
 
-def test_whoever_goes_to_a_time_knows_what_was_latched_before(cursor):
+def test_latched_messages_before_a_time_come_with_it(cursor):
     assert numbers(cursor.move_to(0.75)) == ['/latched']
     assert numbers(cursor.until(0.81)) == [8]
     assert numbers(cursor.move_to(0.1)) == []
@@ -72,7 +72,7 @@ def test_omissions_are_reported(choosable_bag):
 @pytest.mark.parametrize(
     ('wanted', 'words'),
     [
-        (['number', '/nobody'], 'there is no topic /nobody in the bag'),
+        (['number', '/unknown'], 'there is no topic /unknown in the bag'),
         (['/tb3_1/reset'], 'no topic is left to play; not played: /tb3_1/reset'),
     ],
 )
@@ -104,7 +104,7 @@ STAMPED = 'geometry_msgs/msg/TwistStamped'
         ('/joy', 'sensor_msgs/msg/Joy'),
     ],
 )
-def test_what_robots_act_on_is_never_played(name, msgtype):
+def test_commands_to_robots_are_never_played(name, msgtype):
     assert is_command(name, msgtype)
 
 

@@ -21,9 +21,9 @@ def test_runs_of_different_robots_name_the_compared_ones(run):
 
 
 def test_runs_of_different_lengths_show_their_ends(run):
-    told = differences(run, simulate('consensus', 3, 5.0))
+    lines = differences(run, simulate('consensus', 3, 5.0))
 
-    assert told[0] == 'end: 3.0 s -> 5.0 s; metrics are of each run to its own end'
+    assert lines[0] == 'end: 3.0 s -> 5.0 s; metrics are of each run to its own end'
 
 
 def test_a_law_that_failed_is_reported(run):

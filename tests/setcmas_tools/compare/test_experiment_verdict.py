@@ -80,7 +80,7 @@ def test_robots_that_are_apart_at_the_end_have_parted_however_late():
     distances = np.full(100, 0.02)
     distances[94:] = 0.3  # then safety ended the run
     assert parted(T, distances) == pytest.approx(9.4)
-    distances[98:] = np.nan  # nobody saw it any more
+    distances[98:] = np.nan  # motion capture lost it
     assert parted(T, distances) == pytest.approx(9.4)
 
 

@@ -81,7 +81,7 @@ def test_a_constant_command_gives_neither_lag_nor_delay():
 
 
 def test_a_robot_that_follows_at_once_has_no_lag():
-    """Its lag and delay cannot be told apart, but their sum can."""
+    """Its lag and delay cannot be distinguished, but their sum is known."""
     found = fitted(measured(Response(1.0, 1e-3, 0.0), changes=40, noise=0.01))
 
     assert found.times_known
@@ -94,8 +94,8 @@ def test_gain_of_a_simulation_that_holds_a_command_for_its_whole_step(early):
     t = np.arange(0.0, 20.0, 0.2)
     u = -3.5 * np.exp(-1.5 * t)
     steps = np.arange(-1.0, 20.0, 0.1) + 0.1 - early  # each with the command of its end
-    heard = np.searchsorted(t, steps + 1e-9, side='right') - 1
-    way = np.cumsum(np.where(heard < 0, 0.0, 0.1 * u[heard]))
+    held = np.searchsorted(t, steps + 1e-9, side='right') - 1
+    way = np.cumsum(np.where(held < 0, 0.0, 0.1 * u[held]))
     begin, end = steps[:-2], steps[2:]
     y = (way[2:] - way[:-2]) / (end - begin)
 

@@ -17,12 +17,12 @@ def wave(delay, offset=0.0):
 
 @pytest.mark.parametrize('delay', [0.0, 0.7, 3.2])
 def test_a_delay_is_found_and_taken_out(delay):
-    beside = best_shift(wave(0.0), wave(delay, offset=0.1))
+    apart = best_shift(wave(0.0), wave(delay, offset=0.1))
 
-    assert beside.shift == pytest.approx(delay)
-    assert beside.rms == pytest.approx({1: 0.0, 2: 0.1}, abs=1e-9)
+    assert apart.shift == pytest.approx(delay)
+    assert apart.rms == pytest.approx({1: 0.0, 2: 0.1}, abs=1e-9)
     assert best_shift(wave(delay), wave(0.0)).shift == pytest.approx(-delay)
-    assert 'at most 0.1 m (tb3_2 at' in str(beside)
+    assert 'at most 0.1 m (tb3_2 at' in str(apart)
 
 
 def test_two_simulations_are_compared_at_the_same_times():

@@ -195,13 +195,6 @@ def test_output_that_cannot_be_written(tmp_path, write_bag, points):
         convert(bag, tmp_path / 'taken')
 
 
-def test_nothing_is_left_behind_for_what_is_not_a_bag(tmp_path):
-    with pytest.raises(SetcmasError):
-        convert(tmp_path / 'missing', tmp_path / 'out')
-
-    assert not (tmp_path / 'out').exists()
-
-
 def test_progress_bar_only_on_a_terminal(tmp_path, write_bag, points, monkeypatch, capfd):
     bag = write_bag(tmp_path / 'bag', points)
     monkeypatch.setattr(bag_conversion, '_LONG_BAG', 10)

@@ -98,29 +98,22 @@ def test_a_reset_is_no_way(put_back):
 
 
 @pytest.mark.parametrize('rate', [25.0, 10.0, 2.0])
-def test_no_line_joins_what_is_before_a_reset_and_after(put_back, rate):
+def test_no_line_joins_the_poses_before_and_after_a_reset(put_back, rate):
     steps = np.diff(on_grid(put_back, rate).x[0])
 
     assert np.nanmin(steps) > 0
     assert np.nanmax(steps) == pytest.approx(0.5 / rate)
 
 
-def test_what_could_have_been_driven_is_no_reset():
+def test_a_distance_that_can_be_driven_is_no_reset():
     noise = 0.02 * np.random.default_rng(0).normal(size=len(T))
     assert not resets(driven(0.5 * T + noise)).any()
     assert not resets(driven(3 * T, v=3.0)).any()
-    assert not resets(driven(50 * T, v=0.0)).any()  # its odometry tells no speed
+    assert not resets(driven(50 * T, v=0.0)).any()  # its odometry has no speed
 
 
 def track(*rows):
     return Track(fleet_table([[t, 1, x, 0.0, theta, 0.5, 0.0] for t, x, theta in rows]))
-
-
-def test_poses_turn_the_short_way_and_end_with_the_samples():
-    poses = track((0.0, 0.0, 3.0), (0.5, 0.2, -3.0)).poses(np.array([-0.1, 0.0, 0.25, 0.5, 0.6]))
-
-    np.testing.assert_allclose(poses[0], [np.nan, 0.0, 0.1, 0.2, np.nan])
-    np.testing.assert_allclose(poses[2, 1:4], [3.0, np.pi, 2 * np.pi - 3.0])
 
 
 def test_a_gap_is_broken_and_its_ends_are_not():

@@ -66,7 +66,7 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
     assert filecmp.cmpfiles(first, second, files, shallow=False) == (files, [], [])
 
 
-def test_what_scripts_drew(run):
+def test_drawings_of_scripts(run):
     goals = [drawing for drawing in run.drawings if drawing.name == 'goal']
     trail = [drawing for drawing in run.drawings if (drawing.name, drawing.robot) == ('trail', 1)]
 
@@ -161,17 +161,17 @@ def test_a_run_is_not_replaced_by_mistake(run, tmp_path):
 def test_an_unreadable_record_is_reported_and_the_motion_is_there(run, tmp_path):
     out = run.save(tmp_path / 'out')
     (out / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
-    said = []
+    warnings = []
 
-    loaded = Run.load(out, said.append)
+    loaded = Run.load(out, warnings.append)
 
-    assert len(said) == 1
-    assert 'has format none' in said[0]
+    assert len(warnings) == 1
+    assert 'has format none' in warnings[0]
     assert loaded.robots == [1, 2, 3]
     assert loaded.parameters == {}
 
 
-def test_what_the_package_offers_is_known_before_it_is_imported():
+def test_dir_lists_the_package_before_its_parts_are_imported():
     code = (
         'import sys, setcmas_tools\nprint(set(setcmas_tools.__all__) <= set(dir(setcmas_tools)), '
         '"numpy" in sys.modules)\n'

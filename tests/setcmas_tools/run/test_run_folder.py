@@ -26,7 +26,7 @@ def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
         RunFolder(tmp_path).check(overwrite=True)
 
 
-def test_what_a_run_created_that_never_began_is_removed(tmp_path):
+def test_files_of_a_run_that_never_began_are_removed(tmp_path):
     folder = RunFolder(tmp_path / 'out')
     folder.create(RunInfo())
     folder.bag.mkdir()
@@ -70,7 +70,7 @@ def test_a_run_that_is_killed_leaves_a_readable_record(tmp_path):
     assert read_info(folder.path).outcome.state is State.NOT_FINISHED
 
 
-def test_what_a_run_is_given_is_kept(tmp_path):
+def test_inputs_of_a_run_are_kept(tmp_path):
     (tmp_path / 'law.py').write_text('import gains')
     (tmp_path / 'gains.py').write_text('K = 1')
     (tmp_path / 'ring.yaml').write_text('graph: ring')
@@ -94,7 +94,7 @@ def test_what_a_run_is_given_is_kept(tmp_path):
     assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
 
 
-def test_a_run_does_not_replace_what_it_is_given(tmp_path):
+def test_a_run_does_not_replace_its_inputs(tmp_path):
     (tmp_path / 'law.py').touch()
     out = tmp_path / 'out'
     first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])

@@ -96,7 +96,7 @@ def test_files_that_a_spreadsheet_has_saved(tmp_path, lead, ending):
         (SAFETY, '{header}\n0,1,moving,no\n', 2, 'overruled must be'),
     ],
 )
-def test_a_damaged_file_is_reported_with_its_line_and_what_it_must_be(
+def test_a_damaged_file_is_reported_with_its_line_and_the_requirement(
     tmp_path, file, content, line, shown
 ):
     path = tmp_path / file.name
@@ -122,7 +122,7 @@ def test_other_files_that_are_no_tables(tmp_path, content):
 
 
 @pytest.mark.parametrize('triggers', [EVALUATIONS, []])
-def test_files_give_back_what_was_written(tmp_path, triggers):
+def test_records_are_read_as_they_were_written(tmp_path, triggers):
     record = record_of(LINKS, triggers, CHANGES, {1: np.array([0.0, 0.1])})
     write_communication(record, tmp_path)
     found = read_communication(tmp_path)
@@ -137,7 +137,7 @@ def test_a_run_without_a_record(tmp_path):
     assert read_communication(tmp_path) is None
 
 
-def test_what_the_files_look_like(tmp_path):
+def test_the_text_of_the_files(tmp_path):
     write_communication(record_of(LINKS, EVALUATIONS, CHANGES, {}), tmp_path)
 
     assert (tmp_path / 'communication.csv').read_text() == (
@@ -152,7 +152,7 @@ def test_what_the_files_look_like(tmp_path):
     )
 
 
-def test_a_file_keeps_what_was_allowed(tmp_path):
+def test_allowed_velocities_are_kept(tmp_path):
     wanted = np.array([[0.1 * k, 1 + k % 2, 0.5, 0.1 * k] for k in range(4)])
     given = commands(np.column_stack([wanted, wanted[:, 2:], [0, 1, 2, 3]]))
     write_tables(RunTables(fleet_table([[0.0, 1, 1, 2, 0.5, 0, 0]]), given), tmp_path)
