@@ -1,11 +1,13 @@
-"""Keys of scenarios with units and defaults, as their parts have them."""
+"""Keys of scenarios with their values, units and defaults."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import MISSING, fields
 
 from setcmas_simu.options.group import default_of
-from setcmas_simu.options.option import plain
+from setcmas_simu.options.kinds import Number, OneOf, Whole
+from setcmas_simu.options.option import Option, plain
 from setcmas_tools.scenario.scenario import Scenario
 
 
@@ -16,18 +18,23 @@ def text() -> str:
     for name, part in Scenario.PARTS.items():
         defaults = {one.name: default_of(one) for one in fields(part)}
         rows = [
-            f'| `{key}` | {_escaped(option.help)} | {_unit(option.kind)} | '
+            f'| `{key}` | {_escaped(option.help)} | {_values(option)} | '
             f'{_default(option.default_text, defaults[key])} |'
             for key, option in part.options().items()
             if key not in shown
         ]
         shown |= part.options().keys()
-        tables.append('\n'.join([f'| {name} | | unit | default |', '|---|---|---|---|', *rows]))
+        tables.append(
+            '\n'.join([f'| {name} | meaning | value | default |', '|---|---|---|---|', *rows])
+        )
     return '\n\n'.join(tables)
 
 
-def _unit(kind: object) -> str:
-    return str(getattr(kind, 'unit', ''))
+def _values(option: Option) -> str:
+    """Return bounds and unit of numbers, the words of a list, or true or false."""
+    if option.is_switch:
+        return 'true or false'
+    return option.kind.must_be if isinstance(option.kind, (Number, OneOf, Whole)) else ''
 
 
 def _default(words: str, value: object) -> str:
@@ -40,4 +47,7 @@ def _default(words: str, value: object) -> str:
 
 
 def _escaped(words: str) -> str:
+    """Return a help text in Markdown, with keys in place of options."""
+    words = re.sub(r'--([a-z-]+)', lambda found: f'`{found[1].replace("-", "_")}`', words)
+    words = words.removesuffix('; may be repeated')
     return words.replace('|', '\\|').replace('*', '\\*').replace('<', '&lt;').replace('%%', '%')

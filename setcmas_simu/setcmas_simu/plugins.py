@@ -41,14 +41,9 @@ class InvalidPluginError(Exception):
 
 @dataclass(frozen=True)
 class Plugin:
-    """An object of an installed package, as yet to be imported.
+    """An object of an installed package, imported through its entry point.
 
-    Attributes:
-        name: The name that users type.
-        package: Name of the package.
-        version: Version of that package.
-        entry: Entry point that imports it.
-        hidden: Packages whose object of this name setcmas ignores.
+    `hidden` are the packages whose object of this name setcmas ignores.
     """
 
     name: str
@@ -71,12 +66,7 @@ class Plugin:
 
 @dataclass(frozen=True)
 class _Group:
-    """The plugins of one kind.
-
-    Attributes:
-        name: Group of entry points, such as 'setcmas.metrics'.
-        kind: Noun for one object in messages, such as 'metric'.
-    """
+    """The plugins of a kind ('metric'), whose entry points have a group ('setcmas.metrics')."""
 
     name: str
     kind: str

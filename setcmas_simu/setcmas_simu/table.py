@@ -13,12 +13,9 @@ _AROUND_HEAD = 2  # letters that a column is wider than its head, so that the ru
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of texts; `str` aligns their columns.
+    """Rows of texts, with heads of one line or more, or none; `str` aligns their columns.
 
-    Attributes:
-        rows: The cells of each row.
-        heads: The head of each column, of one line or more; empty for a table without heads.
-        align: 'l' or 'r' for each column, left or right; the last letter holds for all others.
+    `align` has 'l' or 'r' for each column; the last letter holds for all others.
     """
 
     rows: Sequence[Sequence[str]]

@@ -26,14 +26,7 @@ _LONGEST_TEXT = 200
 
 @dataclass(frozen=True)
 class Entry:
-    """A value in a YAML file, with its file and line.
-
-    Attributes:
-        file: The file.
-        line: Its line, from 1.
-        name: Its place, such as 'arena.x'.
-        value: A scalar, a list of entries, or a dictionary of entries by key.
-    """
+    """A value in a YAML file: its line, from 1, and its name there, such as 'arena.x'."""
 
     file: Path
     line: int
@@ -127,11 +120,7 @@ _LONGEST_NAME = 500
 
 
 def read_entries(path: Path) -> Entry:
-    """Return the content of a YAML file; an empty file is an empty mapping.
-
-    Raises:
-        SetcmasError: The file cannot be read, is not YAML, is too large, or has a key twice.
-    """
+    """Return the content of a YAML file, or raise SetcmasError; an empty file is a mapping."""
     try:
         return entries_of(read_limited(path, MOST_BYTES).decode('utf-8'), path)
     except OSError as error:
@@ -141,11 +130,7 @@ def read_entries(path: Path) -> Entry:
 
 
 def entries_of(text: str, path: Path) -> Entry:
-    """Return the content of a text in YAML from a file; an empty text is an empty mapping.
-
-    Raises:
-        SetcmasError: It is not YAML, is nested too deep or too long, or has a key twice.
-    """
+    """Return the content of a YAML text from a file, or raise SetcmasError; see `read_entries`."""
     try:
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
@@ -195,21 +180,17 @@ class _Entries:
     def _mapping(self, node: yaml.MappingNode, name: str, depth: int) -> dict[str, Entry]:
         entries: dict[str, Entry] = {}
         for key_node, value_node in node.value:
-            line = key_node.start_mark.line + 1
+            line, key = key_node.start_mark.line + 1, key_node.value
+            own = Entry(self._path, line, f'{name}.{key}' if name else str(key), None)
             if not isinstance(key_node, yaml.ScalarNode):
-                raise SetcmasError(f'{self._path}, line {line}: a key must be a text')
-            key = key_node.value
-            inner = f'{name}.{key}' if name else key
-            if len(inner) > _LONGEST_NAME:
-                raise SetcmasError(
-                    f'{self._path}, line {line}: a key has more than {_LONGEST_NAME} letters'
-                )
+                raise own.error('a key must be a text')
+            if len(own.name) > _LONGEST_NAME:
+                raise own.error(f'a key has more than {_LONGEST_NAME} letters')
             if key in entries:
-                raise SetcmasError(
-                    f'{self._path}, line {line}: {inner} is there twice (first in line '
-                    f'{entries[key].line}); leave one out'
-                )
-            entries[key] = replace(self.of(value_node, inner, depth + 1), line=line, name=inner)
+                first = entries[key].line
+                raise own.error(f'{own.name} is there twice (first in line {first}); remove one')
+            value = self.of(value_node, own.name, depth + 1).value
+            entries[key] = replace(own, value=value)
         return entries
 
 

@@ -29,24 +29,14 @@ class Source(msgspec.Struct, frozen=True):
 
 
 class Lockstep(msgspec.Struct, frozen=True, tag=True):
-    """Simulated time from 0 that advances once every follower has answered.
-
-    Attributes:
-        robot_rate: Rate of the robots' states in Hz.
-        nb_steps: Number of steps after which time stops; None is never.
-    """
+    """Simulated time that advances once every follower has answered, for nb_steps if given."""
 
     robot_rate: float
     nb_steps: int | None = None
 
 
 class Scaled(msgspec.Struct, frozen=True, tag=True):
-    """Simulated time from 0 that runs faster or slower than the system clock.
-
-    Attributes:
-        rtf: Real time factor: simulated seconds per real second.
-        begin: The system clock at simulated time 0, in s.
-    """
+    """Simulated time at `rtf` s per real second; it begins at `begin` (s) of the system clock."""
 
     rtf: float
     begin: float
@@ -56,14 +46,9 @@ SimulatedTime = Lockstep | Scaled
 
 
 class Announcement(msgspec.Struct, frozen=True):
-    """The robots of one process.
+    """The robots (sorted numbers) of one process, all of a fleet or a part.
 
-    Attributes:
-        nb_robots: Size of the fleet; these robots may be a part of it.
-        robots: Numbers of the robots, sorted.
-        source: The process.
-        models: Name of each robot's model or of its script; empty if all are unicycles.
-        time: Their simulated time; None is the system clock.
+    Models are names or scripts, empty if all are unicycles; a time of None is the system clock.
     """
 
     nb_robots: int

@@ -13,15 +13,8 @@ from setcmas_simu.errors import SetcmasError
 
 Colour = tuple[float, float, float]
 
-_START_POSES_OF_8 = (
-    (5.0, 5.0),
-    (5.0, -5.0),
-    (-5.0, -5.0),
-    (-5.0, 5.0),
-    (0.0, 5.0),
-    (5.0, 0.0),
-    (0.0, -5.0),
-    (-5.0, 0.0),
+_START_POSES_OF_8 = 5.0 * np.array(
+    [[1, 1, -1, -1, 0, 1, 0, -1], [1, -1, -1, 1, 1, 0, -1, 0]]  # m
 )
 _FIRST_RING_RADIUS = 8.5  # m: more than 1 m outside the corners of the square of the first 8
 _RING_SPACING = 1.25  # m, between rings and at least between neighbours on a ring
@@ -79,7 +72,7 @@ def start_poses(nb_robots: int) -> Floats:
     poses = np.zeros((3, nb_robots))
     if nb_robots == 1:
         return poses
-    places = list(_START_POSES_OF_8)
+    places = list(_START_POSES_OF_8.T)
     radius = _FIRST_RING_RADIUS
     while len(places) < nb_robots:
         # The chord between neighbours is a little shorter than the arc, hence the spacing > 1 m.

@@ -25,10 +25,7 @@ def parse_per_robot(text: str, option: str) -> dict[int, str]:
     """Return the value of each robot in a text such as '1:a,2-4:b' or '1,3:a,2:b'.
 
     A comma separates two values only if robots and a colon follow it; any other comma or colon
-    is part of a value.
-
-    Raises:
-        SetcmasError: The text, a value of `option`, has another form or names a robot twice.
+    is part of a value. Raises SetcmasError for other texts, with the name of the option.
     """
     values: dict[int, str] = {}
     for entry in _ENTRY.finditer(text):

@@ -30,13 +30,10 @@ def parse_pose_option(text: str) -> tuple[int, Pose]:
 
 
 def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
-    """Return the start poses by robot in an entry of a YAML file.
+    """Return the start poses by robot in an entry of a YAML file, or raise SetcmasError.
 
     The entry is a list with a pose for each robot from 1, at least nb_robots, or a mapping from
     robots (`3` or `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
-
-    Raises:
-        SetcmasError: The entry has another form, or too few poses.
     """
     if isinstance(content.value, list):
         if content.value:
@@ -94,12 +91,9 @@ def poses_of_array(poses: ArrayLike, nb_robots: int) -> tuple[Pose, ...]:
 def given_poses(
     nb_robots: int, poses: GivenPoses | None = None, pose_options: Iterable[str] = ()
 ) -> dict[int, Pose]:
-    """Return start poses by robot: those of all, replaced by single ones.
+    """Return start poses by robot: those of all (in order, by robot or in a file) and single ones.
 
-    Args:
-        nb_robots: Size of the fleet.
-        poses: Those of robots 1, 2, ..., those by robot, or a YAML file for `poses_of_entry`.
-        pose_options: Texts as `parse_pose_option` reads them.
+    Single poses, as for `parse_pose_option`, replace others.
 
     Raises:
         SetcmasError: A pose is malformed, or its robot is not in the fleet.
@@ -204,12 +198,7 @@ class RandomPoses:
         """Draw start poses, robot by robot, until each is far enough from the earlier ones.
 
         Dart throwing (Cook, ACM Transactions on Graphics 5(1), 1986). Headings are uniform in
-        (-pi, pi].
-
-        Args:
-            nb_robots: Size of the fleet.
-            seed: Seed of the generator; it alone decides the poses.
-            given: Fixed poses of some robots; the others keep their distance from them.
+        (-pi, pi]. The seed alone decides the poses; robots keep their distance from given ones.
 
         Returns:
             Rows x, y in m and theta in rad, shape (3, nb_robots).

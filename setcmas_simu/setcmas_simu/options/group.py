@@ -23,12 +23,7 @@ Group = TypeVar('Group', bound='Options')
 
 
 class ClashError(SetcmasError):
-    """Options contradict each other.
-
-    Attributes:
-        names: Their names.
-        typed: The message with the names as typed.
-    """
+    """Options contradict each other; `typed` is the message with their names as typed."""
 
     def __init__(self, message: str, *names: str) -> None:
         """Fill the names of options into a message."""
@@ -43,10 +38,7 @@ def spelled(name: str) -> str:
 
 
 def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> Any:  # noqa: A002
-    """Return a field of a group, for an option with a value.
-
-    It is required without a default; `known` has further attributes of `Option`.
-    """
+    """Return a field of a group, for an option with a value; required without a default."""
     metadata = {'option': Option(kind, help, **known)}
     if isinstance(default, dict):
         return field(default_factory=default.copy, metadata=metadata)
@@ -93,11 +85,8 @@ class Options:
     ) -> None:
         """Add the options to a command line, the class's own before inherited ones.
 
-        Args:
-            parser: Parser of the command line.
-            without: Names of options to leave out.
-            quiet: Whether the parsed arguments lack options that are not typed.
-            defaults: Other defaults, by name.
+        `without` has names to leave out, `defaults` other defaults. If `quiet`, the parsed
+        arguments lack options that are not typed.
         """
         group = _argument_group(parser, cls.TITLE)
         for one in _in_order(cls):

@@ -18,11 +18,7 @@ from setcmas_simu.yaml_entries import Entry
 
 @dataclass(frozen=True)
 class Kind:
-    """Any text.
-
-    Attributes:
-        metavar: Placeholder of a value in help texts.
-    """
+    """Any text; `metavar` is its placeholder in help texts."""
 
     metavar: str | None = field(default=None, kw_only=True)
 
@@ -95,15 +91,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Number(Kind):
-    """Real numbers.
-
-    Attributes:
-        above: All are above this.
-        least: The smallest.
-        most: The largest.
-        unit: Their unit.
-        finite: Whether inf (no limit) is refused.
-    """
+    """Real numbers, above a bound or from `least` to `most`; `finite` refuses inf (no limit)."""
 
     above: float = -math.inf
     least: float = -math.inf
@@ -166,12 +154,7 @@ ACCELERATION = Number(above=0, unit='m/s^2')
 
 @dataclass(frozen=True)
 class Whole(Kind):
-    """Whole numbers.
-
-    Attributes:
-        least: The smallest.
-        most: The largest; None is any.
-    """
+    """Whole numbers from `least` to `most`; None is no limit."""
 
     least: int = 0
     most: int | None = None
@@ -208,11 +191,7 @@ SEEDS = Whole(0, 2**32 - 1)
 
 @dataclass(frozen=True)
 class OneOf(Kind):
-    """Words of a list.
-
-    Attributes:
-        words: The list.
-    """
+    """Words of a list."""
 
     words: tuple[str, ...]
 
@@ -234,6 +213,26 @@ class OneOf(Kind):
     def accepts(self, value: Any) -> bool:
         """Return whether a value is in the list."""
         return value in self.words
+
+
+@dataclass(frozen=True)
+class ParsedText(Kind):
+    """Texts that a function reads; it raises SetcmasError for other texts."""
+
+    read_text: Callable[[str], object]
+    form: str
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return self.form
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether the function reads a text."""
+        try:
+            return isinstance(value, str) and bool(self.read_text(value))
+        except SetcmasError:
+            return False
 
 
 @dataclass(frozen=True)

@@ -101,14 +101,9 @@ class Option:
         default: Any,
         quiet: bool = False,
     ) -> None:
-        """Add the option to a command line.
+        """Add the option to a command line, as `name` in the parsed arguments and typed as `flag`.
 
-        Args:
-            group: Group of the parser.
-            name: Name in the parsed arguments.
-            flag: The option as typed.
-            default: Default; MISSING if the option is required.
-            quiet: Whether the parsed arguments lack the option if it is not typed.
+        It is required if the default is MISSING. If `quiet`, the arguments lack it unless typed.
         """
         known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
         if self.form in (Form.FLAG, Form.SWITCH):

@@ -76,12 +76,7 @@ class Stuck(Message, frozen=True):
 
 
 class Ended(Message, frozen=True):
-    """The controllers end cleanly.
-
-    Attributes:
-        failed: Calls that failed or hung at some time.
-        failures: Periods of failed calls, of the scripts as first loaded.
-    """
+    """The controllers end cleanly; `failed` calls failed or hung, `failures` are the periods."""
 
     failed: tuple[ScriptCall, ...]
     failures: tuple[ScriptFailure, ...] = ()

@@ -19,13 +19,7 @@ class Function(enum.Enum):
 
 @dataclass(frozen=True)
 class ScriptCall:
-    """A call of a script for a robot.
-
-    Attributes:
-        robot: Number of the robot.
-        script: File name of the script.
-        function: The function that is called.
-    """
+    """A call of a function of a script, by its file name, for a robot."""
 
     robot: int
     script: str

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Kind
+from setcmas_simu.options.kinds import Kind, ParsedText
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 
@@ -144,12 +144,12 @@ class Obstacles:
 
 
 @dataclass(frozen=True)
-class ObstaclesKind(Kind):
+class ObstaclesKind(ParsedText):
     """Obstacles as text; files are read at once, so that runs keep their content."""
 
+    read_text: Callable[[str], object] = Obstacles.of
+    form: str = FORM
     metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
-
-    MUST_BE = FORM
 
     def parse(self, text: str) -> str:
         """Return the obstacles in a text or file as text; malformed text as it is."""
@@ -167,13 +167,6 @@ class ObstaclesKind(Kind):
         if isinstance(entry.value, list):
             return str(Obstacles.listed(entry))
         return super().read(entry, place)
-
-    def accepts(self, value: Any) -> bool:
-        """Return whether a value is valid obstacle text."""
-        try:
-            return isinstance(value, str) and bool(Obstacles.of(value))
-        except SetcmasError:
-            return False
 
     def check(self, name: str, value: Any) -> None:
         """Check that a value is valid obstacle text."""

@@ -53,14 +53,7 @@ class IdentifiedRobot(RobotModel):
     def __init__(
         self, forward: Response, turn: Response, limits: VelocityLimits = IDEAL, way: float = 0.0
     ) -> None:
-        """Describe the robot.
-
-        Args:
-            forward: Response of the forward speed.
-            turn: Response of the turn rate.
-            limits: Limits of the commands.
-            way: Transport delay in s of commands and poses between control law and robot.
-        """
+        """Describe the robot; `way` is the delay (s) of commands and poses on the network."""
         self.forward, self.turn, self.limits, self.way = forward, turn, limits, way
         self.V_max = limits.V_max * max(1.0, forward.gain)
         delays = [forward.delay + way, turn.delay + way]

@@ -192,32 +192,19 @@ class RobotModel(Protocol):
         return np.concatenate([poses, np.zeros((3, poses.shape[1]))])
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands that give robots their velocities as far as possible.
+        """Return the commands (3, N) that give robots their velocities as far as possible.
 
-        By default robots are driven as unicycles, by `si_to_uni`.
-
-        Args:
-            velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
-            poses: Rows x, y in m and theta in rad, shape (3, N).
-            komega: Gain on the heading error in 1/s.
-
-        Returns:
-            The commands, shape (3, N).
+        By default robots are driven as unicycles, by `si_to_uni`, with gain komega in 1/s.
+        Velocities (2, N) are in m/s in the world frame; poses (3, N) are x, y in m, theta in rad.
         """
         commands = np.zeros(poses.shape)
         commands[0], commands[2] = si_to_uni(velocities, poses[2], komega)
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states one period later.
+        """Return the states one period of Ts s later, in a new array.
 
-        Args:
-            states: The states, shape (S, N), with S rows as from `start`.
-            commands: Finite commands of the robots, shape (3, N).
-            Ts: Period in s.
-
-        Returns:
-            The new states, shape (S, N), in a new array.
+        States have the shape (S, N), with S rows as from `start`; commands (3, N) are finite.
         """
         ...
 

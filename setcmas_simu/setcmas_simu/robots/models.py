@@ -92,12 +92,10 @@ def _checked(thing: Any) -> RobotModel:
     return thing
 
 
-def _loader(thing: Any) -> ScriptLoader:
-    return cast(ScriptLoader, thing)  # only ours
-
-
 MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
-SCRIPT_LOADERS = PluginGroup('setcmas.robot_scripts', 'loader of robot scripts', _loader)
+SCRIPT_LOADERS = PluginGroup(
+    'setcmas.robot_scripts', 'loader', lambda ours: cast(ScriptLoader, ours)
+)
 """Loaders of robot scripts. They ship with the control scripts, whose loader they use."""
 
 
@@ -117,12 +115,9 @@ def is_model_file(name: str) -> bool:
 
 
 def model_names(text: str | None, nb_robots: int) -> list[str]:
-    """Return the name of each robot's model.
+    """Return the name of each robot's model, from a text such as '1:burger,2-4:my_robot.py'.
 
-    Args:
-        text: A name, a script or a model file, for all robots or for some:
-            '1:burger,2-4:my_robot.py'. The other robots are unicycles; without a text, all are.
-        nb_robots: Size of the fleet.
+    A name, script or model file may be for all robots; robots without one are unicycles.
 
     Raises:
         SetcmasError: The text is malformed, or names a robot outside the fleet.
@@ -184,7 +179,10 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     numbers, files = robots or range(1, len(names) + 1), _files(names)
     for robot, name in zip(numbers, names, strict=True):
         if is_script(name):
-            _check_file(Path(name))
+            if not Path(name).is_file():
+                raise SetcmasError(
+                    f"robot script '{name}' not found; write one with setcmas new --robot"
+                )
         elif name in files:
             files[name].robot(robot)
         elif name != UNICYCLE:
@@ -199,24 +197,15 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
         )
 
 
-def _check_file(path: Path) -> None:
-    if not path.is_file():
-        raise SetcmasError(f"robot script '{path}' not found; write one with setcmas new --robot")
-
-
 def robot_models(
     names: Sequence[str],
     robots: Sequence[int],
     limits: str = NO_LIMITS,
     warn: Callable[[str], None] = print,
 ) -> list[RobotModel]:
-    """Return the model of each robot; load a script once for each of its robots.
+    """Return the model of each robot, from its name and number; each loads its own script.
 
-    Args:
-        names: Name of each robot's model.
-        robots: Numbers of the robots, in the same order.
-        limits: Limits of unicycles; 'ideal' for none.
-        warn: Shows messages about failing robot scripts.
+    Limits are those of unicycles; `warn` shows messages about failing robot scripts.
 
     Raises:
         SetcmasError: A model is unknown, or a script does not load.

@@ -57,20 +57,12 @@ def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
 
 
 def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
-    """Integrate the unicycle over one period, heading first.
+    """Integrate poses (3+, N) over Ts s, heading first; rows after x, y, theta stay.
 
-    theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+): the
-    semi-implicit Euler scheme of the kinematic unicycle (Siciliano et al., Robotics, 2009,
-    section 11.2.1), in the order of the ROS 1 stack. The heading is not wrapped.
-
-    Args:
-        poses: Rows x, y in m and theta in rad, and any rows that stay constant, shape (3+, N).
-        V: Forward speeds in m/s, shape (N,).
-        omega: Turn rates in rad/s, shape (N,).
-        Ts: Period in s.
-
-    Returns:
-        The poses a period later, the same shape.
+    theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+), with V
+    (m/s) and omega (rad/s) of shape (N,): the semi-implicit Euler scheme of the kinematic unicycle
+    (Siciliano et al., Robotics, 2009, section 11.2.1), in the order of the ROS 1 stack. The
+    heading is not wrapped.
     """
     later = np.array(poses, dtype=float)
     travel = Ts * np.asarray(V, dtype=float)

@@ -24,12 +24,9 @@ class VirtualFleet:
     def __init__(
         self, start_poses: Floats, model: RobotModel | None = None, cmd_timeout: float = math.inf
     ) -> None:
-        """Place the robots; they are unicycles by default.
+        """Place the robots at (3, N); they are unicycles by default.
 
-        Args:
-            start_poses: Rows x, y in m and theta in rad, shape (3, N).
-            model: Robot model of the fleet.
-            cmd_timeout: Stop a robot this long after its last command, in s.
+        They stop `cmd_timeout` s after their last command.
         """
         self.model = model or Unicycle()
         self._start = self.model.start(np.array(start_poses, dtype=float))
@@ -56,15 +53,10 @@ class VirtualFleet:
         self.model, self._cmd_timeout = model, cmd_timeout
 
     def command(self, index: int, command: Command, now: float) -> bool:
-        """Set the command that a robot follows from the next step on; return whether it is valid.
+        """Set the command, at a time in s, that a robot (a column) follows from the next step on.
 
-        A command that is not finite, or beyond MOST_SPEED, stops the robot: its pose would become
-        infinite for good.
-
-        Args:
-            index: Column of the robot.
-            command: The command, as on cmd_vel.
-            now: Time in s on any steady clock; `step` must use the same.
+        A command that is not finite, or beyond MOST_SPEED, stops the robot, as its pose would
+        become infinite for good; then return False.
         """
         usable = all(abs(speed) <= MOST_SPEED for speed in command)
         self._commands[:, index] = command if usable else _STAND

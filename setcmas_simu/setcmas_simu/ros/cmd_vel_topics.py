@@ -51,13 +51,9 @@ _NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node withou
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A publisher or a subscription of a topic.
+    """A publisher or a subscription of a topic, with the base and full name of its node.
 
-    Attributes:
-        node: Base name of its node.
-        full_name: The node's name with its namespace.
-        kind: Its message type: 'twist', 'twist_stamped', or the full ROS name.
-        gid: Identifies it in the whole network.
+    `kind` is 'twist', 'twist_stamped', or a full ROS type name; `gid` is unique in the network.
     """
 
     node: str
@@ -87,7 +83,7 @@ def participants(node: Node, topic: str) -> set[bytes]:
 
 
 def own_participant(node: Node) -> bytes:
-    """Return the identifier of a node's process, by publishing a topic with a unique name."""
+    """Return the identifier of a node's process, from a unique topic that it publishes."""
     publisher = node.create_publisher(Empty, f'own_{uuid.uuid4().hex}', 1)
     (own,) = participants(node, publisher.topic_name)
     node.destroy_publisher(publisher)
@@ -169,9 +165,8 @@ class OnlySender:
         if len(found) == 1:
             self.process = found
         others = strangers(self._node, self._topic, self.process)
-        return (
-            f'{others[0]} also publishes its wheel odometry' if len(found) > 1 and others else ''
-        )
+        rivals = len(found) > 1 and others
+        return f'{others[0]} also publishes its wheel odometry' if rivals else ''
 
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
@@ -193,15 +188,10 @@ class CmdVelPublisher:
         cmd_vel_type: str = AUTO,
         profile: QoSProfile = qos.COMMAND,
     ) -> None:
-        """Create the publisher on a node.
+        """Create the publisher on a node; the topic has its full name.
 
-        Args:
-            node: The node.
-            robot: Number of the robot.
-            topic: Full name of the topic.
-            odometry_topic: Topic that the robot itself publishes, to find its own listener.
-            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
-            profile: Quality of service.
+        `odometry_topic` is published by the robot itself, and shows which listener is its own.
+        `cmd_vel_type` is 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
         """
         self.mixed: str | None = None
         self._node = node

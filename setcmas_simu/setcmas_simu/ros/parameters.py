@@ -67,14 +67,11 @@ class ProcessParameters(Generic[Group]):
     def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
         """Return parameters with whole numbers converted where real numbers are expected."""
         return [
-            Parameter(one.name, value=float(one.value))
-            if type(one.value) is int and self._is_number(one.name)
+            Parameter(one.name, value=self._options[one.name].kind.value(one.value))
+            if type(one.value) is int and one.name in self._options
             else one
             for one in parameters
         ]
-
-    def _is_number(self, parameter: str) -> bool:
-        return parameter in self._options and isinstance(self._options[parameter].kind, Number)
 
     def _with(self, parameters: Iterable[Parameter]) -> Group:
         """Return the options with new values of parameters, or raise SetcmasError."""

@@ -1,4 +1,4 @@
-"""Topics and services polled at each step, without an executor."""
+"""Topics polled at each step, without an executor."""
 
 from __future__ import annotations
 
@@ -81,36 +81,6 @@ def suited_to(node: Node, name: str, depth: int) -> QoSProfile:
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )
-
-
-MOST_WITH_SERVICES = 50
-"""Largest number of robots in a process for which each robot has its own services."""
-
-
-class PolledService:
-    """Answers requests when `take` is called.
-
-    Each service costs every process on the network 0.1 MB, and an executor a place in its wait
-    set.
-    """
-
-    def __init__(
-        self, node: Node, kind: Any, name: str, answer: Callable[[Any, Any], Any]
-    ) -> None:
-        """Offer the service; `answer` takes a request and an empty response, and returns it."""
-        self._kind = kind
-        self._answer = answer
-        self._service = node.create_service(kind, name, answer)
-
-    def take(self) -> None:
-        """Answer pending requests."""
-        handle = self._service.handle
-        while True:
-            with handle:
-                request, header = handle.service_take_request(self._kind.Request)
-            if header is None:
-                return
-            self._service.send_response(self._answer(request, self._kind.Response()), header)
 
 
 def wait_for_any(node: Node, subscriptions: Sequence[Subscription], timeout_s: float) -> list[int]:

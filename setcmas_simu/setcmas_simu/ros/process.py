@@ -48,12 +48,12 @@ class FleetNode(Node):
             *kwargs.pop('parameter_overrides', []),
         ]
         options = {'enable_rosout': False, 'start_parameter_services': False} | kwargs
-        self._tells_parameters = options['start_parameter_services']
+        self._has_parameter_services = options['start_parameter_services']
         super().__init__(node_name, parameter_overrides=overrides, **options)
 
     def create_publisher(self, msg_type: Any, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without event callbacks, which would burden the executor."""
-        if msg_type is ParameterEvent and not self._tells_parameters:
+        if msg_type is ParameterEvent and not self._has_parameter_services:
             return cast(Publisher, _NoParameterEvents())
         kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
         return super().create_publisher(msg_type, *args, **kwargs)
@@ -201,8 +201,9 @@ def node_main(
     returns the exit status (None is 0), and a SetcmasError is printed and gives status 2.
     """
     take_values(parser)
-    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
-    args = parser.parse_args(own_arguments)
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    cut = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    args, ros_arguments = parser.parse_args(arguments[:cut]), arguments[cut:]
     launcher = connected_launcher()
     try:
         with ros_process(ros_arguments, launcher) as process:
@@ -217,10 +218,3 @@ def _leave_signals() -> None:
     """Restore the default stop signals in processes that a script forks."""
     for signum in STOP_SIGNALS:
         signal.signal(signum, signal.SIG_DFL)
-
-
-def split_ros_arguments(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the arguments before `--ros-args`, and those from it on."""
-    arguments = list(argv)
-    cut = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
-    return arguments[:cut], arguments[cut:]

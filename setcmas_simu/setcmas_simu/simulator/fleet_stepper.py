@@ -22,7 +22,7 @@ from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import MOST_SPEED, Command, VirtualFleet
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.polling import MOST_WITH_SERVICES, PolledTopic
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_simu.simulator.virtual_robot import FleetTransforms, VirtualRobot
 
@@ -62,8 +62,6 @@ class FleetStepper:
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
         self.rate: float = robots[0].value('rate', Number(least=0.1, most=MAX_RATE_HZ))
         for index, robot in enumerate(robots):
-            if len(robots) <= MOST_WITH_SERVICES:
-                robot.offer_services()
             robot.on_command = partial(self._command, index)
             robot.on_reset = partial(self._fleet.reset, index)
         node.create_service(Trigger, '~/reset', self._answer_reset)
@@ -87,7 +85,7 @@ class FleetStepper:
         return 1.0 / self.rate
 
     def check(self, options: SimulationOptions) -> None:
-        """Raise SetcmasError if requested limits are for unicycles only, or rtf would change."""
+        """Raise SetcmasError if limits would apply to other models, or if rtf would change."""
         check_models(self._names, options.limits, [robot.robot for robot in self._robots])
         if options.rtf != self._rtf:
             raise SetcmasError('rtf is fixed during a simulation; set it at the start')

@@ -15,7 +15,6 @@ TRAJ_REF = 'traj_ref'
 
 _TRAIL_LENGTH = 500
 _TRAIL_STEP_M = 0.1
-_PLUGINS = 'rviz_default_plugins'
 
 
 def rviz_config(robots: list[int], experiment: bool = False) -> str:
@@ -55,28 +54,25 @@ def _robot(robot: int, experiment: bool) -> dict[str, Any]:
         _marker(WP_REF, topics.robot_topic(robot, WP_REF), latched=True),
         _marker_array(TRAJ_REF, topics.robot_topic(robot, TRAJ_REF), depth=_TRAIL_LENGTH),
     ]
-    group = _display('rviz_common/Group', topics.robot_name(robot))
+    group = _display('Group', topics.robot_name(robot), 'rviz_common')
     return group | {'Displays': shown}
 
 
 def _grid() -> dict[str, Any]:
-    grid = _display(f'{_PLUGINS}/Grid', 'metres')
-    return grid | {'Cell Size': 1, 'Plane Cell Count': 20}
+    return _display('Grid', 'metres') | {'Cell Size': 1, 'Plane Cell Count': 20}
 
 
 def _axes() -> dict[str, Any]:
-    return _display(f'{_PLUGINS}/Axes', 'axes') | {'Length': 0.5, 'Radius': 0.02}
+    return _display('Axes', 'axes') | {'Length': 0.5, 'Radius': 0.02}
 
 
 def _pose(name: str, topic: str, robot: int) -> dict[str, Any]:
-    pose = _display(f'{_PLUGINS}/Pose', name)
-    return pose | {'Shape': 'Arrow', 'Topic': _topic(topic)} | _arrow(robot, 0.3)
+    return _display('Pose', name) | {'Shape': 'Arrow', 'Topic': _topic(topic)} | _arrow(robot, 0.3)
 
 
 def _odometry(name: str, topic: str, robot: int, keep: int) -> dict[str, Any]:
-    odometry = _display(f'{_PLUGINS}/Odometry', name)
     tolerance = _TRAIL_STEP_M if keep > 1 else 0.001
-    return odometry | {
+    return _display('Odometry', name) | {
         'Angle Tolerance': tolerance,
         'Covariance': {'Value': False},
         'Keep': keep,
@@ -100,14 +96,13 @@ def _arrow(robot: int, length: float) -> dict[str, Any]:
 
 
 def _marker(name: str, topic: str, latched: bool = False) -> dict[str, Any]:
-    marker = _display(f'{_PLUGINS}/Marker', name)
-    return marker | {'Namespaces': {}, 'Topic': _topic(topic, latched=latched)}
+    return _display('Marker', name) | {'Namespaces': {}, 'Topic': _topic(topic, latched=latched)}
 
 
 def _marker_array(name: str, topic: str, depth: int) -> dict[str, Any]:
     described = _topic(topic, depth, latched=True)
     del described['Filter size']  # not a property of MarkerArray
-    return _display(f'{_PLUGINS}/MarkerArray', name) | {'Namespaces': {}, 'Topic': described}
+    return _display('MarkerArray', name) | {'Namespaces': {}, 'Topic': described}
 
 
 def _topic(name: str, depth: int = 5, latched: bool = False) -> dict[str, Any]:
@@ -121,5 +116,5 @@ def _topic(name: str, depth: int = 5, latched: bool = False) -> dict[str, Any]:
     }
 
 
-def _display(kind: str, name: str) -> dict[str, Any]:
-    return {'Class': kind, 'Enabled': True, 'Name': name, 'Value': True}
+def _display(kind: str, name: str, package: str = 'rviz_default_plugins') -> dict[str, Any]:
+    return {'Class': f'{package}/{kind}', 'Enabled': True, 'Name': name, 'Value': True}

@@ -105,25 +105,19 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
 def _virtual_robots(
     simulated: SimulatedRobots, options: SimulationOptions, profile: QoSProfile
 ) -> list[VirtualRobot]:
+    common = {
+        'rate': options.robot_rate,
+        'limits': options.limits,
+        'cmd_timeout': options.cmd_timeout,
+        'cmd_vel_type': options.cmd_vel_type,
+    }
     poses = simulated.start_poses.T.tolist()
+    own = zip(simulated.robots, simulated.models, poses, strict=True)
     return [
         VirtualRobot(
-            robot,
-            {
-                'x0': x0,
-                'y0': y0,
-                'theta0': theta0,
-                'rate': options.robot_rate,
-                'model': model,
-                'limits': options.limits,
-                'cmd_timeout': options.cmd_timeout,
-                'cmd_vel_type': options.cmd_vel_type,
-            },
-            profile,
+            robot, {'x0': x0, 'y0': y0, 'theta0': theta0, 'model': model} | common, profile
         )
-        for robot, model, (x0, y0, theta0) in zip(
-            simulated.robots, simulated.models, poses, strict=True
-        )
+        for robot, model, (x0, y0, theta0) in own
     ]
 
 

@@ -30,6 +30,7 @@ from setcmas_simu.options.kinds import (
     NameOrFile,
     Number,
     OneOf,
+    ParsedText,
     PathTo,
     Robots,
     Whole,
@@ -43,10 +44,7 @@ from setcmas_simu.yaml_entries import Entry, entries_of
 
 @dataclass(frozen=True)
 class SimulatedRobots:
-    """The robots that one process simulates, by ascending number.
-
-    Start poses have the rows x, y in m and theta in rad, and a column for each robot.
-    """
+    """Robots of one process, by ascending number; start poses (m, rad) have a column for each."""
 
     robots: list[int]
     start_poses: Floats
@@ -77,20 +75,6 @@ class _StartPoses(PathTo):
         return isinstance(value, (dict, tuple)) or super().accepts(value)
 
 
-@dataclass(frozen=True)
-class _RandomPosesKind(Kind):
-    """Descriptions of random start poses."""
-
-    MUST_BE = FORM
-
-    def accepts(self, value: Any) -> bool:
-        """Return whether a value describes random poses."""
-        try:
-            return isinstance(value, str) and bool(RandomPoses.of(value))
-        except SetcmasError:
-            return False
-
-
 @dataclass(frozen=True, kw_only=True)
 class StartPoseOptions(Options):
     """Start poses of simulated or emulated robots."""
@@ -108,7 +92,7 @@ class StartPoseOptions(Options):
         default=(),
     )
     random_poses: str | None = option(
-        _RandomPosesKind(metavar='box=WxH,distance=D'),
+        ParsedText(RandomPoses.of, FORM, metavar='box=WxH,distance=D'),
         'random start poses for robots without one: size of the box and minimum distance in m '
         '(default: 10x10 and 1 if they fit)',
         default=None,
@@ -122,16 +106,10 @@ class StartPoseOptions(Options):
         defaults: Floats | None = None,
         within: Callable[[RandomPoses], RandomPoses] | None = None,
     ) -> Floats:
-        """Return where a fleet starts: single poses go before the file, the file before others.
+        """Return where a fleet starts: x, y in m and theta in rad, shape (3, nb_robots).
 
-        Args:
-            nb_robots: Size of the fleet.
-            defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
-                by default `fleet.start_poses`.
-            within: Fits random poses into a room.
-
-        Returns:
-            Rows x, y in m and theta in rad, shape (3, nb_robots).
+        Single poses go before the file, the file before `defaults` (`fleet.start_poses` without)
+        or random poses, which `within` fits into a room.
 
         Raises:
             SetcmasError: A pose is malformed or outside the fleet, or random ones do not fit.
@@ -190,7 +168,7 @@ class RobotOptions(StartPoseOptions):
     )
     cmd_timeout: float = option(
         Number(above=0, unit='s'),
-        'stop a robot after this long without a command (s)',
+        'stop a robot after this long without a command',
         default=math.inf,
         default_text='never',
     )

@@ -12,7 +12,6 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
-from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.arrays import Floats
@@ -36,7 +35,7 @@ from setcmas_simu.ros.messages import (
     read_stamp,
     read_twist,
 )
-from setcmas_simu.ros.polling import PolledService, PolledTopic
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 _EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
@@ -114,13 +113,9 @@ OnCommand = Callable[[Command], None]
 class VirtualRobot(FleetNode):
     """ROS interface of one simulated robot; a FleetStepper moves it.
 
-    Attributes:
-        robot: Its number.
-        commands: Topic of its commands.
-        commanded: Stamp of its newest command in ns; NO_STAMP without one.
-
-    Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model,
-    limits, cmd_timeout (s), cmd_vel_type.
+    `commanded` is the stamp of its newest command in ns; NO_STAMP without one. Parameters:
+    robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model, limits,
+    cmd_timeout (s), cmd_vel_type.
     """
 
     def __init__(
@@ -148,7 +143,6 @@ class VirtualRobot(FleetNode):
         )
         self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
 
-        self._offered: list[PolledService] = []
         world = str(self.value('world_frame'))
         odom = Odometry(child_frame_id=str(self.value('robot_frame')))
         pose = PoseStamped()
@@ -157,10 +151,6 @@ class VirtualRobot(FleetNode):
         self._odom = _Located(odom, 'pose.pose')
         self._write_twist = self._odom.place('twist.twist.linear.x', TWIST)
         self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
-
-    def offer_services(self) -> None:
-        """Offer the service `~/reset`, the same as the topic but with a response."""
-        self._offered.append(PolledService(self, Trigger, '~/reset', self._answer_reset))
 
     def value(self, name: str, kind: Kind | None = None) -> Any:
         """Return the value of a parameter, or raise SetcmasError unless it is of a kind."""
@@ -174,8 +164,6 @@ class VirtualRobot(FleetNode):
         """Take the newest command, then resets, which override it."""
         self.commands.take()
         self._resets.take()
-        for service in self._offered:
-            service.take()
 
     def publish_odometry(
         self, stamp: Time, pose: tuple[float, float, float], twist: Command
@@ -189,12 +177,6 @@ class VirtualRobot(FleetNode):
         """Publish the robot's pose (m, rad) for displays, and its marker."""
         self._pose_publisher.publish(self._pose.at(stamp, pose))
         self._marker_publisher.publish(self._marker.at(stamp, pose))
-
-    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.on_reset()
-        response.success = True
-        response.message = f'{topics.robot_name(self.robot)} is back at its start pose'
-        return response
 
     def _on_cmd_vel(self, data: bytes) -> None:
         if self._kind is TwistStamped:

@@ -21,8 +21,7 @@ Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
 class Measured:
     """One kind of measurement of a run: a dataclass whose field names end with their units.
 
-    Attributes:
-        in_file: Whether metrics.yaml has it; values that differ between equal runs are left out.
+    Only if `in_file` is it in metrics.yaml, which equal runs have alike.
     """
 
     in_file: ClassVar[bool] = True

@@ -78,12 +78,8 @@ _FIRST = ('robots', 'separation', 'consensus', 'messages')
 class Metrics(Mapping[str, Any]):
     """The metrics of a run that apply to it, by name.
 
-    Attributes:
-        task: Task of the robots, if known.
-        duration_s: From the first to the last row at t >= 0.
-        vnom_m_s: Speed limit of the commands.
-        communication: 'periodic' (each odometry is sent) or 'event-triggered'.
-        parts: Measurements by name.
+    The duration is from the first to the last row at t >= 0; vnom is the limit of commands;
+    communication is 'periodic' (each odometry is sent) or 'event-triggered'.
     """
 
     task: str | None

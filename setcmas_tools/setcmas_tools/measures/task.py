@@ -25,13 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a task over time.
-
-    Attributes:
-        title: Title of the plot, such as 'Tracking error'.
-        label: Quantity, with its unit.
-        values: Errors by robot, at the times of `Run.counted_grid`.
-    """
+    """Errors of a task by robot, at the times of `Run.counted_grid`; the label has their unit."""
 
     title: str
     label: str
@@ -105,7 +99,8 @@ def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
     Raises:
         SetcmasError: The script or task is unknown, or a reference is missing.
     """
-    script = find_script(algo) if algo else _own_script(run)
+    own = (given.path for given in run.inputs if given.option == 'algo')
+    script = find_script(algo) if algo else next(own, None)
     given: dict[str, Any] = plain_values(script) if script else {}
     if not algo:
         known = run.references.values if run.references else {}
@@ -125,10 +120,6 @@ def with_vnom(run: Run, vnom: float) -> Run:
     """Return a run with another speed limit of commands, in m/s."""
     scenario = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
     return replace(run, info=replace(run.info, scenario=scenario, lab=None))
-
-
-def _own_script(run: Run) -> Path | None:
-    return next((given.path for given in run.inputs if given.option == 'algo'), None)
 
 
 def _stated(given: Mapping[str, Any], script: Path | None) -> str:

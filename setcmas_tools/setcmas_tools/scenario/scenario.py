@@ -110,12 +110,9 @@ class Scenario:
 
     @classmethod
     def read(cls, content: Entry, base: Scenario | None = None, of_run: bool = False) -> Scenario:
-        """Return the scenario of a YAML entry.
+        """Return the scenario of a YAML entry, as changes to `base` or to the defaults.
 
-        Args:
-            content: The entry.
-            base: The scenario that the entry changes; None is the one with all defaults.
-            of_run: Whether the entry is a run's, whose scripts are in its folder inputs/.
+        The entry `of_run` names scripts in the folder inputs/ of the run.
 
         Raises:
             SetcmasError: It has a mistake; the message names file and line.

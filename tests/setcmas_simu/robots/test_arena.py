@@ -14,7 +14,7 @@ def test_a_file_says_the_same_as_a_text(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('text', 'told'),
+    ('text', 'message'),
     [
         ('polygon 0 0 1 1 1 0 0 1', r'the sides \(0, 0\) to \(1, 1\) and \(1, 0\) to \(0, 1\)'),
         ('polygon 0 0 1 0 1 1 0 0', 'has the same corner twice'),
@@ -25,8 +25,8 @@ def test_a_file_says_the_same_as_a_text(tmp_path):
         ('disc 0 2', 'has no radius'),
     ],
 )
-def test_a_mistake_is_named(text, told):
-    with pytest.raises(SetcmasError, match=told):
+def test_a_mistake_is_named(text, message):
+    with pytest.raises(SetcmasError, match=message):
         Obstacles.of(text)
 
 

@@ -80,11 +80,6 @@ def test_a_mistake_is_reported_in_one_line(path, text, message):
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_not_there_is_reported(path):
-    with pytest.raises(SetcmasError, match=r"model.yaml' cannot be read: No such file"):
-        check_models([str(path)], 'ideal')
-
-
 FORWARD = Response(gain=0.9, lag=0.3, delay=0.25)
 TURN = Response(gain=1.1, lag=0.0, delay=0.17)
 

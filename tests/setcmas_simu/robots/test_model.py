@@ -19,18 +19,11 @@ def test_the_robot_turns_the_short_way():
     assert -1.5 < omega[1] < 0
 
 
-def test_a_robot_that_stands_does_not_turn():
-    V, omega = si_to_uni([[0.005, 0.0], [0.0, 0.0]], [2.0, 1.0])
+def test_slow_robots_and_slow_turns_do_not_turn():
+    V, omega = si_to_uni([[0.005, 0.0, 1.0, 1.0], [0.0] * 4], [2.0, 1.0, 0.006, 0.008], komega=1.5)
 
-    assert omega.tolist() == [0.0, 0.0]
-    assert V.tolist() == [0.005, 0.0]
-
-
-def test_slow_turns_become_none():
-    _, omega = si_to_uni([[1.0, 1.0], [0.0, 0.0]], [0.006, 0.008], komega=1.5)
-
-    assert omega[0] == 0.0
-    assert omega[1] == pytest.approx(-0.012)
+    assert V.tolist() == [0.005, 0.0, 1.0, 1.0]
+    assert omega.tolist() == pytest.approx([0.0, 0.0, 0.0, -0.012])
 
 
 def test_one_robot_alone_may_be_given_without_columns():
@@ -48,18 +41,17 @@ def test_a_robot_stands_whose_velocity_or_heading_is_not_finite():
     assert omega.tolist() == [0.0] * 4
 
 
-def test_ideal_robots_have_no_limits():
-    V, omega = limits_named('ideal').saturate([3.0, -3.0], [20.0, -20.0])
+@pytest.mark.parametrize(
+    ('name', 'reached'),
+    [
+        ('ideal', [[3.0, -3.0, 0.0], [0.0, 0.0, 20.0]]),
+        ('burger', [[0.2108, -0.2108, 0.0], [0.0, 0.0, 2.635]]),
+    ],
+)
+def test_limits_clamp_speed_and_turn_rate(name, reached):
+    saturated = limits_named(name).saturate([3.0, -3.0, 0.0], [0.0, 0.0, 20.0])
 
-    assert V.tolist() == [3.0, -3.0]
-    assert omega.tolist() == [20.0, -20.0]
-
-
-def test_burger_clamps_speed_and_turn_rate():
-    V, omega = limits_named('burger').saturate([0.5, -0.5, 0.0], [0.0, 0.0, 9.0])
-
-    np.testing.assert_allclose(V, [0.2108, -0.2108, 0.0])
-    np.testing.assert_allclose(omega, [0.0, 0.0, 2.635])
+    np.testing.assert_allclose(saturated, reached)
 
 
 def test_burger_clamps_each_wheel():

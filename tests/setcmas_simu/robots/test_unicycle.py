@@ -10,20 +10,6 @@ def test_heading_is_integrated_before_position():
     np.testing.assert_allclose(poses[:, 0], [0.0, 0.1, np.pi / 2], atol=1e-12)
 
 
-def test_every_robot_moves_by_its_own_velocities():
-    poses = step(np.zeros((3, 3)), [0.0, 1.0, -2.0], [1.0, 0.0, 0.0], 0.5)
-
-    np.testing.assert_allclose(poses, [[0.0, 0.5, -1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
-
-
-def test_step_leaves_the_given_poses_alone():
-    before = np.ones((3, 2))
-
-    step(before, [1.0, 1.0], [1.0, 1.0], 0.1)
-
-    assert (before == 1.0).all()
-
-
 def test_a_circle_closes():
     poses = np.zeros((3, 1))
     for _ in range(400):

@@ -3,8 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_simu.robots.model import limits_named
-from setcmas_simu.robots.unicycle import Unicycle
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 
 
@@ -60,11 +58,3 @@ def test_a_command_that_is_not_finite_stops_the_robot(start, command):
     fleet.step(0.1, now=0.0)
 
     np.testing.assert_array_equal(fleet.poses, start)
-
-
-def test_limits_apply(start):
-    fleet = VirtualFleet(start, Unicycle(limits_named('burger')))
-    fleet.command(0, (0.5, 0.0, 0.0), now=0.0)
-    fleet.step(0.1, now=0.0)
-
-    assert fleet.twists[0, 0] == pytest.approx(0.2108)

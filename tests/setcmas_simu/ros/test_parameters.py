@@ -69,9 +69,9 @@ def test_ros_arguments_that_make_no_sense(node_with, given):
 def test_an_unknown_parameter_is_reported(node_with, capfd):
     node = node_with('gian:=2', 'use_sim_time:=false')
     ProcessParameters(node, Gains(), {'gain': 'gain'}).warn_of_unknown()
-    told = capfd.readouterr().err
-    assert "unknown parameter 'gian'; did you mean gain?" in told
-    assert 'use_sim_time' not in told
+    message = capfd.readouterr().err
+    assert "unknown parameter 'gian'; did you mean gain?" in message
+    assert 'use_sim_time' not in message
 
 
 def test_a_set_parameter_counts_and_is_reported_once(gains):
@@ -98,8 +98,8 @@ def test_a_set_parameter_counts_and_is_reported_once(gains):
 def test_what_makes_no_sense_is_refused_with_a_reason(gains, name, value, reason):
     node, parameters, changes = gains
 
-    (told,) = change(node, **{name: value})
-    assert reason in told
+    (message,) = change(node, **{name: value})
+    assert reason in message
     assert (parameters.options, changes) == (Gains(), [])
 
 

@@ -7,7 +7,7 @@ from setcmas_simu.ros.step_loop import StepLoop
 
 
 class Clock:
-    """A clock that goes on only when it is waited for, or told to."""
+    """A clock that goes on only when it is waited for, or set."""
 
     def __init__(self) -> None:
         self.t = 100.0

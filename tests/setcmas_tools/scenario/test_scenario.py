@@ -61,18 +61,18 @@ def test_what_is_saved_is_loaded(square):
 
 
 @pytest.mark.parametrize(
-    ('values', 'told'),
+    ('values', 'message'),
     [
         ({'algo': lambda *_: (0, 0)}, 'algo is a function'),
         ({'algo': 'consensus', 'graph': np.eye(2)}, 'graph is a matrix'),
         ({}, r"algo names '.*square\.py', which is outside"),
     ],
 )
-def test_what_no_file_can_hold_is_refused_by_name(square, values, told):
+def test_what_no_file_can_hold_is_refused_by_name(square, values, message):
     (square.parent / 'other').mkdir()
     scenario = Scenario.of(square.parent / 'square.py', nb_robots=2).replace(**values)
 
-    with pytest.raises(SetcmasError, match=told):
+    with pytest.raises(SetcmasError, match=message):
         scenario.save(square.parent / 'other' / 'out.yaml')
     assert not list((square.parent / 'other').iterdir())
 
