@@ -1,3 +1,3 @@
-"""Virtual unicycle robots that stand in for TurtleBot3s."""
+"""Simulated robots in place of TurtleBot3s."""
 
 __version__ = '0.1.0'

@@ -16,9 +16,8 @@ import yaml
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.limited_file import read_limited
 
-_EXPONENT = re.compile(
-    r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+'
-)  # 1e-3: YAML 1.1 takes it for text
+# Such as 1e-3, which is a text in YAML 1.1.
+_EXPONENT = re.compile(r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+')
 
 _LONGEST_SHOWN = 40
 _LONGEST_TEXT = 200

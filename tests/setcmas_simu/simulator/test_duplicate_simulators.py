@@ -42,13 +42,6 @@ def test_other_robots_and_other_domains_are_free(holder):
     RobotLocks([1, 2], 'another').release()
 
 
-def test_a_killed_process_leaves_no_lock(holder):
-    holder.kill()
-    holder.wait()
-
-    RobotLocks([1, 2], 'test').release()
-
-
 def link(path):
     path.symlink_to('/etc/passwd')
 

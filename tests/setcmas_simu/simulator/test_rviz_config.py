@@ -47,28 +47,18 @@ def test_classes_and_keys_are_those_of_rviz_2(experiment):
             assert display['Covariance'] == {'Value': False}
 
 
-def test_what_a_simulation_shows():
-    shown = topics_of(rviz_config([1, 12]))
+@pytest.mark.parametrize(
+    ('experiment', 'fleet', 'names'),
+    [
+        (False, {'/obstacles'}, ('marker', 'pose', 'odom', 'wp_ref', 'traj_ref')),
+        (True, {'/obstacles', '/arena', '/mocap/tb3_12/odom'}, ('wp_ref', 'traj_ref')),
+    ],
+)
+def test_topics_and_trails(experiment, fleet, names):
+    text = rviz_config([12], experiment)
 
-    names = ('marker', 'pose', 'odom', 'wp_ref', 'traj_ref')
-    of_robots = {f'/tb3_{i}/{name}' for i in (1, 12) for name in names}
-    assert set(shown) == of_robots | {'/obstacles'}
-    assert shown['/tb3_1/odom']['Keep'] > 100
-
-
-def test_what_an_experiment_shows():
-    text = rviz_config([3], experiment=True)
-    shown = topics_of(text)
-
-    assert set(shown) - {'/obstacles'} == {
-        '/arena',
-        '/mocap/tb3_3/odom',
-        '/tb3_3/wp_ref',
-        '/tb3_3/traj_ref',
-    }
-    keeps = [d['Keep'] for d in displays(yaml.safe_load(text)) if 'Keep' in d]
-    assert min(keeps) == 1
-    assert max(keeps) > 100
+    assert set(topics_of(text)) == fleet | {f'/tb3_12/{name}' for name in names}
+    assert max(d['Keep'] for d in displays(yaml.safe_load(text)) if 'Keep' in d) > 100
 
 
 @pytest.mark.parametrize('robot', [1, 4, 9])
