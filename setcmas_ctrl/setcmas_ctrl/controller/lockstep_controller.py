@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 
 from rclpy.node import Node
@@ -22,6 +23,7 @@ from setcmas_simu.simulator.lockstep_topics import Answerer
 _WAIT_S = 0.02
 _SAME_TIME_S = 1e-9
 _RECORDER_WAIT_S = 5.0
+_REPEAT_AFTER_S = 1.0
 
 
 class LockstepLoop:
@@ -89,12 +91,18 @@ class LockstepLoop:
     def _next_tick(self) -> None:
         """Wait for the next state of every robot, and take it."""
         waiting = [topic.subscription for topic in self._odometry.topics]
+        begin, patience = time.monotonic(), _REPEAT_AFTER_S
         while waiting and not self._process.stopping:
             # Wait for the last robot first: the others have usually arrived by then.
             if wait_for_any(self._node, waiting[-1:], _WAIT_S):
                 ready = wait_for_any(self._node, waiting, 0.0)
                 waiting = [one for i, one in enumerate(waiting) if i not in ready]
             self._process.serve_at_times()
+            if waiting and time.monotonic() - begin > patience:
+                # On a network that loses packets, DDS may drop a command sent while the simulator
+                # and this process discover each other.
+                self._stepper.repeat_commands()
+                patience *= 2
         if not self._process.stopping:
             self._ticks.go_to(self._ticks.count + 1)
             self._stepper.take()

@@ -189,6 +189,11 @@ class ControlStepper:
         """Use other gains from now on."""
         self._commander.gains = gains
 
+    def repeat_commands(self) -> None:
+        """Publish the last command of each robot again, with its stamp."""
+        for driver in self._drivers:
+            driver.cmd_vel.repeat()
+
     def stop(self) -> None:
         """Command zero to every robot."""
         for driver in self._drivers:

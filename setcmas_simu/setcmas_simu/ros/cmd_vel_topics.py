@@ -203,10 +203,17 @@ class CmdVelPublisher:
         self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
         self._profile = profile
         self._publisher = self._create_publisher()
+        self._last: Twist | TwistStamped | None = None
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        self._publisher.publish(command(self._type, V, omega, left, self._frame))
+        self._last = command(self._type, V, omega, left, self._frame)
+        self._publisher.publish(self._last)
+
+    def repeat(self) -> None:
+        """Publish the last command again, with its stamp."""
+        if self._last is not None:
+            self._publisher.publish(self._last)
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -236,6 +243,7 @@ class CmdVelPublisher:
             # A listener of the former type would keep its last command for ever.
             self.publish(0.0, 0.0)
             self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
+            self._last = None
             # One type at a time: within a process DDS knows only one type per topic.
             self._node.destroy_publisher(self._publisher)
             self._publisher = self._create_publisher()

@@ -49,7 +49,8 @@ class LockstepAnswers:
         self._answerer.leave()
 
 
-_ANNOUNCED_WITHIN_NS = 10**9
+_ANNOUNCED_WITHIN_NS = 10**9  # after the first message of a robot
+_OF_NO_ROBOT = dict.fromkeys((topics.FLEET, topics.ROSOUT, topics.PARAMETER_EVENTS), 10**10)
 
 
 class GraphRecorder:
@@ -177,8 +178,11 @@ class GraphRecorder:
         """Return whether the robots have announced the time that they follow."""
         if self._times is None and self._waiting:
             self._fleet.take()
-            first = next((m.time_ns for m in self._waiting if m.topic.name != topics.FLEET), None)
-            late = first is not None and time.time_ns() - first > _ANNOUNCED_WITHIN_NS
+            now = time.time_ns()
+            late = any(
+                now - one.time_ns > _OF_NO_ROBOT.get(one.topic.name, _ANNOUNCED_WITHIN_NS)
+                for one in self._waiting
+            )
             if late or (self._fleet.by_source and self._fleet.announced_by_all):
                 self._times = bag_times(self._fleet.time)
                 if self.follows:

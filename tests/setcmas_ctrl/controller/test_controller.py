@@ -1,4 +1,5 @@
 import re
+import signal
 
 import numpy as np
 import pytest
@@ -124,3 +125,19 @@ def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):
 
     steps = np.diff(times())[len(before) - 1 :]
     assert max(steps) < 1.0  # 3 s have gone by
+
+
+def test_in_lockstep_a_command_is_repeated_while_time_waits(start, peer):
+    simu = start(*SIMU, '--lockstep')
+    commands = peer.cmd_vel(1)
+    start(*CTRL, '--algo', 'nav_wp')
+    peer.wait_for(lambda: len(commands) > 3)
+    simu.popen.send_signal(signal.SIGSTOP)
+
+    def stamps():
+        return [(one.header.stamp.sec, one.header.stamp.nanosec) for one in commands]
+
+    peer.wait_for(lambda: len(set(stamps()[-3:])) == 1)
+    waited = stamps()[-1]
+    simu.popen.send_signal(signal.SIGCONT)
+    peer.wait_for(lambda: stamps()[-1] > waited)
