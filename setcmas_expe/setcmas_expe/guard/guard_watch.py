@@ -69,6 +69,11 @@ class GuardReport:
         """Whether it keeps its robot stopped until a start."""
         return self.state not in (State.IDLE, State.PAUSED, State.FOLLOWING)
 
+    def has_cut(self, before: GuardReport | None) -> bool:
+        """Return whether the guard has cut the motors since a report as wheels ignore zero."""
+        is_new = before is not None and before.power is not Power.OFF and self.power is Power.OFF
+        return is_new and self.state not in (State.EMERGENCY, State.RIVAL)
+
     def message(self, name: str, topic: str) -> DiagnosticStatus:
         """Return the message; `topic` is where the robot's base listens."""
         values = {
@@ -119,6 +124,7 @@ class GuardWatch:
         report: Its last report; None before the first.
         intruder: Who else publishes to the base; empty if none.
         doubt: Why its reports cannot be trusted; empty if they can.
+        has_cut: Set when it switches the motors off because the wheels do not obey zero.
     """
 
     def __init__(self, node: Node, namespace: str) -> None:
@@ -129,6 +135,7 @@ class GuardWatch:
         self._cmd_vel = f'/{namespace}/{topics.CMD_VEL}'
         self._guarded = f'/{namespace}/{topics.CMD_VEL_GUARDED}'
         self.intruder = self.doubt = ''
+        self.has_cut = False
         self._intruders = TwiceSeen()
         self._received = self._now = -math.inf
         self._nb_senders = 0
@@ -197,4 +204,6 @@ class GuardWatch:
 
     def _on_report(self, message: DiagnosticStatus) -> None:
         if not self.doubt:
-            self.report, self._received = GuardReport.of(message), self._now
+            report = GuardReport.of(message)
+            self.has_cut |= report.has_cut(self.report)
+            self.report, self._received = report, self._now

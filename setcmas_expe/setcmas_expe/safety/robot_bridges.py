@@ -143,7 +143,8 @@ class CmdVelBridge(FleetNode):
         self._wheels.take()
         self.guard.take(now)
         disobeys = self._obedience.update(*self._sent, now)
-        if disobeys == IGNORES_ZERO:
+        if disobeys == IGNORES_ZERO or self.guard.has_cut:
+            self.guard.has_cut = False
             self.cut_motors()
         elif self.guard.has_ended:  # its base keeps its last velocity
             self._motors.cut()

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip('rclpy')
@@ -26,3 +28,15 @@ def test_what_a_single_look_finds_is_no_alarm():
 
     alarms = [alarm.new(found) for found in looks]
     assert [look for look, found in enumerate(alarms) if found] == [5, 10]
+
+
+def test_motors_that_go_off_without_an_emergency_mean_a_robot_that_does_not_obey():
+    on = GuardReport(State.PAUSED, '', True, Power.ON, '')
+    off = replace(on, power=Power.OFF)
+
+    assert off.has_cut(on)
+    assert not off.has_cut(off)
+    assert not off.has_cut(None)  # of an earlier experiment
+    assert not on.has_cut(off)
+    for state in (State.EMERGENCY, State.RIVAL):
+        assert not replace(off, state=state).has_cut(on)
