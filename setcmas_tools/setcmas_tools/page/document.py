@@ -51,22 +51,18 @@ def page_script() -> str:
     return ''.join(_EXPORT.sub('', _IMPORT.sub('', _file(name))) for name in _MODULES)
 
 
-def stage(options: Iterable[str], notes: str = '', commands: str = '') -> str:
+def stage(options: Iterable[str], notes: str = '', has_commands: bool = False) -> str:
     """Return the part of a page with the plane, the time bar, the table and the charts.
 
     Args:
         options: Checkboxes of what is shown, besides trails and sizes.
         notes: HTML below the charts.
-        commands: HTML of buttons that command the robots.
+        has_commands: Whether it has buttons that command the robots.
     """
+    commands = _file('commands.html') if has_commands else ''
     return Template(_file('stage.html')).substitute(
         options='\n'.join(options), notes=notes, commands=commands
     )
-
-
-def commands() -> str:
-    """Return the buttons of a live page."""
-    return _file('commands.html')
 
 
 def checkbox(name: str, label: str) -> str:

@@ -1,4 +1,4 @@
-"""Messages of a live page: what a browser that comes later needs of those that went before."""
+"""Messages of a live page, and a summary of earlier ones for each new browser."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Feed:
             self._bytes -= len(frames.popleft()[1])
 
     def snapshot(self) -> bytes:
-        """Return what a browser needs that comes now, encoded as one message."""
+        """Return the summary for a new browser, encoded as one message."""
         t = self._frames[0][0] if self._frames else self._now
         links = sorted(link for link in self._links.values() if link[3])
         return self._encoder.encode([

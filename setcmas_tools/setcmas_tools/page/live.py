@@ -128,7 +128,7 @@ class RunClock:
 
         Args:
             now: Time in s.
-            paused: Whether the control laws' own time stands still.
+            paused: Whether the control laws' own time is stopped.
         """
         if self._counted is None or now - self._last > _SILENCE_S:
             self._counted = 0.0
@@ -359,7 +359,7 @@ class LiveRun:
 
 
 def live_content(takes_actions: bool) -> Mapping[str, Any]:
-    """Return what the content of a live page has besides that of any page."""
+    """Return the content of a live page that other pages lack."""
     charts = [{'name': name, 'unit': unit, 'values': {}} for name, unit in CHARTS]
     return {'charts': charts, 'live': {'commands': takes_actions}}
 

@@ -30,7 +30,7 @@ from setcmas_simu.ros.messages import read_odometry
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
 from setcmas_simu.ros.process import RosProcess
 from setcmas_tools.page.live import Departures, Diagnosis, LiveRun
-from setcmas_tools.page.server import Action, Pause, Stop
+from setcmas_tools.page.server import Action, Pause, Reset, Stop
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -179,7 +179,7 @@ class LiveTopics:
         self._run.see(robot, pose, odometry.V, self._now)
 
     def _on_command(self, _: Point32) -> None:
-        # The time of the control laws stands still while they are paused.
+        # The time of the control laws stops while they are paused.
         self._run.clock.command(self._now, self._run.states.paused(self._now))
 
     def _on_clock(self, message: Clock) -> None:
@@ -247,60 +247,44 @@ class FleetCommands:
     def __init__(self, node: Node) -> None:
         """Prepare; nothing is published before `prepare`."""
         self._node = node
-        self._pause: Publisher | None = None
-        self._reset: Publisher | None = None
-        self._stop: Publisher | None = None
+        self._publishers: dict[type, Publisher] = {}
         self._subscribers = 0
 
     def prepare(self) -> None:
         """Make the publishers, so that subscribers know them when a button is pressed."""
-        if self._pause is None:
-            self._pause = self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT)
-            self._reset = self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT)
-            self._stop = self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT)
+        if not self._publishers:
+            self._publishers = {
+                Pause: self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT),
+                Reset: self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT),
+                Stop: self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT),
+            }
 
     def obey(self, action: Action, real: bool) -> None:
         """Do what a button asks for; real robots are paused and stopped only.
 
         The pause node of an experiment starts robots for its own terminal, whatever is published.
         """
-        if isinstance(action, Stop):
-            self.stop()
-        elif isinstance(action, Pause):
-            self.pause(action.on or real)
+        publisher = self._publishers[type(action)]
+        if not isinstance(action, Reset):
+            publisher.publish(Bool(data=real or isinstance(action, Stop) or action.on))
         elif not real:
-            self.reset()
-
-    def pause(self, paused: bool) -> None:
-        """Pause the robots (True), or start those of a simulation."""
-        if self._pause:
-            self._pause.publish(Bool(data=paused))
-
-    def stop(self) -> None:
-        """Stop all robots at once, until an operator releases them."""
-        if self._stop:
-            self._stop.publish(Bool(data=True))
-
-    def reset(self) -> None:
-        """Put simulated robots back to their start poses."""
-        if self._reset:
-            self._reset.publish(Empty())
+            publisher.publish(Empty())
 
     def follow_subscribers(self, paused: bool) -> None:
         """Repeat a pause that still holds for controllers that are new since the last call."""
-        if self._pause is None:
+        if not self._publishers:
             return
-        subscribers = self._pause.get_subscription_count()
+        subscribers = self._publishers[Pause].get_subscription_count()
         if paused and subscribers > self._subscribers:
-            self._pause.publish(Bool(data=True))
+            self._publishers[Pause].publish(Bool(data=True))
         self._subscribers = subscribers
 
 
 class LawName:
-    """Name of the control law, which each new process of controllers is asked for once."""
+    """Name of the control law, requested once from each new process of controllers."""
 
     def __init__(self, process: RosProcess, node: Node, run: LiveRun) -> None:
-        """Prepare; nothing is asked before `look`."""
+        """Prepare; `look` sends the request."""
         process.add(node)
         self._process = process
         self._node = node

@@ -21,21 +21,13 @@ Packed = list[int | None]
 def page_content(**known: Any) -> dict[str, Any]:
     """Return the content of a page, empty but for what is known."""
     plane: dict[str, Any] = {
-        'arena': None,
-        'discs': [],
-        'polygons': [],
-        'references': [],
-        'drawings': [],
+        **dict.fromkeys(('arena', 'links')),
+        **{name: [] for name in ('discs', 'polygons', 'references', 'drawings')},
+        'sent': {},
     }
     empty: dict[str, Any] = {
-        'scale': SCALE,
-        't': [],
-        'robots': [],
-        'others': [],
-        'calls': {},
-        'plane': {**plane, 'links': None, 'sent': {}},
-        'charts': [],
-        'live': None,
+        **{name: [] for name in ('t', 'robots', 'others', 'charts')},
+        **{'scale': SCALE, 'calls': {}, 'plane': plane, 'live': None},
     }
     return empty | known
 

@@ -49,7 +49,7 @@ class RunHistory:
         return np.stack([track.speeds(times) for track in self.tracks], axis=2)
 
     def put(self, since: float, t: float) -> set[int]:
-        """Return the robots that were put, rather than drove, to where they are at a time."""
+        """Return the robots that were moved, rather than drove, to their poses at a time."""
         both = zip(self.robots, self.tracks, strict=True)
         return {robot for robot, track in both if track.is_broken(since, t)}
 

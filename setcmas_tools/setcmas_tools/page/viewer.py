@@ -20,7 +20,7 @@ from setcmas_tools.page.browser import (
     Opener,
     may_open_windows,
 )
-from setcmas_tools.page.document import commands, document, element, stage
+from setcmas_tools.page.document import checkbox, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LawName, LiveTopics
@@ -90,7 +90,7 @@ class LivePage:
         self._commands = FleetCommands(node) if takes_actions else None
 
     def run(self) -> None:
-        """Send messages until a signal asks to stop."""
+        """Send messages until a signal ends the process."""
         next_look = 0.0
         opener = Opener(self._server.url)
         self._process.launcher.report_ready()
@@ -141,9 +141,8 @@ def live_page(takes_actions: bool) -> str:
     titles = '<h1 id="title">setcmas</h1>\n<p class="soft" id="detail"></p>'
     state = '<p class="outcome" id="state" role="status">connecting</p>'
     header = f'<header>\n<div>\n{titles}\n</div>\n{state}\n</header>'
-    links = '<label><input type="checkbox" id="links" checked> links</label>'
     noscript = f'<noscript>{element("p", "This page needs JavaScript.")}</noscript>'
-    body = [header, noscript, stage([links], commands=commands() if takes_actions else '')]
+    body = [header, noscript, stage([checkbox('links', 'links')], has_commands=takes_actions)]
     return document('setcmas', body, page_content(**live_content(takes_actions)))
 
 

@@ -157,7 +157,7 @@ def draw_instants(figure: Figure, run: Run) -> None:
     figure.set_size_inches(9.0, 1.2 + _INCHES_PER_PANEL * len(robots))
     panels = np.atleast_1d(figure.subplots(len(robots), sharex=True)).tolist()
     for axes, robot in zip(panels, robots, strict=True):
-        times, _ = _sent_and_evaluated(record, robot)
+        times = _sent(record, robot)
         axes.plot(*_spikes(times, 0.0, 1.0), **line_look(robot, len(robots)))
         axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
         axes.set(ylim=(0.0, 1.25), yticks=(0, 1))
@@ -173,7 +173,7 @@ def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -
     axes = figure.add_subplot(title='Communication instants', ylabel='robot')
     robots = table.robots
     for robot in robots:
-        times, _ = _sent_and_evaluated(record, robot)
+        times = _sent(record, robot)
         axes.plot(*_spikes(times, robot - 0.4, robot + 0.4), **line_look(robot, len(robots)))
     axes.spines['left'].set_zorder(1)
     axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
@@ -201,7 +201,7 @@ def draw_counts(figure: Figure, run: Run) -> None:
     )
     panels[0].set(ylabel='states sent, fleet')
     for robot in robots:
-        times, _ = _sent_and_evaluated(record, robot)
+        times = _sent(record, robot)
         panels[1].plot(*_steps(times, end), **line_look(robot, len(robots)))
     panels[1].set(ylabel='states sent, each robot')
     panels[0].set_title('Communications')
@@ -213,9 +213,9 @@ def draw_counts(figure: Figure, run: Run) -> None:
     figure.align_ylabels()
 
 
-def _sent_and_evaluated(record: CommunicationRecord, robot: int) -> tuple[Floats, Floats]:
-    rows = record.triggers[record.triggers[:, 1] == robot]
-    return rows[rows[:, 2] == 1, 0], rows[:, 0]
+def _sent(record: CommunicationRecord, robot: int) -> Floats:
+    t, robots, sent = record.triggers.T
+    return np.asarray(t[(robots == robot) & (sent == 1)])
 
 
 def _spikes(t: Floats, low: float, high: float) -> tuple[Floats, Floats]:

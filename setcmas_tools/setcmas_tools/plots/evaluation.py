@@ -15,10 +15,10 @@ _LOOK = PlotLook()
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What an evaluation has made; as text, the table.
+    """Metrics and plots of a run; as text, the table of the metrics.
 
     Attributes:
-        metrics: What the run is measured by; None if that was not asked for.
+        metrics: None if they were not measured.
         plots: The files of the plots.
     """
 
@@ -41,10 +41,10 @@ def evaluate(
 
     Args:
         run: The run.
-        folder: Where the plots go; None draws none.
-        look: How they look.
-        metrics_file: Where the metrics go; None measures nothing.
-        warn: Shows what of it fails.
+        folder: Folder of the plots; None draws none.
+        look: Appearance of the plots.
+        metrics_file: File of the metrics; None measures nothing.
+        warn: Shows what fails.
 
     Raises:
         SetcmasError: The run cannot be measured, or a file cannot be written.

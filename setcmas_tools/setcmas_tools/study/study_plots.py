@@ -30,7 +30,7 @@ BAND = (0.05, 0.5, 0.95)
 
 _MOST_LINES = 6
 _MARGIN = 0.04
-_BESIDE = 0.06  # between the bars of two lines at one word
+_BETWEEN_BARS = 0.06  # of two lines at the same value
 _SHADES = 'viridis'
 
 
@@ -53,7 +53,7 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
             axes.errorbar(
                 places, middle, _bars(low, middle, high), None, 'o', color=colour, label=name
             )
-            places = [place + _BESIDE for place in places]
+            places = [place + _BETWEEN_BARS for place in places]
     if metric == SUCCESS:
         axes.set_ylim(-0.02, 1.02)
     legend(axes, axes.get_legend_handles_labels()[0] if split else [])
@@ -78,8 +78,8 @@ def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
 def _spread(study: Study, metric: str, rows: Sequence[int], success: str | None) -> Any:
     """Return lower end, middle and upper end of the band for some runs."""
     if metric == SUCCESS:
-        all_of_them = study.successes(success)
-        share, low, high = share_of([all_of_them[row] for row in rows])
+        successes = study.successes(success)
+        share, low, high = share_of([successes[row] for row in rows])
         return low, share, high
     return quantiles(study.numbers(metric)[list(rows)], *BAND)
 
@@ -203,7 +203,7 @@ def _note(
     if broken and metric != SUCCESS:
         words.append(f'{runs_in_words(broken, "broken")} left out')
     if metric in study.metrics and (never := int(np.isinf(study.numbers(metric)).sum())):
-        words.append(f'{runs_in_words(never)} never get{"s" if never == 1 else ""} there')
+        words.append(f'{runs_in_words(never)} never reach{"es" if never == 1 else ""} it')
     axes.annotate(
         '; '.join(words), (0.0, -0.14), xycoords='axes fraction', fontsize=9, color='0.4'
     )
@@ -235,7 +235,7 @@ def figure(
     check_style(palette, paper)
     names = [by] if isinstance(by, str) else list(by or study.names[:1])
     if not 1 <= len(names) <= 2:
-        raise SetcmasError('a plot of a study is by one name that is varied, or by two for a map')
+        raise SetcmasError('a plot of a study needs one varied name, or two for a map')
     with plot_style(palette, paper):
         picture = Picture()
         if metric == TRADEOFF:

@@ -118,7 +118,7 @@ export function stateAt(robot, t) {
 
 export const lastSent = (robot, t) => robot.sent[countUntil(robot.sent, t) - 1];
 
-// The links at a time by 'receiver sender': receiver, sender and weight. Read on from the last time that was asked for.
+// The links at a time by 'receiver sender': receiver, sender and weight. Continues from the time of the last call.
 const links = {t: -Infinity, place: 0, weights: new Map()};
 export function linksAt(t) {
   const changes = run.plane.links || [];
@@ -140,7 +140,7 @@ export function forgetAll() {
   Object.assign(links, {t: -Infinity, place: 0, weights: new Map()});
 }
 
-// A message of poses: numbers of robots with x, y, theta and v of each; who was put there; the run's time.
+// A message of poses: numbers of robots with x, y, theta and v of each; robots that were moved there; the run's time.
 export function addFrame({t, numbers, poses, put, clock, curves}) {
   if (times.length && t <= last()) return;
   times.push(t);

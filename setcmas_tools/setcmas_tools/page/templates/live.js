@@ -1,4 +1,4 @@
-// A run that goes on: what the server of the page reports, and what its buttons ask for.
+// A live run: messages from the server, and requests of the buttons.
 
 import {reach, reachAtLeast} from './camera.js';
 import {find} from './canvas.js';

@@ -27,7 +27,7 @@ function drawGrid(pen, width, height) {
   for (let k = Math.ceil((camera.x - halfX) / gap); k * gap < camera.x + halfX; k++) {
     const x = px(k * gap);
     pen.beginPath(); pen.moveTo(x, 0); pen.lineTo(x, height); pen.stroke();
-    if (x > 40 && x < width - 40) pen.fillText(number(k * gap, digits), x, height - 5);
+    if (x > 40 && x < width - 60) pen.fillText(number(k * gap, digits), x, height - 5);
   }
   pen.textAlign = 'left';
   for (let k = Math.ceil((camera.y - halfY) / gap); k * gap < camera.y + halfY; k++) {

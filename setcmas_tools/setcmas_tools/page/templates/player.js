@@ -35,7 +35,7 @@ function timeText() {
 }
 export const redraw = () => show(player.now);
 
-// The time of the newest message, on the clock of this browser: the one that took the shortest way tells it best.
+// The time of the newest message on the clock of this browser; the message with the least delay sets it.
 export function meet(t) {
   const offset = t - performance.now() / 1000;
   player.offset = Math.max(offset, player.offset - 1e-3);

@@ -1,4 +1,4 @@
-// The table of the robots, and everything that is known of the selected one.
+// The table of the robots, and details of the selected one.
 
 import {find, number} from './canvas.js';
 import {callAt, poseAt, robots, stateAt, wrapped} from './history.js';
@@ -49,13 +49,13 @@ function line(...parts) {
 }
 export function fillAbout(now, selected) {
   find('about').replaceChildren();
-  if (!selected) { line('Select a robot, here or in the picture: what it did and knew, and what its law wanted.'); return; }
+  if (!selected) { line('Select a robot, here or in the picture, to see what its law wanted and what it knew.'); return; }
   const pose = poseAt(selected, now), call = callAt(selected, now), {kind, words} = stateAt(selected, now);
   line(selected.name).className = 'name';
   if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
     isNaN(pose.omega) ? '' : `, turn rate ${number(pose.omega, 3)} rad/s`);
   else line('unknown at this time');
-  if (call) aboutCall(call); else if (!words) line('No call of its law is recorded until now.');
+  if (call) aboutCall(call); else if (!words) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
   if (call) aboutKnown(call);
 }
