@@ -230,6 +230,8 @@ class Host:
         if FORKS and self.process and self.process.poll() is None:
             return
         self._stop()
+        if FORKS and self._children:  # they have ended with the process
+            raise MachineError
         self._orders, theirs = socket.socketpair()
         self._orders.settimeout(_START_S)
         environment = (
