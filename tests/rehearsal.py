@@ -179,7 +179,10 @@ class Rehearsal:
 
     def press_until(self, go: Callable[[], bool]) -> None:
         """Press the key that starts robots, now and then, until they go."""
-        self.peer.wait_for(lambda: self._goes_after_a_press(go))
+        try:
+            self.peer.wait_for(lambda: self._goes_after_a_press(go))
+        except AssertionError as error:
+            raise AssertionError(f'{error}\n{self.output()[-3000:]}') from None
 
     def _goes_after_a_press(self, go: Callable[[], bool]) -> bool:
         if go():

@@ -33,5 +33,6 @@ def test_nothing_of_a_submission_runs_before_it_is_confined(tmp_path):
             assert child.receive(10, 'late', ()) == LOADED[False]
             host.process.kill()  # what is started next finds the files of this one
             host.process.wait()
+            child.end()
 
     assert list(outside.iterdir()) == []
