@@ -112,7 +112,9 @@ class ScriptReloader:
     def _watched_files(self) -> set[Path]:
         if self._laws:
             return {file for law in self._laws for file in law.files}
-        # The imports of a version that does not load are unknown.
+        return self._nearby_files()  # the imports of a version that does not load are unknown
+
+    def _nearby_files(self) -> set[Path]:
         helpers = {file for script in self._scripts for file in script.parent.glob('*.py')}
         return {*self._scripts, *helpers}
 
@@ -122,6 +124,8 @@ class ScriptReloader:
         return ', '.join(script.name for script in saved or self._scripts)
 
     def _reload(self) -> None:
+        # A missing module may appear while the scripts load.
+        self._files.watch({*self._watched_files(), *self._nearby_files()})
         try:
             self._laws = self._loader.load()
         except SetcmasError as error:
@@ -137,7 +141,7 @@ class ScriptReloader:
                 f't {"continues, as in other controllers" if self._stepper.shares_t else "= 0"}'
             )
         self._launcher.report(Reloaded(self._laws != []))
-        self._files.watch(self._watched_files())
+        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._stepper.use(self._laws)
 
     def _is_moving(self) -> bool:

@@ -38,7 +38,7 @@ def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
     start(*SIMU, '--nb-robots', '2', '--cmd-timeout', '1').wait_for_output('simulating')
     odometry = peer.odometry(2)
     commands = [peer.cmd_cart_vel(robot) for robot in (1, 2)]
-    process = start(*CTRL, '--algo', str(law), '--watch')
+    process = start(*CTRL, '--algo', str(law), '--watch', cwd=tmp_path)
 
     def wait_for_velocity(vx, vy):
         peer.wait_for(
@@ -66,6 +66,10 @@ def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
     process.wait_for_output("No module named 'gain_to_come'")
     save(tmp_path / 'gain_to_come.py', 'V = 0.07\n')
     wait_for_velocity(0.07, 0.2)
+    appears = "except ImportError: open('gain_in_time.py', 'w').write('V = 0.09'); raise"
+    imports = f'try: import gain_in_time as gain_of_watched\n{appears}\n'
+    save(law, imports + LAW.replace('SPEED', '0.2').replace('import gain_of_watched', ''))
+    wait_for_velocity(0.09, 0.2)
 
     save(law, LAW.replace('SPEED', '1 / (robotNo - 2)'))
     process.wait_for_output('tb3_2 at t = 0.0 s: law.py, line 10: ZeroDivisionError')
