@@ -168,7 +168,7 @@ class PrivateMounts:
     def enter(self) -> bool:
         """Move this process, which must have no threads, to them; return whether it worked."""
         # A failure half-way must not change this process.
-        return self.are_possible() and self._entered()
+        return hasattr(os, 'fork') and self.are_possible() and self._entered()
 
     def own_home(self, folder: Path, size: int) -> None:
         """Give this process a file system of its own over its folder, with the same files.
