@@ -29,7 +29,7 @@ import numpy as np
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.grade.marks import Marks
-from setcmas_tools.offline.confinement import PrivateMounts
+from setcmas_tools.offline.kernel_confinement import PrivateMounts
 
 SCENARIOS = (
     'nb_robots: 8, duration: 20',

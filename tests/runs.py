@@ -4,8 +4,8 @@ import numpy as np
 
 from setcmas_tools.measures.metrics import measure as measure_run
 from setcmas_tools.plots import film
-from setcmas_tools.plots.look import FilmLook, PlotLook
 from setcmas_tools.plots.plot import plot as plot_run
+from setcmas_tools.plots.plot_settings import FilmSettings, PlotSettings
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_info import RunInfo
@@ -24,11 +24,11 @@ def measure(table, record=None, references=None, call_times=None, **parameters):
 
 
 def plot(path, output=None, **look):
-    return plot_run(Run.load(path), output or find_run(path).plots, PlotLook(**look))
+    return plot_run(Run.load(path), output or find_run(path).plots, PlotSettings(**look))
 
 
 def animate(path, output=None, kind=None, **look):
-    return film.animate(Run.load(path), output or find_run(path).plots, kind, FilmLook(**look))
+    return film.animate(Run.load(path), output or find_run(path).plots, kind, FilmSettings(**look))
 
 
 def distance(run, table, largest_shift=0.5):

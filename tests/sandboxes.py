@@ -4,7 +4,7 @@ import os
 import sys
 
 _FORBIDDING = """
-from setcmas_tools.offline.confinement import PrivateMounts
+from setcmas_tools.offline.kernel_confinement import PrivateMounts
 PrivateMounts.enter = lambda mounts: False
 """
 

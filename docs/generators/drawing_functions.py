@@ -23,7 +23,7 @@ import numpy as np
 from matplotlib.patches import Circle
 from rosbags.highlevel import AnyReader
 
-from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_simu.fleet.topics import ODOM, robot_topic
 from setcmas_tools.plots.style import plot_style, save
 

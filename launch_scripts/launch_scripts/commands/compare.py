@@ -40,7 +40,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.compare.pictures import write_pictures
     from setcmas_tools.compare.run_distance import best_shift
     from setcmas_tools.measures.metrics import measure
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
 
     if len(args.runs) < 2:
@@ -57,6 +57,6 @@ def main(args: argparse.Namespace) -> int:
         verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _warn)
         if verdict:
             print(f'\n{verdict.title}', verdict.table(), *verdict.lines, sep='\n')
-    look = PlotLook(tuple(args.format), args.palette)
+    look = PlotSettings(tuple(args.format), args.palette)
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0

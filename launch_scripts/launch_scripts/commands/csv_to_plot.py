@@ -38,20 +38,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Plot; return the exit status."""
     from setcmas_tools.plots.evaluation import evaluate
-    from setcmas_tools.plots.look import FilmLook, PlotLook
+    from setcmas_tools.plots.plot_settings import FilmSettings, PlotSettings
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
     folder = args.output or find_run(args.run).plots
     run = Run.load(args.run, _warn)
-    look = PlotLook(style.formats, style.palette, style.paper, args.show)
+    look = PlotSettings(style.formats, style.palette, style.paper, args.show)
     # A video takes time and may fail, so report the plots first.
     print('\n'.join(map(str, evaluate(run, folder, look, warn=_warn).plots)), flush=True)
     if film.animate:
         from setcmas_tools.plots.film import animate
 
         kind = None if film.animate == BEST else film.animate
-        film_look = FilmLook(film.speed, style.palette, film.size, film.dpi)
+        film_look = FilmSettings(film.speed, style.palette, film.size, film.dpi)
         print(animate(run, folder, kind, film_look))
     return 0

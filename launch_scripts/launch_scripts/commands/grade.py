@@ -117,7 +117,7 @@ def _grade(
     from setcmas_tools.grade.class_grading import grade
     from setcmas_tools.grade.mark_pages import marks_table, write_pages
     from setcmas_tools.grade.submissions import find_submissions
-    from setcmas_tools.offline.confinement import PrivateMounts
+    from setcmas_tools.offline.kernel_confinement import PrivateMounts
 
     submissions = find_submissions(args.folder, rubric)
     in_lab = None

@@ -44,7 +44,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_simu.robots.identified_robot import write_model_file
     from setcmas_tools.compare import identification
     from setcmas_tools.compare.pictures import write_picture
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
 
     output: Path = args.output
@@ -59,7 +59,9 @@ def main(args: argparse.Namespace) -> int:
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)
-    pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format), args.palette))
+    pictures = write_picture(
+        found, run.title, output, PlotSettings(tuple(args.format), args.palette)
+    )
     limits = args.limits or identification.limits_of(run)
     if limits is None:
         _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')

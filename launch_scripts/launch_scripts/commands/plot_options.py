@@ -15,7 +15,7 @@ from setcmas_simu.options.group import ClashError, Options, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf
 from setcmas_simu.options.option import Form
 from setcmas_tools.page.browser import palette_option
-from setcmas_tools.plots.look import FILMS, FORMATS, PAPERS, FilmLook, PlotLook
+from setcmas_tools.plots.plot_settings import FILMS, FORMATS, PAPERS, FilmSettings, PlotSettings
 from setcmas_tools.run.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def print_evaluation(
     from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.plots.evaluation import evaluate
 
-    look = PlotLook(tuple(args.format), args.palette)
+    look = PlotSettings(tuple(args.format), args.palette)
     evaluation = evaluate(run, folder.plots if args.plots else None, look, folder.metrics, warn)
     with suppress(OSError):  # the terminal may be closed; the work is done
         print(evaluation, *([comparison_line(folder.path, earlier)] if earlier else []), sep='\n')
@@ -139,15 +139,15 @@ class FilmOptions(Options):
     speed: float = option(
         Number(above=0, finite=True, metavar='TIMES'),
         'playback speed, in multiples of real time',
-        default=FilmLook.speed,
+        default=FilmSettings.speed,
     )
     size: tuple[int, int] = option(
-        _Pixels(metavar='WIDTHxHEIGHT'), 'size of the video in pixels', default=FilmLook.size
+        _Pixels(metavar='WIDTHxHEIGHT'), 'size of the video in pixels', default=FilmSettings.size
     )
     dpi: float = option(
         Number(least=50, most=600, metavar='N'),
         'resolution in dots per inch: higher values enlarge text and lines',
-        default=FilmLook.dpi,
+        default=FilmSettings.dpi,
     )
 
     def check(self) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 from launch_scripts.commands.plot_options import PaletteOptions
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import palette
+from setcmas_simu.fleet.palettes import palette
 
 _warn = warner('report')
 

@@ -129,8 +129,8 @@ def _not_repeated(info: RunInfo) -> Iterator[str]:
 def _earlier_scenario(folder: Path) -> Scenario:
     if (folder / INFO_FILE).is_file():
         return Scenario.load(folder / INFO_FILE)
-    from setcmas_tools.study.plan import read_plan
     from setcmas_tools.study.study_files import FILE_NAME
+    from setcmas_tools.study.study_plan import read_plan
 
     if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
         return read_plan(folder.parent).scenario(int(folder.name), folder.parent)

@@ -42,9 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
-    from setcmas_tools.study.plan import check_names, make_plan
     from setcmas_tools.study.study import runs_in_words
     from setcmas_tools.study.study_columns import metric_in
+    from setcmas_tools.study.study_plan import check_names, make_plan
     from setcmas_tools.study.success import check_columns
     from setcmas_tools.study.sweep import carry_out
 
@@ -69,11 +69,11 @@ def main(args: argparse.Namespace) -> int:
     print(study.summary)
     drawn = []
     if args.plots:
-        from setcmas_tools.plots.look import PlotLook
+        from setcmas_tools.plots.plot_settings import PlotSettings
         from setcmas_tools.study.study_plots import plot
 
         metrics = [Path(name).stem for name in options.metric]
-        look = PlotLook(tuple(args.format), args.palette)
+        look = PlotSettings(tuple(args.format), args.palette)
         drawn = plot(study, folder / 'plots', metrics, look)
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
     print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')

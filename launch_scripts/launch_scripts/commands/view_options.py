@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from launch_scripts.processes.node_commands import BROWSER_VIEW, PAGE, node_command
 from launch_scripts.processes.rviz import Companion, rviz_beside, why_no_rviz
-from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
 

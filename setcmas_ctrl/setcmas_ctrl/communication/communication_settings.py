@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.graph import (
     COMPLETE,
     PRESETS,
@@ -19,8 +18,14 @@ from setcmas_ctrl.communication.graph import (
     checked_adjacency,
 )
 from setcmas_ctrl.communication.graph_file import GraphDescription, load_graph
+from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.communication.links import Links
-from setcmas_ctrl.communication.triggering import CTC, THRESHOLD_M, Broadcast, further_than
+from setcmas_ctrl.communication.triggering_conditions import (
+    CTC,
+    THRESHOLD_M,
+    Broadcast,
+    further_than,
+)
 from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.channel import LinkChannel
 from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
+from setcmas_ctrl.communication.link_properties import LinkChannel
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Number, OneOf

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.channel import Channel
+from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.communication.message_randomness import (
     Words,
     happens,

@@ -10,7 +10,7 @@ from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
     chosen_communication,
 )
-from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions

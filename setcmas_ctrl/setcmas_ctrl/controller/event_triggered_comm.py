@@ -11,7 +11,7 @@ from std_msgs.msg import UInt16
 from setcmas_ctrl.communication.communication_settings import (
     Communication,
 )
-from setcmas_ctrl.communication.triggering import CTC, Broadcast
+from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
 from setcmas_ctrl.driving.odometry import FleetOdometry, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import ErrorReports

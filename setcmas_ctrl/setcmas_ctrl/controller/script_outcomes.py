@@ -10,7 +10,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import NoReturn
 
-from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import STOPPED, ErrorReports, StopCall
 from setcmas_simu.reports.launcher import Launcher

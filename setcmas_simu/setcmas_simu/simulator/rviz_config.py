@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import colour
+from setcmas_simu.fleet.palettes import colour
 
 WP_REF = 'wp_ref'
 TRAJ_REF = 'traj_ref'

@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import colour
+from setcmas_simu.fleet.palettes import colour
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name
 from setcmas_simu.options.kinds import Kind, OneOf

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import plot_hex
+from setcmas_simu.fleet.palettes import plot_hex
 from setcmas_simu.fleet.topics import robot_name
 
 _SERIES = {

@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.compare.identification import FORWARD, TURN, Channel, Identified
 from setcmas_tools.compare.run_distance import Shifted
-from setcmas_tools.plots.look import PlotLook
+from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.plots.style import (
     finish,
     legend,
@@ -43,7 +43,7 @@ def write_pictures(
     runs: Sequence[Run],
     shifted: Sequence[Shifted],
     folder: Path,
-    look: PlotLook,
+    look: PlotSettings,
 ) -> list[Path]:
     """Write the pictures of runs, of which the first is the reference.
 
@@ -66,7 +66,7 @@ def write_pictures(
         return _saved({folder / name: figure for name, figure in drawn.items()}, look)
 
 
-def _saved(figures: Mapping[Path, Figure], look: PlotLook) -> list[Path]:
+def _saved(figures: Mapping[Path, Figure], look: PlotSettings) -> list[Path]:
     """Save figures under paths without an ending; return the files."""
     paths: list[Path] = []
     for path, figure in figures.items():
@@ -140,7 +140,7 @@ _FITTED: dict[str, Any] = {'color': 'black', 'linewidth': 1.0, 'linestyle': (0, 
 
 
 def write_picture(
-    found: Mapping[int, Identified], title: str, path: Path, look: PlotLook
+    found: Mapping[int, Identified], title: str, path: Path, look: PlotSettings
 ) -> list[Path]:
     """Write the speeds of robots in the seconds in which their commands change most.
 

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import plot_colour, plot_hex
+from setcmas_simu.fleet.palettes import plot_colour, plot_hex
 from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import show, window
 from setcmas_tools.plots.style import line_look, plot_style, robot_handles, save

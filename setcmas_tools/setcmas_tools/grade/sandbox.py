@@ -31,12 +31,12 @@ from setcmas_tools.grade.sandboxed_script import (
     Refusal,
     SandboxedScript,
 )
-from setcmas_tools.offline.confinement import FILE_SIZE, HOME_SIZE, MEMORY, OPEN_FILES
+from setcmas_tools.offline.child_channel import MachineError
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.fork_server import HOME, Isolation
+from setcmas_tools.offline.forked_child import EndedError, script_of, times_s
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_channel import MachineError
-from setcmas_tools.offline.host_child import EndedError, script_of, times_s
-from setcmas_tools.offline.host_process import HOME, Isolation
+from setcmas_tools.offline.kernel_confinement import FILE_SIZE, HOME_SIZE, MEMORY, OPEN_FILES
 from setcmas_tools.scenario.scenario import Scenario
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')

@@ -14,14 +14,14 @@ import msgspec
 import numpy as np
 
 from setcmas_ctrl import drawing
-from setcmas_ctrl.communication.triggering import CTC, checked_answer, takes_velocities
+from setcmas_ctrl.communication.triggering_conditions import CTC, checked_answer, takes_velocities
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
 from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.host_channel import Channel
+from setcmas_tools.offline.child_channel import Channel
 
 REQUEST = struct.Struct('<?xxxxxxxd')
 """Whether a new adjacency matrix follows the poses, and time in s.

@@ -19,8 +19,8 @@ from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import board, offline_tables
-from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import FleetLaws
+from setcmas_tools.offline.offline_communication import OfflineCommunication
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.run.law_output import DrawingRecord
 from setcmas_tools.run.run import Run

@@ -18,10 +18,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from setcmas_tools.offline.confinement import HOME_FILES, HOME_SIZE, MEMORY
-from setcmas_tools.offline.host_channel import LOOK_S, ChannelError, MachineError
-from setcmas_tools.offline.host_child import Child, times_s
-from setcmas_tools.offline.host_process import (
+from setcmas_tools.offline.child_channel import LOOK_S, ChannelError, MachineError
+from setcmas_tools.offline.fork_server import (
     BEGIN,
     FORKS,
     HOMES,
@@ -32,6 +30,8 @@ from setcmas_tools.offline.host_process import (
     READY_WITH_MOUNTS,
     Isolation,
 )
+from setcmas_tools.offline.forked_child import Child, times_s
+from setcmas_tools.offline.kernel_confinement import HOME_FILES, HOME_SIZE, MEMORY
 
 _START_S = 30.0
 _ANSWER_S = 60.0  # also of a machine that is overloaded
@@ -40,8 +40,8 @@ _MOST_ANSWERED = 1 << 13
 # The current folder stays out of the search path, or else a file such as random.py in a student's
 # folder would hide Python's own. Python 3.10 has no option for it.
 _PROGRAM = (
-    'import sys; del sys.path[0]; from setcmas_tools.offline import host_process; '
-    'host_process.main()'
+    'import sys; del sys.path[0]; from setcmas_tools.offline import fork_server; '
+    'fork_server.main()'
 )
 _ONE_THREAD = dict.fromkeys(
     ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'VECLIB_MAXIMUM_THREADS'), '1'

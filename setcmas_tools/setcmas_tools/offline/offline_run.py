@@ -24,8 +24,8 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.board import Board
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.forked_child import Child, EndedError, script_of
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_child import Child, EndedError, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario

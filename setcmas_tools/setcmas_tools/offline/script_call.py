@@ -14,9 +14,9 @@ from setcmas_ctrl.scripts import robot_script
 from setcmas_ctrl.scripts.script_errors import summarise
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
+from setcmas_tools.offline.child_channel import Channel
+from setcmas_tools.offline.forked_child import Child
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_channel import Channel
-from setcmas_tools.offline.host_child import Child
 
 _BOARD = 'board'
 _exit = os._exit

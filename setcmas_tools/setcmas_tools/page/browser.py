@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf, Whole
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
     chosen_communication,
 )
+from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.arrays import Floats

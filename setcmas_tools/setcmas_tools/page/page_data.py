@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import is_bright, plot_colour, plot_hex
+from setcmas_simu.fleet.palettes import is_bright, plot_colour, plot_hex
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.models import shape_of, symbol
 

@@ -12,7 +12,7 @@ import time
 import webbrowser
 from typing import TYPE_CHECKING
 
-from setcmas_simu.fleet.fleet import palette
+from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.page.browser import (
     BrowserOptions,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_tools.measures.metrics import Metrics, measure, write_yaml
-from setcmas_tools.plots.look import PlotLook
+from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.run.run import Run
 
-_LOOK = PlotLook()
+_LOOK = PlotSettings()
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Evaluation:
 def evaluate(
     run: Run,
     folder: Path | None = None,
-    look: PlotLook = _LOOK,
+    look: PlotSettings = _LOOK,
     metrics_file: Path | None = None,
     warn: Callable[[str], None] = print,
 ) -> Evaluation:

@@ -23,7 +23,7 @@ from tqdm import tqdm
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots import film_writers
-from setcmas_tools.plots.look import FilmLook, check_style
+from setcmas_tools.plots.plot_settings import FilmSettings, check_style
 from setcmas_tools.plots.style import edge_effects, legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
     DrawnPlane,
@@ -51,7 +51,7 @@ class FilmFrames:
     so that each frame takes equally long, even at the end of a long run.
     """
 
-    def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmLook) -> None:
+    def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmSettings) -> None:
         """Draw the static parts; call within `plot_style`.
 
         Args:
@@ -203,7 +203,7 @@ def _age(times: Floats | None, now: float) -> float:
 
 
 _NAME = 'film'
-_LOOK = FilmLook()
+_LOOK = FilmSettings()
 
 
 @dataclass(frozen=True, repr=False)
@@ -230,9 +230,9 @@ class Film:
 
 
 def film(run: Run, kind: str | None = None, **look: Any) -> Film:
-    """Return a film of the fleet in the plane; `kind` as for `animate`, `look` as `FilmLook`."""
+    """Return a film; `kind` as for `animate`, `look` as for `FilmSettings`."""
     with tempfile.TemporaryDirectory(prefix='setcmas-film-') as folder:
-        path = animate(run, Path(folder), kind, FilmLook(**look), progress=False)
+        path = animate(run, Path(folder), kind, FilmSettings(**look), progress=False)
         return Film(path.read_bytes(), path.suffix.removeprefix('.'))
 
 
@@ -240,7 +240,7 @@ def animate(
     run: Run,
     folder: Path,
     kind: str | None = None,
-    look: FilmLook = _LOOK,
+    look: FilmSettings = _LOOK,
     progress: bool = True,
 ) -> Path:
     """Write a film of the fleet in the plane, with trails, drawings, time and communications.

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.look import FILMS
+from setcmas_tools.plots.plot_settings import FILMS
 
 GIF_RATE_HZ = 10.0
 MP4_RATE_HZ = 25.0

@@ -10,9 +10,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
-from setcmas_tools.plots.look import PlotLook, check_style
+from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
 
@@ -53,7 +53,7 @@ _FIRST = (
     'communication_counts', 'graph', 'disagreement', 'errors', 'filter',
 )  # fmt: skip
 
-_LOOK = PlotLook()
+_LOOK = PlotSettings()
 
 
 def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
@@ -66,7 +66,7 @@ def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
 def plot(
     run: Run,
     folder: Path,
-    look: PlotLook = _LOOK,
+    look: PlotSettings = _LOOK,
     warn: Callable[[str], None] = print,
 ) -> list[Path]:
     """Write the plots that apply to a run.

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from setcmas_simu.fleet import fleet
-from setcmas_simu.fleet.fleet import Colour, is_bright, plot_colour
-from setcmas_tools.plots.look import PAPERS
+from setcmas_simu.fleet import fleet, palettes
+from setcmas_simu.fleet.palettes import Colour, is_bright, plot_colour
+from setcmas_tools.plots.plot_settings import PAPERS
 
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _SAMPLES = 5
@@ -28,20 +28,20 @@ _SAMPLES = 5
 
 def robot_dashes(robot: int, nb_robots: int) -> Any:
     """Return the line style of a robot, which distinguishes robots of one colour."""
-    if fleet.palette.get() == 'ros1' or fleet.is_scale(nb_robots):
+    if palettes.palette.get() == 'ros1' or palettes.is_scale(nb_robots):
         return 'solid'
-    return _DASHES[(robot - 1) // fleet.NB_COLOURS % len(_DASHES)]
+    return _DASHES[(robot - 1) // palettes.NB_COLOURS % len(_DASHES)]
 
 
 def is_shared(robot: int) -> bool:
     """Return whether a robot has the common colour of robots beyond the palette."""
-    return fleet.palette.get() == 'ros1' and plot_colour(robot) == plot_colour(10_000)
+    return palettes.palette.get() == 'ros1' and plot_colour(robot) == plot_colour(10_000)
 
 
 def legend_robots(robots: list[int]) -> list[int]:
     """Return the robots with legend entries: all, or a few on a continuous scale."""
     distinct = [robot for robot in robots if not is_shared(robot)]
-    if not fleet.is_scale(len(robots)):
+    if not palettes.is_scale(len(robots)):
         return distinct
     last = len(robots) - 1
     return [robots[round(i * last / (_SAMPLES - 1))] for i in range(_SAMPLES)]
@@ -61,17 +61,16 @@ def plot_style(palette: str | None = None, paper: str | None = None) -> Iterator
     """Draw and save inside in the style of these plots, regardless of the user's settings.
 
     Args:
-        palette: One of `fleet.PALETTES`; by default the one in use.
-        paper: One of `look.PAPERS` for fonts and sizes of a printed paper; None for screens and
-            slides.
+        palette: One of `palettes.PALETTES`; by default the one in use.
+        paper: One of `PAPERS`, for fonts and sizes of a printed paper; None for screens.
     """
-    tokens = fleet.palette.set(palette or fleet.palette.get()), _paper.set(paper)
+    tokens = palettes.palette.set(palette or palettes.palette.get()), _paper.set(paper)
     try:
         names = ['screen', 'paper'] if paper else ['screen']
         with style.context(['default', *(_STYLES / f'{name}.mplstyle' for name in names)]):
             yield
     finally:
-        fleet.palette.reset(tokens[0])
+        palettes.palette.reset(tokens[0])
         _paper.reset(tokens[1])
 
 

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from setcmas_ctrl.filter.safety_filter import Verdict
-from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Errors, task_of

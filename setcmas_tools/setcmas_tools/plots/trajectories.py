@@ -19,7 +19,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import Colour, plot_colour
+from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
 from setcmas_tools.measures.task import task_of
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.scripts.imports import MOST_BYTES
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError

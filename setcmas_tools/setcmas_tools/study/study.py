@@ -16,8 +16,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.table import Table
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run, data_frame, tool
-from setcmas_tools.study.plan import Plan, read_plan
 from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.study.study_plan import Plan, read_plan
 from setcmas_tools.study.study_table import FILE_NAME, OUTCOME, read_table
 from setcmas_tools.study.success import Success, share_of
 

@@ -14,8 +14,8 @@ from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import builtins_of, this_origin
 from setcmas_tools.scenario.scenario_files import INPUTS
 from setcmas_tools.study import study_files, study_table
-from setcmas_tools.study.plan import Plan
 from setcmas_tools.study.study_files import StudyInfo, read_info, write_info
+from setcmas_tools.study.study_plan import Plan
 
 _PARTS = (
     INPUTS,

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import PALETTES
-from setcmas_tools.plots.look import PlotLook, check_style
+from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.plots.plot import Picture
+from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, median, quantiles, runs_in_words
 from setcmas_tools.study.study_columns import COLUMNS
@@ -251,7 +251,7 @@ def figure(
 
 
 def plot(
-    study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotLook | None = None
+    study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotSettings | None = None
 ) -> list[Path]:
     """Write the plots of a study.
 
@@ -267,7 +267,7 @@ def plot(
     Raises:
         SetcmasError: There is no such metric, or the plots cannot be written.
     """
-    chosen = look or PlotLook()
+    chosen = look or PlotSettings()
     chosen.check()
     paths: list[Path] = []
     with written(folder):

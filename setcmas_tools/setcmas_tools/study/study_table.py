@@ -13,7 +13,7 @@ from typing import IO, Any
 import msgspec
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.study.case_table import CaseTable
+from setcmas_tools.study.study_cases import CaseTable
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_row import Row
 

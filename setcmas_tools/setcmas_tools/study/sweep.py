@@ -17,10 +17,10 @@ from setcmas_ctrl.control.control_options import Algo
 from setcmas_simu.errors import needs
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.study.plan import Plan, Variation, make_plan
 from setcmas_tools.study.study import Study
 from setcmas_tools.study.study_folder import prepare, written
 from setcmas_tools.study.study_options import SweepOptions
+from setcmas_tools.study.study_plan import Plan, Variation, make_plan
 from setcmas_tools.study.study_row import Job, memory_of_each
 from setcmas_tools.study.study_table import FILE_NAME, StudyTable
 from setcmas_tools.study.study_workers import Workers

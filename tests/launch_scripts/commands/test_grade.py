@@ -9,7 +9,7 @@ from processes import SETCMAS, TIMEOUT_S, Process, refuses, run_setcmas
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools.grade.class_grading import KEPT
-from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.kernel_confinement import obstacle
 
 needs_sandbox = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 LAW = ALGORITHMS.file('consensus').read_text()

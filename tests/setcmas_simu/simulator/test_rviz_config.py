@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from setcmas_simu.fleet.fleet import colour
+from setcmas_simu.fleet.palettes import colour
 from setcmas_simu.simulator.rviz_config import rviz_config
 
 ROOT = Path(__file__).parents[3]

@@ -14,7 +14,8 @@ from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
-from setcmas_simu.fleet.fleet import colour, start_poses
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.palettes import colour
 
 
 def test_odometry_pose_and_marker_of_every_robot(start, peer):

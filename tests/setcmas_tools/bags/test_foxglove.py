@@ -4,7 +4,7 @@ import re
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from setcmas_simu.fleet.fleet import plot_hex
+from setcmas_simu.fleet.palettes import plot_hex
 from setcmas_tools.bags.foxglove import foxglove_layout, odometry_topics, write_layout
 
 MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))

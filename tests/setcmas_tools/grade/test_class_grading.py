@@ -17,8 +17,8 @@ from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.sandbox import Times
 from setcmas_tools.grade.submissions import Submission
-from setcmas_tools.offline.confinement import obstacle
-from setcmas_tools.offline.host_channel import MachineError
+from setcmas_tools.offline.child_channel import MachineError
+from setcmas_tools.offline.kernel_confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 

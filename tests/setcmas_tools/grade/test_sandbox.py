@@ -14,9 +14,9 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
-from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.child_channel import MachineError
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_channel import MachineError
+from setcmas_tools.offline.kernel_confinement import obstacle
 from setcmas_tools.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())

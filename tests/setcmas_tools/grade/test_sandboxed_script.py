@@ -9,7 +9,7 @@ from sandboxes import forbid_mounts
 
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
-from setcmas_tools.offline.confinement import PrivateMounts, obstacle
+from setcmas_tools.offline.kernel_confinement import PrivateMounts, obstacle
 from setcmas_tools.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())

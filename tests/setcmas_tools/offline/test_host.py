@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_tools.grade.sandbox import sandbox
 from setcmas_tools.grade.sandboxed_script import LOADED, SandboxedScript
-from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.kernel_confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 

@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
-from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools import simulate
 from setcmas_tools.plots.communication_plots import draw_counts, draw_graph, draw_instants
 from setcmas_tools.plots.plot import plots_of

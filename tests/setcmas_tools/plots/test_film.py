@@ -10,7 +10,8 @@ from PIL import Image
 from runs import animate
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import plot_colour, start_poses
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.plots import film_writers
 from setcmas_tools.run.communication_record import record_of
 from setcmas_tools.run.fleet_motion import fleet_table

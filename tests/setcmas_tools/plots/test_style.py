@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from circling_fleets import drawn
 
-from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.plots.style import line_look, plot_style
 from setcmas_tools.plots.time_plots import (
     draw_distances,

@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_info import State
-from setcmas_tools.study.case_table import CaseTable
+from setcmas_tools.study.study_cases import CaseTable
 from setcmas_tools.study.study_row import Row
 from setcmas_tools.study.study_table import ROWS as ROWS_FILE
 from setcmas_tools.study.study_table import StudyTable, read_table

@@ -15,7 +15,7 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
-from setcmas_tools.study.case_table import SEED, CaseTable, located_at, read_cases
+from setcmas_tools.study.study_cases import SEED, CaseTable, located_at, read_cases
 from setcmas_tools.study.study_columns import COLUMNS, check_metrics, digest_of
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
 from setcmas_tools.study.study_row import kept

@@ -1,4 +1,4 @@
-"""Appearance of plots: formats, palette, paper, fonts and sizes."""
+"""Settings of plots and films: formats, palette, paper and sizes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_simu.fleet.palettes import PALETTES
 
 FORMATS = ('png', 'pdf', 'svg')
 """File formats by file ending: PNG at 150 dpi (600 on paper), and vector graphics."""
@@ -19,12 +19,12 @@ FILMS = ('mp4', 'gif')
 
 
 @dataclass(frozen=True)
-class PlotLook:
+class PlotSettings:
     """Appearance of plots.
 
     Attributes:
         formats: Any of `FORMATS`.
-        palette: One of `fleet.PALETTES`.
+        palette: One of `palettes.PALETTES`.
         paper: One of `PAPERS`, for fonts and sizes of a printed paper.
         show: Whether to open the plots in windows until the user closes them.
     """
@@ -46,12 +46,12 @@ class PlotLook:
 
 
 @dataclass(frozen=True)
-class FilmLook:
+class FilmSettings:
     """Appearance of films.
 
     Attributes:
         speed: Playback speed in multiples of real time.
-        palette: One of `fleet.PALETTES`.
+        palette: One of `palettes.PALETTES`.
         size: Width and height in pixels; odd sizes are reduced by one for MP4.
         dpi: Dots per inch; higher values enlarge text and lines.
     """

@@ -28,8 +28,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-from setcmas_tools.offline.confinement import MOST_DESCRIPTORS, Confinement, limit_amounts
-from setcmas_tools.offline.host_channel import Channel
+from setcmas_tools.offline.child_channel import Channel
+from setcmas_tools.offline.kernel_confinement import MOST_DESCRIPTORS, Confinement, limit_amounts
 from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_with_parent
 
 FORKS = hasattr(os, 'fork')

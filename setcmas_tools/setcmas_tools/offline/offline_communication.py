@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.graph import GraphChanges
-from setcmas_ctrl.communication.triggering import CONSEQUENCE, have_gone_far
+from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function

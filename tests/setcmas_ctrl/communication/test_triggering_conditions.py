@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast, further_than
+from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, Broadcast, further_than
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 

@@ -1,7 +1,7 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.study.case_table import CaseTable, read_cases
+from setcmas_tools.study.study_cases import CaseTable, read_cases
 from setcmas_tools.study.variation import Draw
 
 

@@ -1,4 +1,4 @@
-"""Channels between robots: delay, loss and noise of each link."""
+"""Properties of the links between robots: delay, loss and noise."""
 
 from __future__ import annotations
 

@@ -11,14 +11,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-from setcmas_tools.offline.host_channel import (
+from setcmas_tools.offline.child_channel import (
     LOOK_S,
     Channel,
     ChannelError,
     LateError,
     MachineError,
 )
-from setcmas_tools.offline.host_process import END, WAIT, last_places, places_size
+from setcmas_tools.offline.fork_server import END, WAIT, last_places, places_size
 
 _PLACE_S = 2.0  # a process that waits for a core answers late
 _MOST_WAITED_S = 600.0

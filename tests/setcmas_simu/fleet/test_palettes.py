@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.fleet.palettes import colour, palette, plot_colour, plot_hex
+
+
+@pytest.fixture
+def ros1():
+    token = palette.set('ros1')
+    yield
+    palette.reset(token)
+
+
+def test_colours_of_the_ros_1_stack(ros1):
+    assert colour(1) == (1.0, 0.0, 0.0)
+    assert colour(4) == (1.0, 0.91, 0.31)
+    assert colour(5) == (1.0, 1.0, 1.0)
+    assert colour(9) == colour(50)
+    assert plot_colour(5) != (1.0, 1.0, 1.0)
+    assert plot_colour(6) == colour(6)
+    assert [plot_hex(robot) for robot in (1, 4, 5, 30)] == [
+        '#ff0000',
+        '#ffe84f',
+        '#c7c7c7',
+        '#808080',
+    ]
+
+
+# G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE TVCG 15(6), 2009: deuteranopia.
+SEEN = [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]]
+
+
+def least_difference():
+    linear = np.array([colour(robot) for robot in range(1, 9)]) ** 2.2
+    seen = np.clip(linear @ np.transpose(SEEN), 0, 1) ** (1 / 2.2)
+    differences = np.linalg.norm(seen[:, None] - seen, axis=2)
+    return differences[np.triu_indices(8, 1)].min()
+
+
+def test_colour_blind_readers_can_tell_eight_robots_apart():
+    assert least_difference() > 0.18
+
+
+def test_the_colours_of_ros_1_look_alike_to_them(ros1):
+    assert least_difference() < 0.16
+
+
+def test_a_large_fleet_has_a_scale_of_colours():
+    found = [plot_colour(robot, 50) for robot in range(1, 51)]
+
+    assert len(set(found)) == 50
+    assert (np.diff([sum(one) for one in found]) > 0).all()
