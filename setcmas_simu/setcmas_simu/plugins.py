@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-_OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
+OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
 """The package that pip installs, and those that colcon builds."""
 
 
@@ -61,7 +61,7 @@ class Plugin:
     @property
     def built_in(self) -> bool:
         """Whether it comes with setcmas."""
-        return self.package.replace('-', '_') in _OUR_PACKAGES
+        return self.package.replace('-', '_') in OUR_PACKAGES
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from typing import Any
 from setcmas_ctrl import rviz_marker, rviz_marker_array
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
+from setcmas_simu.plugins import OUR_PACKAGES
 
 MOST_BYTES = 2_000_000
 """Largest script."""
@@ -182,14 +183,14 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
 
 
 def imported_packages(sources: Iterable[bytes]) -> set[str]:
-    """Return the packages that the sources of scripts import, except Python's own."""
+    """Return the packages that the sources of scripts import, except Python's and setcmas's."""
     found = set()
     for source in sources:
         with contextlib.suppress(SyntaxError, ValueError):
             nodes = [node for node in _import_statements(source) if not getattr(node, 'level', 0)]
             names = [name for node in nodes for _, name in _names(node, Path(), Path())]
             found |= {name.partition('.')[0] for name in names}
-    return found - sys.stdlib_module_names
+    return found - sys.stdlib_module_names - _DRAWING.keys() - {*OUR_PACKAGES}
 
 
 @lru_cache(maxsize=64)

@@ -192,6 +192,7 @@ def test_installed_packages_that_scripts_import_are_known_without_running_them()
     sources = [
         b'import os, numpy.linalg as la\ndef f():\n    from yaml import x',
         b'from . import a',
+        b'import rviz_marker\nfrom setcmas_ctrl import drawing',
         b'(',
     ]
 
