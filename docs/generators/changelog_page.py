@@ -23,6 +23,7 @@ def text(package: str, markdown: str) -> str:
     for section in re.split(r'^## ', markdown, flags=re.MULTILINE)[1:]:
         head, _, body = section.partition('\n')
         version, _, day = head.partition(', ')
+        body = re.sub(r'^### .*$', '', body, flags=re.MULTILINE)
         name = 'Forthcoming' if day == 'unreleased' else f'{version} ({day})'
         parts.append('\n'.join([name, '-' * len(name), *_items(body)]))
     return '\n\n'.join(parts) + '\n'
