@@ -22,7 +22,6 @@ class LaunchArgument:
     """An argument such as `nb_robots:=8`.
 
     Attributes:
-        name: Its name.
         help: What it means.
         flag: The option that it is, as typed; empty for a scenario file.
         is_switch: Whether the option has no value.

@@ -30,7 +30,6 @@ class PluginError(SetcmasError):
     """A plugin cannot be used; `reason` says why, in one line."""
 
     def __init__(self, kind: str, plugin: Plugin, reason: str) -> None:
-        """Name the plugin, its package and the reason."""
         self.reason = ' '.join(reason.split())
         super().__init__(f'{kind} {plugin.title} cannot be used: {self.reason}')
 

@@ -30,7 +30,6 @@ class ScriptCalls:
     """
 
     def __init__(self, memory: int) -> None:
-        """Map a file that the process maps too, by its descriptor."""
         self._current = CurrentCall.shared(memory)
         self._failed: dict[ScriptCall, None] = {}
         self._reported_since = 0.0
@@ -115,7 +114,6 @@ class ChildDiedError(Exception):
     """A process ended unexpectedly; `exit_status` is for the command."""
 
     def __init__(self, message: str, exit_status: int) -> None:
-        """Store message and exit status."""
         super().__init__(message)
         self.exit_status = exit_status
 
@@ -128,7 +126,6 @@ class Child:
         shown: Whether its output is shown.
         needed: Whether the other processes need it.
         reports: Pipe of its reports.
-        calls: Its script calls.
         on_hang: Called when a script call does not return.
         killed: Whether it had to be killed.
         on_report: Called with its reports.

@@ -126,7 +126,6 @@ class EmulatedRun(RecordedRun):
     def __init__(
         self, supervisor: Supervisor, scenario: Scenario, bag: Path, lab: Lab, watch: bool
     ) -> None:
-        """Start the processes."""
         self.started = False
         self.paused = True
         self._why_paused = ''

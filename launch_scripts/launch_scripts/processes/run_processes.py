@@ -40,7 +40,6 @@ class RecordedRun:
     """
 
     def __init__(self, supervisor: Supervisor, bag: Path) -> None:
-        """Start the recorder."""
         self.status = 0
         self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
         self._begin = time.monotonic()

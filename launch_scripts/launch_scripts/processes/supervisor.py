@@ -67,14 +67,12 @@ class Supervisor:
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
-        """Take over the stop signals."""
         self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
         adopt_orphans()
         self._earlier_children = children()
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """Stop all processes."""
         self.stop(*reversed(self.children))
         for process in self._helpers:
             _end(process)

@@ -60,7 +60,6 @@ class Keyboard:
     """
 
     def __init__(self, there: bool) -> None:
-        """Set whether there is a terminal."""
         self.there = there
 
     def pressed(self) -> str:

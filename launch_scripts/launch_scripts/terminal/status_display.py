@@ -38,7 +38,6 @@ class StatusDisplay:
     """
 
     def __init__(self, stream: QueuedStream) -> None:
-        """Set the output stream."""
         self._console = Console(file=cast(IO[str], stream), highlight=False)
         self._live: Live | None = None
         self._next_plain = 0.0

@@ -26,7 +26,6 @@ class LineBuffer:
     """Splits the output of a process into lines."""
 
     def __init__(self, prefix: str, stream: Stream) -> None:
-        """Set the text before each line, and the destination of the lines."""
         self.stream = stream
         self._prefix = prefix
         self._rest = b''
@@ -75,7 +74,6 @@ class OutputQueue:
     """
 
     def __init__(self) -> None:
-        """Start the thread."""
         self.broken = False
         self._dropped = 0
         self._texts: queue.Queue[tuple[int, str] | None] = queue.Queue(_CAPACITY)
@@ -117,7 +115,6 @@ class QueuedStream(io.TextIOBase):
     encoding = 'utf-8'  # as `OutputQueue`; tqdm draws its bar accordingly
 
     def __init__(self, output: OutputQueue, stream: IO[str]) -> None:
-        """Replace a stream with a file descriptor."""
         self._output = output
         self._descriptor = stream.fileno()
 

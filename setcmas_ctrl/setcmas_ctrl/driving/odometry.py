@@ -54,7 +54,6 @@ class FleetOdometry:
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
-        """Subscribe to the odometry of some robots of a fleet, by default all."""
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0

@@ -22,7 +22,6 @@ class Finding:
     Attributes:
         level: OK, NOTE (works, with a remark) or PROBLEM (does not work).
         what: Subject of the check.
-        found: Its result.
         advice: What to do; empty if nothing.
     """
 

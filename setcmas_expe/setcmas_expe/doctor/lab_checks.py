@@ -105,7 +105,6 @@ class RobotCheck:
     """Measurements of one robot.
 
     Attributes:
-        robot: The robot.
         mocap: Regularity of its poses.
         pose: The last good pose (m, rad); None if there is none.
         fault: What is wrong with its poses; None if nothing.

@@ -29,7 +29,6 @@ class RobotWatch:
     """Messages of one robot since the watch began.
 
     Attributes:
-        robot: The robot.
         track: Its poses, and which of them to trust.
         arrivals: When its poses arrived, in s on the system's clock.
         stamps: Their stamps, in s.
@@ -54,14 +53,12 @@ class LabWatch(FleetNode):
     """Listens to all robots of a lab and to its motion capture system.
 
     Attributes:
-        lab: The lab.
         robots: Messages of each robot, by number.
         robot_guards: The watch over each robot's guard, by number.
         mocap: Receiver of motion capture.
     """
 
     def __init__(self, lab: Lab) -> None:
-        """Start to listen."""
         super().__init__('doctor')
         self.lab = lab
         self.robots = {

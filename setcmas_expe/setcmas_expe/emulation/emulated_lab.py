@@ -65,7 +65,6 @@ class EmulatedMocapDriver(FleetNode):
     """Publishes sightings, best effort as real drivers do."""
 
     def __init__(self, lab: Lab) -> None:
-        """Create the node with a publisher for each robot of the lab."""
         super().__init__(f'{lab.mocap.preset}_driver')
         self._type = lab.mocap.source.message_class()
         self._bodies = [
@@ -96,7 +95,6 @@ class EmulatedGuards:
     """The guards of some robots, by index."""
 
     def __init__(self, robots: Sequence[LabRobot], options: GuardOptions) -> None:
-        """Start them."""
         self._robots = robots
         self._options = options
         self._guards = [self._guard(robot) for robot in robots]

@@ -25,7 +25,6 @@ class Commands:
     """The commands of one process; their stamps show how late they are."""
 
     def __init__(self, silence_s: float = SILENCE_S) -> None:
-        """Start without any."""
         self._silence_s = silence_s
         self.forget()
 
@@ -62,7 +61,6 @@ class StopOnSilence:
     """
 
     def __init__(self, now: float, silence_s: float = SILENCE_S) -> None:
-        """Start at a time, with a robot that may be moving without a commander."""
         self._silence_s = silence_s
         self._moving = True
         self._newest = (math.inf, 0.0)  # unknown

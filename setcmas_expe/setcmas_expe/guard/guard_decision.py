@@ -34,7 +34,6 @@ class Source:
     """
 
     def __init__(self) -> None:
-        """Start without one."""
         self.pinned = b''
 
     def conflict(self, found: AbstractSet[bytes], operator: bytes | None, free: bool) -> str:

@@ -106,7 +106,6 @@ class TwiceSeen:
     """Confirms a finding by a second look: processes that start or end show up bit by bit."""
 
     def __init__(self) -> None:
-        """Start without a look."""
         self._last = self._confirmed = ''
 
     def new(self, found: str) -> str:

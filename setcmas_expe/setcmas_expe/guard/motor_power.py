@@ -15,14 +15,9 @@ _UNANSWERED = 50
 
 
 class MotorPower:
-    """Asks the robot to switch its motors, off again and again: it may have been restarted.
-
-    Attributes:
-        power: The robot's last answer.
-    """
+    """Asks the robot to switch its motors, off again and again: it may have been restarted."""
 
     def __init__(self, node: Node, service: str = topics.MOTOR_POWER) -> None:
-        """Call the service through a node, which needs no executor."""
         self.power = Power.UNKNOWN
         self._wanted: Power | None = None
         self._client = node.create_client(SetBool, service)

@@ -120,7 +120,6 @@ class Runaways:
     """
 
     def __init__(self, limits: VelocityLimits) -> None:
-        """Start with robots at rest."""
         self.robots: dict[int, float] = {}
         self._limits = limits
         self._stops_since: dict[int, float] = {}  # until a robot has come to rest

@@ -56,7 +56,6 @@ class Surroundings:
     """
 
     def __init__(self, node: Node) -> None:
-        """Look through a node in the robot's namespace."""
         self._node = node
         self.cmd_vel = node.resolve_topic_name(topics.CMD_VEL)
         self.guarded = node.resolve_topic_name(topics.CMD_VEL_GUARDED)

@@ -24,7 +24,6 @@ class Battery:
     """
 
     def __init__(self) -> None:
-        """Start without a measurement."""
         self._in_percent = False
 
     def percent(self, percentage: float) -> float | None:
@@ -97,7 +96,6 @@ class Lab:
 
     Attributes:
         robots: The robots, numbered 1 to N in this order.
-        mocap: The motion capture system.
         arena: Where robots may be.
         min_separation: Smallest distance between two robots' centres, in m.
         obstacles: Obstacles for the robots.

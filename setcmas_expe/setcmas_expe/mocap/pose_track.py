@@ -24,7 +24,6 @@ class StampClock:
     """
 
     def __init__(self) -> None:
-        """Start without a measurement."""
         self._offset: float | None = None
         self._stamp = self._now = 0.0
         self.repeats = 0
@@ -61,7 +60,6 @@ class Arrivals:
     """Times of the last measurements, in s on a steady clock."""
 
     def __init__(self) -> None:
-        """Start without a measurement."""
         self._times: deque[float] = deque(maxlen=_REMEMBERED)
 
     def add(self, now: float) -> float:
@@ -111,7 +109,6 @@ class Reach:
     """
 
     def __init__(self, limits: VelocityLimits) -> None:
-        """Take the robot's speed limits."""
         self._limits = limits
         self._poses: deque[tuple[float, Pose]] = deque()
 
@@ -185,7 +182,6 @@ class PoseTrack:
     """
 
     def __init__(self, arena: Arena, limits: VelocityLimits) -> None:
-        """Start without a pose."""
         self.pose: Pose | None = None
         self.received = -math.inf
         self.fault = ''

@@ -20,7 +20,6 @@ class VelocityFilter:
     """
 
     def __init__(self) -> None:
-        """Start at rest."""
         self._last: tuple[float, Pose] | None = None
         self._V = self._omega = 0.0
 

@@ -25,7 +25,6 @@ class Joystick:
     """
 
     def __init__(self) -> None:
-        """Start without a joystick."""
         self.held: frozenset[int] = frozenset()
         self._down: frozenset[int] | None = None
         self._last_message = -math.inf

@@ -24,7 +24,6 @@ class StartRequests:
     """Judges single presses; all times in s on a steady clock."""
 
     def __init__(self) -> None:
-        """Start without any."""
         self._stopped_itself = self._pressed = -math.inf
 
     def note_pause(self, by_itself: bool, now: float) -> None:
@@ -41,7 +40,6 @@ class HeldStart:
     """Judges the presses of a key or button that must be held; all times in s."""
 
     def __init__(self) -> None:
-        """Start with nothing held."""
         self._pressed = -math.inf
         self._spent = False
 
@@ -69,7 +67,6 @@ class Emergency:
     """
 
     def __init__(self) -> None:
-        """Start without one."""
         self.why = ''
         self._asked = self._pressed = self._released = -math.inf
 

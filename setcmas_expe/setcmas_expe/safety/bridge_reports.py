@@ -29,7 +29,6 @@ class StopReports:
     """Reports each stop and its reason once, and once when it is over."""
 
     def __init__(self, warn: Callable[[str], None]) -> None:
-        """Report through a function that shows a message to the user."""
         self._warn = warn
         self._reported: dict[int, str] = {}
         self._gone_since: dict[int, float] = {}
@@ -184,7 +183,6 @@ class RobotDiagnostics:
     """
 
     def __init__(self, node: Node) -> None:
-        """Publish through a node."""
         self._node = node
         self._publishers = [
             node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE),

@@ -159,7 +159,6 @@ class MotionCheck:
     """
 
     def __init__(self) -> None:
-        """Start without a past."""
         self._rows: deque[_Row] = deque()
         self._commands: deque[tuple[float, float, float]] = deque()
         self._wheels: tuple[float, float] | None = None

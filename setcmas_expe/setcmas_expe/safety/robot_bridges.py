@@ -54,7 +54,6 @@ class MocapBridge(FleetNode):
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
-        """Create the node in the robot's namespace."""
         super().__init__('mocap_bridge', namespace=topics.robot_name(robot.number))
         self.robot = robot.number
         self.body = robot.mocap_name
@@ -102,7 +101,6 @@ class CmdVelBridge(FleetNode):
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
-        """Create the node in the robot's namespace."""
         super().__init__(topics.CMD_VEL_BRIDGE_NODE, namespace=topics.robot_name(robot.number))
         self.robot = robot.number
         self.topic = robot.topic(topics.CMD_VEL)

@@ -24,7 +24,6 @@ class Source(msgspec.Struct, frozen=True):
     process: int
 
     def __str__(self) -> str:
-        """Return the source as text."""
         return f'{self.kind.value} (process {self.process} on {self.host})'
 
 

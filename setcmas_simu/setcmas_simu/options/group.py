@@ -26,7 +26,6 @@ class ClashError(SetcmasError):
     """Options contradict each other; `typed` is the message with their names as typed."""
 
     def __init__(self, message: str, *names: str) -> None:
-        """Fill the names of options into a message."""
         super().__init__(message.format(*names))
         self.names = names
         self.typed = message.format(*map(spelled, names))

@@ -27,7 +27,6 @@ class LineDecoder(Generic[AnyMessage]):
     """Turns the bytes of a pipe into messages."""
 
     def __init__(self, kinds: Any) -> None:
-        """Decode messages of one class, or of a union of classes."""
         self._decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(kinds)
         self._rest = b''
 

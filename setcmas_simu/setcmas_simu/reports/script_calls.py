@@ -37,7 +37,6 @@ class ScriptFailure:
     Attributes:
         t: Time of the first failed call in s, as control laws see it: a pause stops it.
         robot: Number of the robot.
-        function: The function that failed.
         script: Name of the file with the error: the script, or a module that it imports.
         line: Line of the error in that file, if known.
         text: The message shown to the user.

@@ -33,7 +33,6 @@ class MixedFleet(RobotModel):
     """Robots of several models; robots of the same model move together."""
 
     def __init__(self, models: Sequence[RobotModel]) -> None:
-        """Take the model of each robot."""
         distinct = {id(model): model for model in models}
         self._groups = [
             (model, np.array([i for i, one in enumerate(models) if one is model]))

@@ -28,7 +28,6 @@ class FleetAnnouncer:
     """
 
     def __init__(self, node: Node, kind: Kind) -> None:
-        """Create the publisher without announcing anything yet."""
         self._source = own_source(kind)
         self._publisher = node.create_publisher(String, topics.FLEET, qos.LATCHED)
 

@@ -25,7 +25,6 @@ class Ticks:
     """
 
     def __init__(self, rate: float) -> None:
-        """Start at tick 0."""
         self.rate = rate
         self.count = 0
         self.time = 0.0
@@ -62,7 +61,6 @@ class Follower(msgspec.Struct, frozen=True):
     robots: tuple[int, ...] = ()
 
     def __str__(self) -> str:
-        """Return the process as text."""
         kind = 'controller' if self.robots else 'recorder'
         return f'{kind} (process {self.process} on {self.host})'
 
@@ -71,7 +69,6 @@ class Answer(msgspec.Struct, frozen=True):
     """Progress of a follower.
 
     Attributes:
-        follower: The process.
         stamp: Stamp in ns of the newest states that it has finished with.
         commanded: Stamp in ns of the last commands that it sent; NO_STAMP if it sent none.
         leaves: Whether it stops following.
@@ -123,7 +120,6 @@ class Roll:
         self._begun = False
 
     def __len__(self) -> int:
-        """Return the number of followers."""
         return len(self._answers)
 
     @property

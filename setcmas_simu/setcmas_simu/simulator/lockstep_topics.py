@@ -43,7 +43,6 @@ class AnswerTopic(PolledTopic):
     """Passes answers to a roll."""
 
     def __init__(self, node: Node, roll: Roll) -> None:
-        """Listen through a node."""
         self._roll = roll
         super().__init__(node, String, topics.LOCKSTEP, self._on_text, qos.LATCHED_BY_MANY)
 
@@ -56,7 +55,6 @@ class ClockTopic:
     """Publishes the time of a simulation."""
 
     def __init__(self, node: Node) -> None:
-        """Create the publisher on a node."""
         self._publisher = node.create_publisher(Clock, topics.CLOCK, qos.LOCKSTEP_STATE)
 
     def publish(self, stamp: Time) -> None:

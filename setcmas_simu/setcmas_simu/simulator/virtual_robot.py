@@ -82,7 +82,6 @@ class FleetTransforms:
     """Publishes the transforms of all robots of a process in one message."""
 
     def __init__(self, node: Node, frames: list[tuple[str, str]]) -> None:
-        """Prepare the message, from parent and child frame of each robot."""
         self._publisher = None
         if TFMessage is None:
             return
@@ -188,7 +187,6 @@ class _Located(PreparedMessage):
     """An encoded message with the robot's pose."""
 
     def __init__(self, message: Any, pose: str) -> None:
-        """Encode a message with a header and a pose field."""
         super().__init__(message)
         self._write_stamp = self.place('header.stamp.sec', STAMP)
         self._write_pose = self.place(f'{pose}.position.x', POSE)

@@ -108,7 +108,6 @@ class BagWriter:
         )
 
     def __enter__(self) -> BagWriter:
-        """Return the writer."""
         return self
 
     def __exit__(
@@ -151,7 +150,6 @@ class TransformRecorder:
     """
 
     def __init__(self, writer: BagWriter) -> None:
-        """Write through a writer, from the first odometry on."""
         self.wanted = True
         self._writer = writer
         self._connections: dict[str, Connection] = {}

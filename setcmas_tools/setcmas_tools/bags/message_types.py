@@ -61,7 +61,6 @@ class BagTypes:
     """Resolves the types of a bag."""
 
     def __init__(self) -> None:
-        """Start without any type."""
         # Topics may disagree on a definition, as in merged bags.
         self._resolved: dict[tuple[str, str, bool], MessageType] = {}
 

@@ -59,8 +59,6 @@ class Received:
     Attributes:
         time_ns: Time of arrival on the system's clock.
         sent_ns: Time of sending on the sender's clock.
-        topic: Its topic.
-        data: Its bytes.
     """
 
     time_ns: int

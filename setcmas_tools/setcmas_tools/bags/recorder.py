@@ -29,7 +29,6 @@ class LockstepAnswers:
     """Reports received states to the simulator, which waits for the recorder."""
 
     def __init__(self, node: Node, robots: Sequence[int]) -> None:
-        """Answer through a node for odometry of robots."""
         self._answerer = Answerer(node)
         self._stamps = {topics.odometry_topic(robot): NO_STAMP for robot in robots}
         self._answered = NO_STAMP

@@ -96,7 +96,6 @@ class Array:
     """An array of values, or of messages.
 
     Attributes:
-        name: Its name.
         elements: Returns the array of a message.
         cells: Returns the cells of an array of values; None for an array of messages.
         parts: The fields of each element of an array of messages.
@@ -233,7 +232,6 @@ class TopicTable:
     Columns of arrays of varying length are known only at the end: rows are filled up then.
 
     Attributes:
-        path: The file.
         nb_rows: Number of rows so far.
     """
 

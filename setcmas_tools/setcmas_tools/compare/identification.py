@@ -36,7 +36,6 @@ class Channel:
         fit: Gain, lag and delay.
         measured_with: Source of lag and delay: poses or wheels.
         age: Delay of poses to wheels in s; 0 without wheels.
-        measured: The speed from poses.
     """
 
     fit: Fit

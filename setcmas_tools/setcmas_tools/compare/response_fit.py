@@ -88,7 +88,6 @@ class Fit:
 
     Attributes:
         response: Gain, lag and delay.
-        errors: Their standard errors.
         quality: Share of the measured motion that the model explains, in percent.
     """
 
@@ -113,7 +112,6 @@ class Measured:
     """Mean speeds in windows, and the command behind them.
 
     Attributes:
-        command: The command.
         begin: Starts of the windows in s, shape (K,).
         end: Their ends in s, shape (K,).
         y: The mean speeds, shape (K,).

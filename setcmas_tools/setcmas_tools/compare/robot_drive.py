@@ -86,7 +86,6 @@ class Drive:
     Attributes:
         commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
         topic: Their topic: the one nearest to the base that has a command that moves it.
-        seen: Its motion from poses.
         wheels: Its motion from its wheels; None if not recorded.
         way: Delay from the law to that topic in s; 0 if unknown.
     """

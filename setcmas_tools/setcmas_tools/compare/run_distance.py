@@ -48,7 +48,6 @@ class Shifted:
         return {robot: _rms(d) for robot, d in self.distances.items() if np.isfinite(d).any()}
 
     def __str__(self) -> str:
-        """Return shift and distances as text."""
         largest = {robot: np.nanmax(self.distances[robot]) for robot in self.rms}
         robot = max(largest, key=lambda one: largest[one])
         when = self.t[np.nanargmax(self.distances[robot])]

@@ -89,19 +89,15 @@ class Metrics(Mapping[str, Any]):
     parts: Mapping[str, Measured]
 
     def __getitem__(self, name: str) -> Any:
-        """Return the measurement with this name."""
         return self.parts[name]
 
     def __iter__(self) -> Iterator[str]:
-        """Return the names."""
         return iter(self.parts)
 
     def __len__(self) -> int:
-        """Return the number of metrics that apply."""
         return len(self.parts)
 
     def __str__(self) -> str:
-        """Return a row for each robot, then the metrics of the fleet."""
         rows = str(robots_table(self.parts)).splitlines()
         return '\n'.join([*rows, *fleet_lines(self.parts, self.task)])
 

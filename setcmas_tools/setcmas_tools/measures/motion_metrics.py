@@ -42,7 +42,6 @@ class FleetMotion(Measured):
     robots: dict[int, RobotMotion]
 
     def __getitem__(self, robot: int) -> RobotMotion:
-        """Return the motion of one robot."""
         return self.robots[robot]
 
     def columns(self) -> Columns:

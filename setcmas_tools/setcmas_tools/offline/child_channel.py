@@ -29,7 +29,6 @@ class MachineError(SetcmasError):
     """The machine keeps a script from running; the script is not the cause."""
 
     def __init__(self) -> None:
-        """Say what may help."""
         super().__init__(
             'this computer cannot run more processes for scripts; are memory, disk and number '
             'of processes sufficient?'

@@ -58,7 +58,6 @@ class FleetLaws:
     """The control laws of a fleet, from poses to commands.
 
     Attributes:
-        reports: Their errors.
         call_time: Total time of the calls of each law in s.
     """
 

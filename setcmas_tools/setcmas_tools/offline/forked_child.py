@@ -36,7 +36,6 @@ class EndedError(Exception):
     def __init__(
         self, message: str, status: int, places: list[tuple[Path, int]], was_ended: bool = True
     ) -> None:
-        """Store cause and place of the end."""
         super().__init__(message)
         self.status = status
         self.places = places
@@ -65,8 +64,6 @@ class Child:
     """A process that does some work; use as a context manager, which ends it.
 
     Attributes:
-        folder: Its folder.
-        process: Its process ID.
         has_begun: Whether its work has begun, as far as received messages show.
     """
 
@@ -91,11 +88,9 @@ class Child:
         self._looked = 0.0
 
     def __enter__(self) -> Child:
-        """Return the child."""
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """End it, and remove its folder."""
         self.end()
         shutil.rmtree(self.folder, ignore_errors=True)
 

@@ -93,11 +93,9 @@ class Host:
         self._most_cpu_s = math.inf
 
     def __enter__(self) -> Host:
-        """Return the host."""
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """End it."""
         self.close()
 
     def begin(

@@ -57,7 +57,6 @@ class BrokenRun:
     line: int = 0
 
     def __str__(self) -> str:
-        """Return the cause, with the robot's name."""
         return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason
 
 
@@ -93,11 +92,9 @@ class OfflineRun:
         self._readers: list[threading.Thread] = []
 
     def __enter__(self) -> OfflineRun:
-        """Return the run."""
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """End the process, and all that scripts have started in it."""
         self._host.close()
         for reader in self._readers:
             reader.join(_ANSWER_S)

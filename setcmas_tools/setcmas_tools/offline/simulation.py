@@ -32,7 +32,6 @@ class Simulation:
     """A scenario that can be simulated.
 
     Attributes:
-        scenario: The scenario.
         nb_robots: Size of the fleet.
         seed: Seed of all random numbers.
         warn: Shows messages.

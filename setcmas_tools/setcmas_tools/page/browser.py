@@ -96,7 +96,6 @@ class Opener:
     """Opens the page in a browser, unless a browser shows it soon."""
 
     def __init__(self, url: str) -> None:
-        """Give a page that is open already its time from now on."""
         self._url = url
         self._begin = time.monotonic()
         self._opened = not may_open_windows(os.environ, sys.platform)

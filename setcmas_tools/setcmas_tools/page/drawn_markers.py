@@ -123,13 +123,11 @@ class MarkerStore:
     """
 
     def __init__(self) -> None:
-        """Start without markers."""
         self._shapes: dict[Key, bytes] = {}
         self._ends: dict[Key, float] = {}
         self._changes: dict[Key, bytes | None] = {}
 
     def __len__(self) -> int:
-        """Return the number of markers."""
         return len(self._shapes)
 
     def apply(self, topic: str, marker: Any, now: float) -> None:

@@ -21,7 +21,6 @@ class Feed:
     """
 
     def __init__(self) -> None:
-        """Start without a run."""
         self._status: Message | None = None
         self._now = 0.0
         self._encoder = msgspec.json.Encoder()

@@ -67,7 +67,6 @@ class PauseStates:
     """
 
     def __init__(self) -> None:
-        """Start with robots that are free to go."""
         self.requested = self.stopped = False
         self._paused = False
         self._paused_time: float | None = None
@@ -110,7 +109,6 @@ class RunClock:
     """
 
     def __init__(self) -> None:
-        """Start without a run."""
         self._counted: float | None = None
         self._last = 0.0
         self._paused = False
@@ -156,7 +154,6 @@ class Departures:
     """Topics that have lost their publishers for good, or have new ones."""
 
     def __init__(self) -> None:
-        """Start without topics."""
         self._known: set[str] = set()
         self._since: dict[str, float] = {}
 

@@ -92,7 +92,6 @@ class Mark:
     """What went wrong in a line, for some robots.
 
     Attributes:
-        robot: The first of them.
         robots: Which, in words.
         t: When first, in s.
         when: From when until when, in words.
@@ -113,7 +112,6 @@ class Listing:
     """A script.
 
     Attributes:
-        name: Its file name.
         what: What it is, and for which robots.
         lines: Its lines with what went wrong in each.
     """
@@ -196,9 +194,7 @@ class Pair:
 
     Attributes:
         name: What the run is called.
-        run: The run.
         other_name: What the other one is called; empty if there is none.
-        other: The other one.
         warn: Shows what cannot be measured or drawn.
         paths: Where both are, if they are in files.
     """

@@ -14,7 +14,6 @@ class RunHistory:
     """A run at any time in s from its first command.
 
     Attributes:
-        run: The run.
         robots: Numbers of its N robots, sorted; columns are in this order.
         tracks: Where each of them was.
         t0: Begin: the first command, or the first pose after it.
@@ -22,7 +21,6 @@ class RunHistory:
     """
 
     def __init__(self, run: Run) -> None:
-        """Sort the run by robot."""
         self.run = run
         self.robots = run.robots
         self.tracks = [Track(run.table.of(robot)) for robot in self.robots]

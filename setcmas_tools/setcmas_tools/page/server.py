@@ -75,7 +75,6 @@ class PageServer:
 
     Attributes:
         url: Where this machine finds the page.
-        port: Its port.
         query: End of its address: its token, if it needs one.
         actions: Asked for by buttons; whoever started the server takes them out.
     """

@@ -26,7 +26,6 @@ class Evaluation:
     plots: list[Path]
 
     def __str__(self) -> str:
-        """Return the table of the metrics."""
         return str(self.metrics) if self.metrics else ''
 
 

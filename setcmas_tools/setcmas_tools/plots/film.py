@@ -86,11 +86,9 @@ class FilmFrames:
         self._symbols = [size * found[robot].T for robot in grid.robots]
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self._grid.t)
 
     def __iter__(self) -> Iterator[Image.Image]:
-        """Yield the frames, mode RGB."""
         self._canvas.draw()
         background = self._canvas.copy_from_bbox(self._figure.bbox)
         for k in range(len(self)):
@@ -219,7 +217,6 @@ class Film:
     kind: str
 
     def __repr__(self) -> str:
-        """Return one line."""
         return f'Film({self.kind}, {len(self.content) / 1e6:.1f} MB)'
 
     def _repr_html_(self) -> str:

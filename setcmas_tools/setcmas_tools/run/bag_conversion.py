@@ -47,7 +47,6 @@ class ConversionReport:
     parameters_set: list[ParameterChange]
 
     def __str__(self) -> str:
-        """Return the notices and a summary."""
         fleet = f' and {self.fleet.name}' if self.fleet else ''
         number = len(self.files)
         plural = 's' if number != 1 else ''

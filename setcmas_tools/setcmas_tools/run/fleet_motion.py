@@ -148,7 +148,6 @@ class Track:
     """
 
     def __init__(self, rows: FleetTable) -> None:
-        """Take the rows of one robot."""
         self.rows = rows.rows(np.isfinite(rows.x + rows.y + rows.theta))
         self.was_reset = resets(self.rows)
         self._gap: NDArray[np.bool_] = self.was_reset | (np.diff(self.rows.t) > LONGEST_GAP_S)

@@ -22,7 +22,6 @@ class RunInput:
 
     Attributes:
         option: Name of the option.
-        path: The file.
         robots: The robots that it is for; none if it is for all.
         files: The file, and if it is a script the modules of its folder that it imports.
         contents: The bytes of each of them.

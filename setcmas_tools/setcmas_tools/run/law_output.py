@@ -138,7 +138,6 @@ class Drawing(NamedTuple):
         robot: Number of its robot.
         name: Name of its topic, such as 'wp_ref'.
         kind: MARKER, which replaces that of the same robot and name, or TRAIL.
-        sphere: Its place and look.
     """
 
     t: float
@@ -158,7 +157,6 @@ class DrawingRecord:
     """
 
     def __init__(self) -> None:
-        """Start without any drawing."""
         self.t = 0.0
         self._drawings: list[Drawing] = []
         self._shown: dict[tuple[int, str], Sphere] = {}

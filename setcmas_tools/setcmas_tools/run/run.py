@@ -64,9 +64,6 @@ class Run:
         run.plot('trajectories')
 
     Attributes:
-        tables: Its tables.
-        info: Its options and outcome.
-        inputs: Its input files.
         call_time: Mean duration of a call of each robot's law in s, if it was measured; a folder
             does not keep it.
     """
@@ -290,7 +287,6 @@ class Run:
         return f'{law_title(str(algo))}, {number}' if algo else number
 
     def __repr__(self) -> str:
-        """Return one line: arrays would flood a notebook."""
         duration = float(self.table.t[-1] - self.table.t[0])
         return f'Run({self.title}, {duration:g} s, {self.outcome})'
 

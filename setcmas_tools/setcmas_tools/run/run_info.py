@@ -218,7 +218,6 @@ class Outcome:
     """How a run ended.
 
     Attributes:
-        state: The kind of end.
         failed_laws: The robots for which each control script failed at some time, by script.
         failed_conditions: The same of triggering conditions.
         detail: Further details, such as which process died and why.
@@ -289,7 +288,6 @@ class ParameterChange:
     Attributes:
         t: When, in s from the first command.
         node: Full name of its node, such as '/controllers'.
-        name: Its name.
         value: Its value from then on.
     """
 

@@ -122,7 +122,6 @@ class CommunicationSamples:
     """Collects triggers, graphs, and the counts of links."""
 
     def __init__(self) -> None:
-        """Start without any message."""
         self._events: dict[int, list[tuple[int, int]]] = {}
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []

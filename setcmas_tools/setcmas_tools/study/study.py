@@ -78,9 +78,7 @@ class Study:
             study.run(417)                   # repeats this run
 
     Attributes:
-        plan: Its plan.
         table: Results of its runs by column; None in a column of numbers means no value.
-        folder: Its folder.
     """
 
     plan: Plan
@@ -111,7 +109,6 @@ class Study:
         return study
 
     def __len__(self) -> int:
-        """Return the number of runs."""
         return len(self.plan.cases)
 
     def __getitem__(self, column: str) -> Any:
@@ -246,7 +243,6 @@ class Study:
         return str(tool(_SUMMARY)(self))
 
     def __repr__(self) -> str:
-        """Return one line."""
         varied = f', {", ".join(self.names)} varied' if self.names else ''
         return f'Study({self.title}{varied})'
 

@@ -25,7 +25,6 @@ class CaseTable:
     Attributes:
         axes: Names that vary together, and their values, a tuple per case.
         draws: Random values that each run draws, by name.
-        seed: The first seed.
         seeds: Number of seeds.
     """
 
@@ -35,7 +34,6 @@ class CaseTable:
     seeds: int = 1
 
     def __len__(self) -> int:
-        """Return the number of runs."""
         return self.nb_cases * self.seeds
 
     @property

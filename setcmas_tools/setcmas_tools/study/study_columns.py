@@ -30,8 +30,6 @@ class Column:
 
     Attributes:
         unit: Its unit; '' if it has none.
-        purpose: Its description.
-        metric: Its metric.
         field: Its field of that metric.
         over_robots: How values of robots are combined, if there is one per robot.
         endless: Whether a run without it counts as infinite, such as a time never reached.

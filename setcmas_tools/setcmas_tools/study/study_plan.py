@@ -81,7 +81,6 @@ class Plan:
     Attributes:
         info: What its folder records.
         base: The common scenario of all runs.
-        cases: Its runs.
         files: Files named by its options.
         objects: Functions, which cannot be written, by option and label.
         metrics: Its own metrics by name.

@@ -29,7 +29,6 @@ class Job:
     """A run of a study, for the process that makes it.
 
     Attributes:
-        run: Its number.
         pickled: Its scenario, and further metrics by name.
         timeout: Its time limit in s.
         memory: Its memory limit in bytes.
@@ -68,10 +67,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     """The outcome of one run.
 
     Attributes:
-        run: Its number.
         state: How it ended.
         robots: The robots whose script failed, such as '1-3'.
-        message: The first error.
         numbers: Its metrics, by column.
     """
 

@@ -57,11 +57,9 @@ class StudyTable:
         return set(self._places)
 
     def __enter__(self) -> StudyTable:
-        """Return the table."""
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """Close the file."""
         self._file.close()
 
     def add(self, row: Row) -> None:

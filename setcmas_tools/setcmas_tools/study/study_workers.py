@@ -49,9 +49,6 @@ class Workers:
         On this machine a thread controls each process: joblib's own processes (loky) could not be
         ended individually when a script hangs.
 
-        Args:
-            jobs: The runs.
-
         Raises:
             SetcmasError: The cluster does not answer, or cannot make these runs.
         """

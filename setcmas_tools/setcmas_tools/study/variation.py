@@ -153,7 +153,6 @@ class Draw:
     second: float
 
     def __str__(self) -> str:
-        """Return its text form."""
         return f'{self.kind}:{self.first:g}:{self.second:g}'
 
     def numbers(self, count: int, *seed: int) -> list[float]:
