@@ -3,7 +3,7 @@
 The first run is the reference. If a run is an experiment, it is first shifted in time to fit best.
 Two plots, of the paths and of the distances over time, are saved in a folder;
 everything else is printed. For a simulation and an experiment, it also shows when each robot
-departs from its simulation, and how well it followed its commands.
+departs from its simulation.
 
 Examples:
   setcmas compare out_gain_1 out_gain_2
@@ -36,9 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Compare; return the exit status."""
     from setcmas_tools.compare.differences import differences, metrics_table
-    from setcmas_tools.compare.experiment_verdict import experiment_verdict
     from setcmas_tools.compare.pictures import write_pictures
-    from setcmas_tools.compare.run_distance import best_shift
+    from setcmas_tools.compare.run_distance import best_shift, departures
     from setcmas_tools.measures.metrics import measure
     from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
@@ -53,10 +52,8 @@ def main(args: argparse.Namespace) -> int:
     for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
         found = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
-    for path, run in zip(args.runs[1:], runs[1:], strict=True):
-        verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _warn)
-        if verdict:
-            print(f'\n{verdict.title}', verdict.table(), *verdict.lines, sep='\n')
+        if table := departures(runs[0], run, shift):
+            print(table)
     look = PlotSettings(tuple(args.format), args.palette)
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0

@@ -47,17 +47,13 @@ class Steps:
     overlap: float
 
 
-def steps_of(track: FleetTable, since: float = 0.0) -> Steps:
+def steps_of(track: FleetTable) -> Steps:
     """Return the mean speeds of a robot in windows of `WINDOW_S`, one from each pose on.
 
     The forward way is the arc whose chord joins two poses, with the heading of its middle:
     s = (dx cos m + dy sin m) (a / sin a), m the mean of the headings, a half of their difference.
-
-    Args:
-        track: Its motion.
-        since: Earliest start of a window in s.
     """
-    track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= since))
+    track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= 0.0))
     t, theta = track.t, np.unwrap(track.theta)
     last = np.searchsorted(t, t + WINDOW_S)
     first = np.flatnonzero(last < len(t))

@@ -14,6 +14,7 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.table import Table
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 
@@ -23,9 +24,14 @@ RATE_HZ = 10
 LARGEST_SHIFT_S = 10.0
 """Largest shift in time between two runs."""
 
+DEPARTED_M = 0.1
+"""Distance from which a robot has departed from its simulation."""
+
+DEPARTED_S = 2.0
+"""Time for which it stays farther away than that, or to the end."""
+
 _NOTHING_IN_COMMON = 'no robot is in both runs long enough to compare them'
 _LEAST_COMMON = 0.5  # of the shorter run
-_LEAST_CORRELATION = 0.5
 
 
 @dataclass(frozen=True)
@@ -91,27 +97,6 @@ def best_shift(reference: Run, run: Run) -> Shifted:
     return Shifted(steps / RATE_HZ, t, dict(zip(common, distances.T, strict=True)))
 
 
-def delay_of(reference: Floats, run: Floats) -> float | None:
-    """Return the delay of the speeds of a run to those of a reference, in s.
-
-    The delay maximises the mean correlation coefficient of speed and turn rate
-    (cross-correlation: Ljung, System Identification, 1999, section 6.1).
-
-    Args:
-        reference: Rows of speeds and turn rates, `RATE_HZ` a second, shape (2, K).
-        run: The same of the other run, shape (2, L).
-
-    Returns:
-        None if the speeds are not alike, or do not change.
-    """
-    found = {
-        steps: _correlation(reference[:, mine], run[:, others])
-        for steps, mine, others in shifts(reference.shape[1], run.shape[1])
-    }
-    best = max(found, key=lambda steps: found[steps], default=0)
-    return best / RATE_HZ if found and found[best] >= _LEAST_CORRELATION else None
-
-
 def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
     """Yield shifts of two runs in samples, the smallest first, and the samples that overlap.
 
@@ -127,15 +112,29 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
             yield steps, slice(begin, end), slice(begin + steps, end + steps)
 
 
-def _correlation(one: Floats, other: Floats) -> float:
-    """Return the mean correlation coefficient of rows; rows that do not change do not count."""
-    known = np.isfinite(one + other).all(axis=0)
-    found = [
-        float(np.corrcoef(row, column)[0, 1])
-        for row, column in zip(one[:, known], other[:, known], strict=True)
-        if len(row) > 2 and np.ptp(row) > 0.0 and np.ptp(column) > 0.0
-    ]
-    return float(np.mean(found)) if found else 0.0
+def departures(reference: Run, run: Run, shifted: Shifted) -> Table | None:
+    """Return when each robot departs from its simulation, and its RMS distance, as a table.
+
+    Returns:
+        None unless one of the runs is an experiment and the other a simulation.
+    """
+    if is_experiment(reference) == is_experiment(run):
+        return None
+    rows = []
+    for robot, rms in shifted.rms.items():
+        t = departure(shifted.t, shifted.distances[robot])
+        rows.append([robot_name(robot), 'never' if t is None else f'{t:.1f}', f'{rms:.3f}'])
+    return Table(rows, ('robot', f'more than {DEPARTED_M:g} m away from (s)', 'RMS (m)'), 'lr')
+
+
+def departure(t: Floats, distances: Floats) -> float | None:
+    """Return when distances exceed `DEPARTED_M` for `DEPARTED_S` or to the end; None if never."""
+    known = np.isfinite(distances)
+    t, apart = t[known], distances[known] > DEPARTED_M
+    begins = np.flatnonzero(apart & ~np.concatenate([[False], apart[:-1]]))
+    ends = np.flatnonzero(apart & ~np.concatenate([apart[1:], [False]]))
+    lasting = (t[ends] - t[begins] >= DEPARTED_S) | (ends == len(apart) - 1)
+    return float(t[begins[lasting][0]]) if lasting.any() else None
 
 
 def _positions(grid: FleetGrid, robots: list[int]) -> Floats:

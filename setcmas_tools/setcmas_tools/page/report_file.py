@@ -77,8 +77,8 @@ def loaded_pair(paths: Sequence[Path], warn: Callable[[str], None]) -> Pair:
         names = [f'{name} ({path})' for name, path in zip(names, paths, strict=True)]
     runs = [Run.load(path, warn) for path in paths]
     if len(runs) == 1:
-        return Pair(names[0], runs[0], warn=warn, paths=paths)
-    return Pair(names[0], runs[0], names[1], runs[1], warn, paths)
+        return Pair(names[0], runs[0], warn=warn)
+    return Pair(names[0], runs[0], names[1], runs[1], warn)
 
 
 def _name_of(path: Path) -> str:
@@ -157,10 +157,9 @@ def _metrics(pair: Pair) -> Iterator[str]:
         yield element('p', f'{pair.headline}.')
     yield f'<div class="scroll metrics">{table.html()}</div>'
     yield from _paragraphs(remarks)
-    if pair.verdict:
+    if pair.departures:
         yield element('h2', 'Experiment against simulation')
-        yield f'<div class="scroll metrics">{pair.verdict.table().html()}</div>'
-        yield from _paragraphs(pair.verdict.lines)
+        yield f'<div class="scroll metrics">{pair.departures.html()}</div>'
     if pair.differences:
         yield element('h2', 'What differs')
         yield f'<pre>{element("code", _joined(pair.differences))}</pre>'

@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,9 +20,8 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_simu.table import Table
 from setcmas_tools.compare.differences import differences, metrics_table
-from setcmas_tools.compare.experiment_verdict import ExperimentVerdict, experiment_verdict
 from setcmas_tools.compare.pictures import drawn_pictures
-from setcmas_tools.compare.run_distance import Shifted, best_shift, flat
+from setcmas_tools.compare.run_distance import Shifted, best_shift, departures, flat
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
@@ -196,7 +195,6 @@ class Pair:
         name: What the run is called.
         other_name: What the other one is called; empty if there is none.
         warn: Shows what cannot be measured or drawn.
-        paths: Where both are, if they are in files.
     """
 
     name: str
@@ -204,7 +202,6 @@ class Pair:
     other_name: str = ''
     other: Run | None = None
     warn: Callable[[str], None] = print
-    paths: Sequence[Path] = ()
 
     @cached_property
     def shifted(self) -> Shifted | None:
@@ -227,12 +224,12 @@ class Pair:
         """The options in which the runs differ, one a line."""
         return differences(self.run, self.other) if self.other else []
 
-    @cached_property
-    def verdict(self) -> ExperimentVerdict | None:
-        """Whether a simulation explains its experiment, if the two runs are those."""
-        if self.other is None or len(self.paths) != 2:
+    @property
+    def departures(self) -> Table | None:
+        """When each robot departs from its simulation, if one run is an experiment."""
+        if self.other is None or self.shifted is None:
             return None
-        return experiment_verdict(self.paths, [self.run, self.other], self.warn)
+        return departures(self.run, self.other, self.shifted)
 
     def metrics(self) -> tuple[Table, list[str]]:
         """Return a table of metrics, and the lines below it."""

@@ -45,8 +45,8 @@ def test_one_run_alone_is_refused(folders):
     refuses('compare', 'one', message="'one' is only one run; name at least two", cwd=folders)
 
 
-def test_an_experiment_and_its_simulation_get_a_verdict(folders, capsys):
-    """In either order; what was not recorded is said."""
+def test_robots_of_an_experiment_depart_from_their_simulation(folders, capsys):
+    """In either order, printed and on the page."""
     run = Run.load('other')
     safety = safety_record(
         [(t / 2, robot, 'moving', False) for t in range(16) for robot in (1, 2)]
@@ -56,8 +56,8 @@ def test_an_experiment_and_its_simulation_get_a_verdict(folders, capsys):
     for arguments in (['one', 'experiment'], ['experiment', 'one']):
         assert main(['compare', *arguments]) == 0
         printed = capsys.readouterr().out
-        assert 'experiment experiment against simulation one' in printed
-        assert 'tb3_1 ' in printed.partition('messages lost')[2]
-        assert '- in top speeds: the commands (cmd_vel) of the experiment were not' in printed
+        assert 'tb3_1 ' in printed.partition('more than 0.1 m away from (s)')[2]
     assert main(['compare', 'one', 'other']) == 0
-    assert 'against simulation' not in capsys.readouterr().out
+    assert 'away from' not in capsys.readouterr().out
+    assert main(['report', 'one', 'experiment']) == 0
+    assert 'Experiment against simulation' in (folders / 'one_experiment.html').read_text()

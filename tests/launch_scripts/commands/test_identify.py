@@ -78,7 +78,7 @@ def test_a_lockstep_run_over_ros_moves_by_the_model_and_announces_it(folder, dom
 
 
 @pytest.mark.nightly
-def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
+def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
     lab = ('--emulate', '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
     ran = run_here('run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab')
     assert ran.returncode == 0, ran.stderr
@@ -91,12 +91,6 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     lab = Run.load('lab')
     near, far = (max(best_shift(lab, Run.load(name)).rms.values()) for name in ('near', 'far'))
     assert near < 0.5 * far
-    capsys.readouterr()
-    assert main(['compare', 'far', 'lab']) == 0
-    verdict = capsys.readouterr().out.partition('against simulation far')[2]
-    assert ' of 0.21 ' in verdict
-    assert ' m off the simulation from ' in verdict
-    assert 'setcmas identify lab finds a model' in verdict
 
 
 def test_a_run_without_motion_gives_no_model(folder, capsys):

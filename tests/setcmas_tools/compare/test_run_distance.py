@@ -5,7 +5,7 @@ from runs import run_of
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
-from setcmas_tools.compare.run_distance import best_shift, delay_of, distances_between
+from setcmas_tools.compare.run_distance import best_shift, departure, distances_between
 
 
 def wave(delay, offset=0.0):
@@ -44,27 +44,17 @@ def test_runs_without_a_common_robot_are_refused():
         best_shift(other, alone)
 
 
-T_SPEEDS = np.arange(300) / 10
+def test_robots_have_departed_when_they_stay_apart():
+    t, distances = np.arange(100) / 10, np.zeros(100)
+    distances[20:30] = 0.2  # not for long
+    assert departure(t, distances) is None
+    distances[60:] = 0.2
+    assert departure(t, distances) == pytest.approx(6.0)
 
 
-def speeds(delay, noise=0.0):
-    """Speed and turn rate of a robot that does the same later, in s."""
-    t = np.maximum(T_SPEEDS - delay, 0.0)
-    wrong = np.random.default_rng(1).normal(0.0, noise, (2, len(T_SPEEDS)))
-    return np.array([0.1 + 0.1 * np.sin(0.3 * t**1.3), np.cos(0.2 * t**1.4)]) + wrong
-
-
-@pytest.mark.parametrize('delay', [0.0, 0.4, 6.1])
-def test_a_delay_is_found_under_noise_and_with_gaps(delay):
-    measured = speeds(delay, noise=0.02)
-    measured[:, 40:45] = np.nan
-
-    assert delay_of(speeds(0.0), measured) == pytest.approx(delay)
-    assert delay_of(measured, speeds(0.0)) == pytest.approx(-delay)
-
-
-def test_speeds_that_are_not_alike_or_do_not_change_have_no_delay():
-    noise = np.random.default_rng(2).normal(size=(2, 300))
-    assert delay_of(speeds(0.0), noise) is None
-    assert delay_of(speeds(0.0), np.zeros((2, 300))) is None
-    assert delay_of(speeds(0.0), np.zeros((2, 1))) is None
+def test_robots_that_are_apart_at_the_end_have_departed_however_late():
+    t, distances = np.arange(100) / 10, np.full(100, 0.02)
+    distances[94:] = 0.3  # then safety ended the run
+    assert departure(t, distances) == pytest.approx(9.4)
+    distances[98:] = np.nan  # motion capture lost it
+    assert departure(t, distances) == pytest.approx(9.4)
