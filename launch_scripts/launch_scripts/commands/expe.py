@@ -151,6 +151,7 @@ def _serve(
         supervisor.run(on_tick=serve_terminal)
     except StoppedError:
         experiment.on_status = lambda _: None  # later values are no current state
+        display.close()
         status = experiment.stop()
         experiment.stop_lab()
         if experiment.runaways:

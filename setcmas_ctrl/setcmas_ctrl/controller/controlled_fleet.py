@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from setcmas_ctrl import drawing
@@ -101,7 +100,7 @@ class ControlledFleet:
         return nb_robots
 
     def _law_loader(self, scripts: LawScripts) -> LawLoader:
-        watch = CallWatch(math.inf, self._warn, self._process.launcher)
+        watch = CallWatch(self._warn, self._process.launcher)
         end_stuck_script(self._process, watch)
         task = TaskTopic(self._node, self._nb_robots)
         return LawLoader(scripts, self._law.seed, self._robots, self._nb_robots, watch, task)

@@ -85,10 +85,10 @@ class ControlStepper:
 
         In lockstep the robots wait for the laws, so the clocks need no synchronising.
         """
-        is_seen = 'does motion capture see all' if self._pause else 'is their simulator running'
+        is_seen = 'does motion capture see {}' if self._pause else 'is the simulator running'
         self._await(process, 'odometry', self._odometry.missing, self._odometry.topic_of, is_seen)
         if self.communication:
-            sends = 'is their controller running with --event-triggered'
+            sends = 'is a controller running with --event-triggered'
             state_of = partial(robot_topic, topic=TRIG_ODOM)
             self._await(process, 'states', self.communication.missing, state_of, sends)
         # The robots, and a recorder if there is one, must get the very first command.
@@ -129,7 +129,7 @@ class ControlStepper:
             robots = missing()
             self._warn(
                 f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])}); '
-                f'{question}?'
+                f'{question.format("it" if len(robots) == 1 else "them")}?'
             )
 
         wait_until(process, complete, remind)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 import threading
 import time
@@ -22,10 +23,14 @@ _REPORT_EVERY_S = 5.0
 
 
 class SlowCalls:
-    """Adds up the duration of each script's calls in a control period."""
+    """Adds up the duration of each script's calls in a control period.
 
-    def __init__(self, period: float, warn: Callable[[str], None]) -> None:
-        self.period = period
+    Attributes:
+        period: Time in s for the calls of all robots; unlimited until the control loop sets it.
+    """
+
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self.period = math.inf
         self._warn = warn
         self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
             lambda: defaultdict(float)
@@ -76,16 +81,12 @@ class CallWatch:
     """Times the calls of the main thread, from its own thread."""
 
     def __init__(
-        self,
-        period: float,
-        warn: Callable[[str], None],
-        launcher: Launcher,
-        stuck_s: float = STUCK_S,
+        self, warn: Callable[[str], None], launcher: Launcher, stuck_s: float = STUCK_S
     ) -> None:
         """Start the monitor, which calls `warn` from either thread.
 
-        The calls for all robots must fit into the period (s); a call counts as stuck after
-        `stuck_s`. The launcher receives the current call, and reports of stuck calls.
+        A call counts as stuck after `stuck_s`. The launcher receives the current call, and reports
+        of stuck calls.
         """
         self._warn = warn
         self._stuck_s = stuck_s
@@ -94,7 +95,7 @@ class CallWatch:
         self._launcher = launcher
         self._call: _Call | None = None
         self._stuck: _Call | None = None
-        self.slow = SlowCalls(period, warn)
+        self.slow = SlowCalls(warn)
         self._counting = False
         self._caller = threading.get_ident()
         self._closed = threading.Event()

@@ -68,7 +68,7 @@ class Nudger:
         self._process = process
         self._watch = watch
         self._lab = watch.lab
-        self._motion = MotionWatch(watch.robots, lambda _: None)
+        self._motion = MotionWatch(watch.robots, lambda _: None, lambda _: None)
 
     @cached_property
     def _paused(self) -> Publisher:
@@ -134,8 +134,8 @@ class Nudger:
         self._drive(commands, robot, (CRAWL_M_S, 0.0), _FORWARD_S)
         there = self._watch.poses()[robot.number]
         self._drive(commands, robot, (-CRAWL_M_S, 0.0), _FORWARD_S)
-        for speed in (CRAWL_M_S, -CRAWL_M_S):
-            if not self._motion.is_proved(robot.number):
+        if not self._motion.is_proved(robot.number):
+            for speed in (CRAWL_M_S, -CRAWL_M_S):
                 self._drive(commands, robot, (speed, 0.0), _FORWARD_S)
         if not self._motion.is_proved(robot.number):
             way = f'moved less than {100 * PROOF_M:.0f} cm in all'

@@ -291,7 +291,7 @@ def _serve(process: RosProcess, args: argparse.Namespace) -> None:
     try:
         process.spin()
     finally:  # whatever happens in a callback
-        node.set(True, 'the pause node ends')
+        node.set(True, node.why if node.paused else 'the pause node ends')
 
 
 if __name__ == '__main__':

@@ -114,7 +114,7 @@ class SafetyStepper:
         self._load = ProcessorLoad()
         self._runaways = Runaways(lab.limits)
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
-        self._motion = MotionWatch(robots, self._warn)
+        self._motion = MotionWatch(robots, self._warn, node.get_logger().info)
         if not lab.checks_motion:
             self._warn('the check that robots move as commanded is off')
         self._steps = 0

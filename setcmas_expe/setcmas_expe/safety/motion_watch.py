@@ -27,11 +27,17 @@ class MotionWatch:
     sight, or carried during a pause.
     """
 
-    def __init__(self, robots: Collection[int], warn: Callable[[str], None]) -> None:
-        """Start with robots at rest (numbers 1 to N); `warn` shows a message to the user."""
+    def __init__(
+        self,
+        robots: Collection[int],
+        warn: Callable[[str], None],
+        report: Callable[[str], None],
+    ) -> None:
+        """Start with robots at rest (numbers 1 to N); `warn` and `report` show messages."""
         self._checks = {robot: MotionCheck() for robot in robots}
         self._proving = Proving(robots)
         self._warn = warn
+        self._report = report
         self._troubles: dict[int, tuple[str, float]] = {}
         self._uneven = ''
         self._announced: set[int] = set()
@@ -65,7 +71,7 @@ class MotionWatch:
             elif self._proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
         if proved:
-            self._warn(f'{robots_in_words(proved, "are")} proved by motion: full speed')
+            self._report(f'{robots_in_words(proved, "are")} proved by motion: full speed')
         self._uneven = _unevenness([tracks[robot] for robot in self._checks])
         self._troubles = {
             robot: (why, since)

@@ -43,9 +43,8 @@ class CommunicationMetrics(Measured):
             'lost': ('.0f', self.lost_on_the_way),
         }
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the messages of the fleet."""
-        del task
         sent = f'{self.sent:,} states sent'
         if self.evaluations and self.triggered_share is not None:
             share = f'{100 * self.triggered_share:.1f} % of {self.evaluations:,} evaluations'

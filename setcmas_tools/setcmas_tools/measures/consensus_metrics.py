@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +20,17 @@ _LEAST_DECAY = 1.5
 
 _STILL = 1e-6  # m/s
 
+CONSENSUS = 'consensus'
+"""Name of the task."""
+
 
 @dataclass(frozen=True)
 class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time with all poses known.
 
     Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement hardly falls below 20 % before all robots rest.
+    the disagreement hardly falls below 20 % before all robots rest. The task of the run is for the
+    terminal only.
     """
 
     start_time_s: float
@@ -37,11 +42,12 @@ class ConsensusMetrics(Measured):
     convergence_rate_1_s: float | None
     final_centre_x_m: float
     final_centre_y_m: float
+    task: str | None = None
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the agreement at the start and at the end, the settling times and the rate."""
         settled = self.settling_time_5_percent_s is not None
-        if task != 'consensus' and not (task is None and settled):
+        if self.task != CONSENSUS and not (self.task is None and settled):
             return []
         rate = self.convergence_rate_1_s
         known = 'unknown' if rate is None else f'{rate:.3g} 1/s (outside the dead band)'
@@ -54,6 +60,10 @@ class ConsensusMetrics(Measured):
             f'centre at the end: ({self.final_centre_x_m:.2f}, {self.final_centre_y_m:.2f}) m',
         ]
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values by name, without the task."""
+        return {name: value for name, value in super().as_dict().items() if name != 'task'}
+
 
 def _when(time: float | None) -> str:
     return 'not reached' if time is None else f'from {time:.1f} s on'
@@ -61,14 +71,15 @@ def _when(time: float | None) -> str:
 
 def is_agreement(run: Run) -> bool:
     """Return whether a run may be about agreement: robots with another task need not meet."""
-    return run.references is None or run.references.task == 'consensus'
+    return run.references is None or run.references.task == CONSENSUS
 
 
 def fleet_consensus(run: Run) -> ConsensusMetrics | None:
     """Return the agreement of a run's fleet on the position; None for one robot."""
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
-    return consensus(grid, np.where(free, 0.0, SLOW))
+    found = consensus(grid, np.where(free, 0.0, SLOW))
+    return found and replace(found, task=run.references.task if run.references else None)
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:

@@ -30,9 +30,8 @@ class Measured:
         """Return the table's columns with a value per robot."""
         return {}
 
-    def lines(self, task: str | None) -> list[str]:
-        """Return the lines below the table, for a run with a task."""
-        del task
+    def lines(self) -> list[str]:
+        """Return the lines below the table."""
         return []
 
     def as_dict(self) -> dict[str, Any]:
@@ -56,9 +55,8 @@ class Value(Measured):
         unit = f'\n({self.unit})' if self.unit else ''
         return {f'{self.name}{unit}': (f'.{self.digits}f', self.value)}
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return a line if there is a single number."""
-        del task
         if isinstance(self.value, Mapping):
             return []
         return [f'{self.name}: {self.value:.{self.digits}f} {self.unit}'.rstrip()]
@@ -90,7 +88,7 @@ def measured(name: str, result: object) -> Measured | None:
         )
     for form, values in result.columns().values():
         ''.join(format(value, form) for value in values.values() if value is not None)
-    result.lines(None)
+    result.lines()
     for field, value in result.as_dict().items():
         if not _is_plain(value):
             raise InvalidPluginError(

@@ -25,9 +25,9 @@ MOST_ROBOTS_IN_ROWS = 50
 """For larger fleets the table has the minimum, mean and maximum."""
 
 
-def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
+def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
     """Return the metrics of the fleet as lines of text."""
-    return [line for part in parts.values() for line in part.lines(task)]
+    return [line for part in parts.values() for line in part.lines()]
 
 
 def robots_table(parts: Mapping[str, Measured]) -> Table:
@@ -99,7 +99,7 @@ class Metrics(Mapping[str, Any]):
 
     def __str__(self) -> str:
         rows = str(robots_table(self.parts)).splitlines()
-        return '\n'.join([*rows, *fleet_lines(self.parts, self.task)])
+        return '\n'.join([*rows, *fleet_lines(self.parts)])
 
 
 def measure(

@@ -35,9 +35,8 @@ class Separation(Measured):
     pairs_that_touched: int
     first_collisions: list[tuple[int, int, float]]
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the least and the largest distance, and the first collisions."""
-        del task
         first, second = self.least_separation_robots
         largest = self.largest_distance_at_end_m
         return [
@@ -188,9 +187,8 @@ class Safety(Measured):
     outside_arena_s: float | None
     too_near_s: float | None
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return a line."""
-        del task
         stops = f'{self.stops} stop{"s" if self.stops != 1 else ""}'
         times = {
             'stopped': self.stopped_s,
@@ -266,9 +264,8 @@ class Filtering(Measured):
             'blocked\n(s)': ('.1f', self.blocked_s),
         }
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the number of steps without solution, if any."""
-        del task
         count = self.steps_without_solution
         steps = f'{count} step{"s" if count != 1 else ""}'
         return [f'safety filter: no solution in {steps}, robots stopped'] if count else []

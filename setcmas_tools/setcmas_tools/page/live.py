@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models import UNICYCLE
-from setcmas_tools.measures.consensus_metrics import disagreement
+from setcmas_tools.measures.consensus_metrics import CONSENSUS, disagreement
 from setcmas_tools.page.drawn_markers import MarkerStore
 from setcmas_tools.page.page_data import SCALE, look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
@@ -183,6 +183,7 @@ class LiveRun:
         real: Whether this is an experiment, so that robots cannot be reset or started.
         ended: Whether all robots are gone; the last state stays.
         law: The control law, if it is known.
+        task: Its task, if it is known.
     """
 
     def __init__(self, now: float) -> None:
@@ -191,14 +192,13 @@ class LiveRun:
         self.announced: list[int] = []
         self.models: dict[int, str] = {}
         self.real = self.ended = False
-        self.law = ''
         self.markers = MarkerStore()
         self.begin()
 
     def begin(self) -> None:
         """Forget the run that has ended: another one begins."""
         self.states, self.clock = PauseStates(), RunClock()
-        self.ended, self.law = False, ''
+        self.ended, self.law, self.task = False, '', ''
         self._seen: dict[int, _Seen] = {}
         self._put: set[int] = set()
         self._fresh = False
@@ -312,7 +312,7 @@ class LiveRun:
                 'poses': whole.ravel().tolist(),
                 'put': put,
                 'clock': None if clock is None else round(clock, 3),
-                'curves': _curves(rows[~self._lost(robots, now)]),
+                'curves': _curves(rows[~self._lost(robots, now)], self.task),
             }
         ]
 
@@ -361,8 +361,11 @@ def live_content(takes_actions: bool) -> Mapping[str, Any]:
     return {'charts': charts, 'live': {'commands': takes_actions}}
 
 
-def _curves(rows: Floats) -> list[float | None]:
-    """Return the numbers of `CHARTS` for robots, rows x, y, theta, v, shape (N, 4)."""
+def _curves(rows: Floats, task: str) -> list[float | None]:
+    """Return the numbers of `CHARTS` for robots, rows x, y, theta, v, shape (N, 4).
+
+    Robots with another task than consensus need not agree, so they have no disagreement.
+    """
     if not len(rows):
         return [None, None, None]
     x, y, speed = rows[:, 0], rows[:, 1], float(np.abs(rows[:, 3]).mean())
@@ -370,5 +373,6 @@ def _curves(rows: Floats) -> list[float | None]:
         return [None, None, round(speed, 4)]
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
     np.fill_diagonal(apart, np.inf)
-    spread = float(disagreement(x[:, None], y[:, None])[0])
-    return [round(spread, 4), round(float(apart.min()), 4), round(speed, 4)]
+    meets = task in ('', CONSENSUS)
+    spread = round(float(disagreement(x[:, None], y[:, None])[0]), 4) if meets else None
+    return [spread, round(float(apart.min()), 4), round(speed, 4)]

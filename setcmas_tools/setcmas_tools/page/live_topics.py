@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -17,10 +18,11 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool, Empty, Float32MultiArray, UInt16
+from std_msgs.msg import Bool, Empty, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.communication.graph import with_known_rows
+from setcmas_ctrl.control.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
@@ -64,6 +66,7 @@ class LiveTopics:
             PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
             PolledTopic(node, Bool, topics.EMERGENCY_STOPPED, self._on_stopped, qos.LATCHED),
             PolledTopic(node, Clock, topics.CLOCK, self._on_clock, _NEWEST),
+            PolledTopic(node, String, topics.TASK, self._on_task, qos.LATCHED),
             diagnosed(self._on_diagnostics, _EVENTS),
             PolledTopic(
                 node,
@@ -184,6 +187,10 @@ class LiveTopics:
 
     def _on_clock(self, message: Clock) -> None:
         self._run.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
+
+    def _on_task(self, message: String) -> None:
+        with suppress(ValueError):
+            self._run.task = References.decoded(message.data).task
 
     def _on_pause(self, message: Bool) -> None:
         self._run.states.requested = message.data

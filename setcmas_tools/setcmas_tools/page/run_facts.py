@@ -236,7 +236,7 @@ class Pair:
         try:
             own = measure(self.run, self.warn)
             if self.other is None:
-                return robots_table(own.parts), fleet_lines(own.parts, own.task)
+                return robots_table(own.parts), fleet_lines(own.parts)
             both = [own, measure(self.other, self.warn)]
         except SetcmasError as error:
             return Table([]), [str(error)]

@@ -42,9 +42,8 @@ class FormationMetrics(Measured):
             'RMS last\n25 % (m)': ('.3f', self.position_error_rms_last_quarter_m),
         }
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the error of the formation."""
-        del task
         error = self.fleet_position_error_rms_last_quarter_m
         return [f'formation: RMS error of the places over the last 25 %: {error:.3f} m']
 
@@ -138,9 +137,8 @@ class DistanceMetrics(Measured):
     distance_error_rms_last_quarter_m: float
     distance_errors_final_m: dict[str, float] | None
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the errors of the fleet."""
-        del task
         return [
             f'distances: RMS error {self.distance_error_final_rms_m:.3f} m at the end '
             f'(largest {self.distance_error_final_largest_m:.3f} m), '

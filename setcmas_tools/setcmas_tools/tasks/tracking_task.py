@@ -42,9 +42,8 @@ class TrackingMetrics(Measured):
             'RMS 2nd\nhalf (m)': ('.3f', self.tracking_error_rms_second_half_m),
         }
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the errors of the fleet."""
-        del task
         return [
             f'tracking: RMS error {self.fleet_tracking_error_rms_m:.3f} m, '
             f'{self.fleet_tracking_error_rms_second_half_m:.3f} m over the second half'
@@ -123,9 +122,8 @@ class WaypointMetrics(Measured):
         counts = {robot: float(len(times)) for robot, times in self.reached_at_s.items()}
         return {'way-\npoints': ('.0f', counts)}
 
-    def lines(self, task: str | None) -> list[str]:
+    def lines(self) -> list[str]:
         """Return when they were reached, of the first robots."""
-        del task
         number = len(self.waypoints_m)
         lines = []
         for robot, times in islice(self.reached_at_s.items(), _MOST_ROBOTS_WITH_TIMES):

@@ -61,4 +61,4 @@ def test_a_law_that_fails_is_not_one_that_lets_its_robot_stand(start, peer, scri
 def test_poses_of_motion_capture_are_waited_for(start):
     process = start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '1', '--experiment')
 
-    process.wait_for_output('robot 1 (/mocap/tb3_1/odom); does motion capture see all?')
+    process.wait_for_output('robot 1 (/mocap/tb3_1/odom); does motion capture see it?')

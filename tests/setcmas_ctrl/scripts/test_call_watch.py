@@ -16,7 +16,8 @@ def watched():
         said.append(message)
         spoken.set()
 
-    watch = CallWatch(0.05, warn, connected_launcher({}), stuck_s=0.2)
+    watch = CallWatch(warn, connected_launcher({}), stuck_s=0.2)
+    watch.slow.period = 0.05
     yield watch, said, spoken
     watch.close()
 
@@ -70,7 +71,9 @@ LAW, CONDITION = Path('law.py'), Path('when.py')
 @pytest.fixture
 def slow():
     said = []
-    return SlowCalls(0.2, said.append), said
+    slow = SlowCalls(said.append)
+    slow.period = 0.2
+    return slow, said
 
 
 def test_the_calls_for_all_robots_are_added_up_and_the_longest_is_named(slow):

@@ -18,7 +18,7 @@ class Fleet:
     def __init__(self, bodies=(1, 2)):
         self.warnings = []
         self.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}
-        self.watch = MotionWatch((1, 2), self.warnings.append)
+        self.watch = MotionWatch((1, 2), self.warnings.append, self.warnings.append)
         self.now = 10.0
         self.x = {1: -1.0, 2: -1.0}
         self.bodies = bodies  # what motion capture takes each robot for

@@ -33,7 +33,7 @@ def test_times_are_those_of_each_robot():
 
     assert found.overruled_s == {1: 0.6, 2: 0.8}
     assert found.blocked_s == {1: 0.4, 2: 0.6}
-    assert found.lines(None) == ['safety filter: no solution in 1 step, robots stopped']
+    assert found.lines() == ['safety filter: no solution in 1 step, robots stopped']
 
 
 def test_a_run_without_a_filter_has_none():
@@ -63,7 +63,7 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
     assert (measured.stops, measured.stopped_s, measured.overruled_s) == (2, 1.0, 2.0)
     assert measured.outside_arena_s == pytest.approx(3.0, abs=0.15)
     assert measured.too_near_s == pytest.approx(0.8, abs=0.15)
-    assert measured.lines(None)[0].startswith('safety: 2 stops, stopped 1.0 s, overruled 2.0 s, ')
+    assert measured.lines()[0].startswith('safety: 2 stops, stopped 1.0 s, overruled 2.0 s, ')
 
 
 def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
@@ -87,7 +87,7 @@ def test_robots_that_drive_through_each_other_touch_by_the_size_of_their_model(
     ((first, second, t),) = found.first_collisions
     assert (first, second, found.pairs_that_touched) == (1, 2, 1)
     assert 2 - t == pytest.approx(size, abs=0.05)
-    assert f'collisions: robots 1 and 2 touched at {t:.1f} s' in found.lines(None)
+    assert f'collisions: robots 1 and 2 touched at {t:.1f} s' in found.lines()
 
 
 def test_robots_that_pass_between_two_samples_touch_and_others_do_not():
@@ -104,4 +104,4 @@ def test_collisions_are_counted_and_the_first_are_listed():
 
     assert found.pairs_that_touched == 28
     assert len(found.first_collisions) == 3
-    assert found.lines(None)[-1].endswith(', 25 more pairs later')
+    assert found.lines()[-1].endswith(', 25 more pairs later')

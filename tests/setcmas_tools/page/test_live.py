@@ -92,6 +92,9 @@ def test_each_frame_has_the_numbers_of_the_charts(run):
         run.see(robot, (x, 0.0, 0.0), 0.2, 0.0)
 
     assert by_kind(run, 0.0)['frame']['curves'] == [1.0, 2.0, 0.2]
+    run.task = 'formation'  # robots that need not meet have no disagreement
+    run.see(1, (0.0, 0.0, 0.0), 0.2, 0.1)
+    assert by_kind(run, 0.1)['frame']['curves'] == [None, 2.0, 0.2]
 
 
 def test_links_are_sent_as_changes(run):

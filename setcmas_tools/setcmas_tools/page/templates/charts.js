@@ -32,6 +32,8 @@ function rangeOf(chart, from) {
 }
 
 export function drawChart(chart, now, selected) {
+  chart.canvas.parentNode.hidden = isLive && !Number.isFinite((chart.values[0] || []).at(-1));
+  if (chart.canvas.parentNode.hidden) return;
   const {pen, width, height} = sized(chart.canvas), from = begin(), start = Math.max(0, countUntil(times, from) - 1);
   const [low, high] = rangeOf(chart, start), span = Math.max(TINY, last() - from);
   const x = t => LEFT + (t - from) / span * (width - LEFT - RIGHT);
