@@ -6,8 +6,7 @@ one starts. Space pauses and resumes, q quits.
 
 Examples:
   setcmas play out
-  setcmas play out --rate 5 --loop
-  setcmas play out/bag --start 20 --topics /tb3_1/odom /fleet
+  setcmas play out/bag --rate 5
 """
 
 from __future__ import annotations

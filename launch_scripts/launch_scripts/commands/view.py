@@ -11,7 +11,6 @@ Examples:
   setcmas view out --at 12.5
   setcmas view experiment simulation             two runs, the second as ghosts
   setcmas view --host 0.0.0.0 --read-only        for others on the network, without buttons
-  setcmas view --write-rviz fleet.rviz --robots 1-5
 """
 
 from __future__ import annotations
@@ -22,10 +21,8 @@ from pathlib import Path
 from launch_scripts.commands.view_options import browser_command
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.rviz import RvizFileOptions, shown_robots, write_config
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
 from setcmas_tools.page.browser import BrowserOptions, FinishedRunOptions
 
@@ -36,23 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
     BrowserOptions.add_to(parser)
     FinishedRunOptions.add_to(parser)
-    RvizFileOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; return the exit status."""
-    rviz = RvizFileOptions.of(args)
-    if rviz.write_rviz and args.runs:
-        raise SetcmasError('--write-rviz is for running robots; name no run with it')
-    if rviz.write_rviz:
-        robots = shown_robots(rviz.robots)
-        write_config(rviz.write_rviz, robots, rviz.experiment)
-        print(f'show {robots_in_words(robots)} with rviz2 -d {rviz.write_rviz}')
-        return 0
-    if surplus := list(rviz.changed()):
-        raise SetcmasError(
-            f'{spelled(surplus[0])} is for the file of --write-rviz; the page shows all robots'
-        )
     finished, browser = FinishedRunOptions.of(args), BrowserOptions.of(args)
     if len(args.runs) > 2:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from launch_scripts.processes.node_commands import BROWSER_VIEW, PAGE, node_command
-from launch_scripts.processes.rviz import Companion, rviz_beside, why_no_rviz
+from launch_scripts.processes.rviz import Companion, rviz_companion, why_no_rviz
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
@@ -53,7 +53,7 @@ def fleet_views(
     attended = sys.stdout.isatty() and 'CI' not in os.environ
     rviz, browser = choose_view(options, attended, why_no_rviz())
     page = [(PAGE, browser_command([f'--palette={palette}']))] if browser else []
-    with rviz_beside(rviz, robots, experiment) as companions:
+    with rviz_companion(rviz, robots, experiment) as companions:
         yield companions + page
 
 

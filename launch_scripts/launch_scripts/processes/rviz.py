@@ -1,4 +1,4 @@
-"""RViz 2 for the robots, and its configuration."""
+"""RViz 2 for the robots."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import PathTo, Robots
 from setcmas_simu.simulator.rviz_config import rviz_config
 from setcmas_tools.page.browser import has_display
 
@@ -26,31 +21,13 @@ Companion = tuple[str, list[str]]
 """Name and command of an optional process."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RvizFileOptions(Options):
-    """Options of an RViz 2 configuration file."""
-
-    TITLE: ClassVar[str] = 'RViz 2'
-
-    write_rviz: Path | None = option(
-        PathTo(), 'write an RViz 2 configuration for a fleet, and show nothing', default=None
-    )
-    robots: tuple[int, ...] | None = option(
-        Robots(),
-        'robots in the configuration',
-        default=None,
-        default_text=f'1-{_ROBOTS_IF_UNKNOWN}',
-    )
-    experiment: bool = flag('for real robots: poses from motion capture, and the arena')
-
-
 def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
     """Return the robots in --robots or --nb-robots; by default the first 8."""
     return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
 
 
 @contextmanager
-def rviz_beside(
+def rviz_companion(
     wanted: bool, robots: list[int], experiment: bool = False
 ) -> Iterator[list[Companion]]:
     """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page."""
@@ -62,7 +39,7 @@ def rviz_beside(
         return
     with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
         path = Path(folder) / 'fleet.rviz'
-        write_config(path, robots, experiment)
+        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
         yield [('rviz', [_RVIZ, '-d', str(path)])]
 
 
@@ -73,15 +50,3 @@ def why_no_rviz() -> str:
     if not has_display(os.environ, sys.platform):
         return 'rviz2 has no screen for its window'
     return ''
-
-
-def write_config(path: Path, robots: list[int], experiment: bool = False) -> None:
-    """Write an RViz 2 configuration for a fleet.
-
-    Raises:
-        SetcmasError: The file cannot be written.
-    """
-    try:
-        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error

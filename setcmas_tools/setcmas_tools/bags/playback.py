@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
-from collections.abc import Container, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Container, Iterator
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
@@ -43,29 +43,19 @@ def is_command(name: str, msgtype: str) -> bool:
     return last.startswith(_BEGIN) and last != topics.CMD_CART_VEL
 
 
-def chosen_topics(
-    bag: Bag, wanted: Sequence[str] | None, own_clock: bool
-) -> tuple[dict[BagTopic, Any], list[str]]:
+def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[str]]:
     """Return the message class of each topic to play, and a line for each reason to omit topics.
 
     Args:
         bag: The bag.
-        wanted: Names of the topics to play; None for all.
         own_clock: Whether the player publishes /clock.
 
     Raises:
-        SetcmasError: A wanted topic is not in the bag, or no topic can be played.
+        SetcmasError: No topic can be played.
     """
-    names = {f'/{name.lstrip("/")}' for name in wanted or ()}
-    if missing := names - {topic.name for topic in bag.topics}:
-        raise SetcmasError(
-            f'there is no topic {min(missing)} in the bag; --topics must name topics of it'
-        )
     classes: dict[BagTopic, Any] = {}
     left_out: defaultdict[str, list[str]] = defaultdict(list)
     for topic in bag.topics:
-        if names and topic.name not in names:
-            continue
         reason = _objection(topic, own_clock)
         if any(topic.name == other.name for other in classes):
             reason = reason or 'recorded with two types'
@@ -95,9 +85,6 @@ def _listed(names: list[str]) -> str:
     return f'{first} and {len(names) - 3} more' if len(names) > 3 else first
 
 
-KEPT = 1000
-"""Messages of a latched topic that a late subscriber receives."""
-
 Played = tuple[BagTopic, bytes]
 
 
@@ -108,54 +95,23 @@ class BagCursor:
         duration: Time of the last message of the bag in s from its first one.
     """
 
-    def __init__(
-        self, bag: Bag, topics: Container[BagTopic], latched: Container[BagTopic]
-    ) -> None:
-        """Start at the first message.
-
-        Args:
-            bag: The bag.
-            topics: The topics to read.
-            latched: Topics whose older messages count, too.
-        """
-        self._bag = bag
-        self._topics = topics
-        self._latched = latched
+    def __init__(self, bag: Bag, topics: Container[BagTopic]) -> None:
+        self._start_ns = bag.start_ns
         self.duration = (bag.end_ns - bag.start_ns) / 1e9
-        self._messages: Iterator[Message] = iter(())
-        self._next: Message | None = None
-        self.move_to(0.0)
+        self._messages = (one for one in bag.messages() if one[0] in topics)
+        self._next: Message | None = next(self._messages, None)
 
     @property
     def next_s(self) -> float | None:
         """Time of the next message in s; None at the end."""
-        return (self._next[1] - self._bag.start_ns) / 1e9 if self._next else None
+        return (self._next[1] - self._start_ns) / 1e9 if self._next else None
 
     def until(self, at: float) -> Iterator[Played]:
         """Yield the next messages up to a time in s."""
         while self._next and (self.next_s or 0.0) <= at:
-            yield self._taken()
-
-    def move_to(self, at: float) -> list[Played]:
-        """Go to the first message from a time in s on.
-
-        Returns:
-            The messages of latched topics before it.
-        """
-        self._messages = (one for one in self._bag.messages() if one[0] in self._topics)
-        self._next = next(self._messages, None)
-        kept: dict[BagTopic, deque[bytes]] = {}
-        while self._next and (self.next_s or 0.0) < at:
-            topic, data = self._taken()
-            if topic in self._latched:
-                kept.setdefault(topic, deque(maxlen=KEPT)).append(data)
-        return [(topic, data) for topic, messages in kept.items() for data in messages]
-
-    def _taken(self) -> Played:
-        assert self._next
-        topic, _, data = self._next
-        self._next = next(self._messages, None)
-        return topic, data
+            topic, _, data = self._next
+            self._next = next(self._messages, None)
+            yield topic, data
 
 
 class PlayClock:
@@ -165,17 +121,11 @@ class PlayClock:
         paused: Whether the time stops.
     """
 
-    def __init__(self, rate: float, at: float, now: float) -> None:
-        """Start at a time in the recording.
-
-        Args:
-            rate: How many times as fast as the steady clock it goes.
-            at: Time in the recording in s.
-            now: Time of the steady clock in s.
-        """
+    def __init__(self, rate: float, now: float) -> None:
+        """Start at a time of the steady clock in s, which this one is `rate` times as fast as."""
         self.paused = False
         self._rate = rate
-        self._at = at
+        self._at = 0.0
         self._since = now
 
     def at(self, now: float) -> float:
@@ -188,9 +138,5 @@ class PlayClock:
 
     def toggle(self, now: float) -> None:
         """Pause, or resume."""
-        self.move_to(self.at(now), now)
+        self._at, self._since = self.at(now), now
         self.paused = not self.paused
-
-    def move_to(self, at: float, now: float) -> None:
-        """Continue from a time in the recording."""
-        self._at, self._since = at, now

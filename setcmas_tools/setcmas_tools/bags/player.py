@@ -29,15 +29,11 @@ from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
-from setcmas_tools.bags.playback import KEPT, BagCursor, PlayClock, Played, chosen_topics
+from setcmas_tools.bags.playback import BagCursor, PlayClock, Played, played_topics
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 _INFINITE_NS = 2**31 * 10**9
-
-
-def is_latched(offered: Sequence[Qos]) -> bool:
-    """Return whether a publisher kept messages for late subscribers."""
-    return any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered)
+_KEPT = 1000  # messages of a latched topic for late subscribers
 
 
 def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
@@ -46,9 +42,9 @@ def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
     Bags recorded from the network store no depth; this one loses nothing.
     """
     best_effort = offered and all(one.reliability == QosReliability.BEST_EFFORT for one in offered)
-    latched = is_latched(offered)
+    latched = any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered)
     return QoSProfile(
-        depth=KEPT,
+        depth=_KEPT,
         reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         deadline=_duration([one.deadline for one in offered]),
@@ -101,7 +97,6 @@ class RobotConflict:
         return ''
 
 
-_BEFORE_START_S = 0.1  # a period of the robots' odometry
 _LONGEST_WAIT_S = 0.025
 
 
@@ -134,32 +129,29 @@ class Player:
         self._process = process
         self._cursor = cursor
         self._publishers = publishers
-        self._clock = PlayClock(rate, 0.0, time.monotonic())
+        self._clock = PlayClock(rate, time.monotonic())
         self._on_tick = on_tick
         self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
         self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
 
-    def play(self, start: float, loop: bool) -> str:
-        """Play from a time in s to the end, repeatedly if `loop`.
+    def play(self) -> str:
+        """Play to the end.
 
         Returns:
             Why playing broke off; empty at the end of the bag, or after a request to stop.
         """
-        self._move_to(start)
         while not self._process.stopping:
             now = time.monotonic()
             at = min(self._clock.at(now), self._cursor.duration)
             self._publish(self._cursor.until(at))
             if reason := self._on_tick(at):
                 return reason
-            if self._cursor.next_s is None and not self._clock.paused:
-                if not loop:
+            wait = _LONGEST_WAIT_S
+            if not self._clock.paused:
+                if self._cursor.next_s is None:
                     break
-                self._move_to(start)
-            following = self._cursor.next_s
-            due = following is not None and not self._clock.paused
-            wait = self._clock.wait_s(following or 0.0, now) if due else _LONGEST_WAIT_S
-            self._take_keys(min(_LONGEST_WAIT_S, wait))
+                wait = min(wait, self._clock.wait_s(self._cursor.next_s, now))
+            self._take_keys(wait)
         return ''
 
     def _publish(self, messages: Iterable[Played]) -> None:
@@ -168,13 +160,6 @@ class Player:
             self.count += 1
             if self._process.stopping:
                 return
-
-    def _move_to(self, at: float) -> None:
-        """Go to a time in s; publish the latched messages before it and the robots' last poses."""
-        now = time.monotonic()
-        self._publish(self._cursor.move_to(max(0.0, at - _BEFORE_START_S)))
-        self._publish(self._cursor.until(at))
-        self._clock.move_to(at, now)
 
     def _take_keys(self, timeout_s: float) -> None:
         """Wait for a time in s, or until a key is pressed."""
@@ -216,13 +201,8 @@ def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
 
 
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
-    classes, notes = chosen_topics(bag, options.topics, options.clock)
-    cursor = BagCursor(bag, classes, {topic for topic in classes if is_latched(topic.offered_qos)})
-    if options.start > cursor.duration:
-        raise SetcmasError(
-            f'--start is {options.start:g} s; it must be at most {cursor.duration:.1f} s, '
-            'the length of the bag'
-        )
+    classes, notes = played_topics(bag, options.clock)
+    cursor = BagCursor(bag, classes)
     node = FleetNode(topics.PLAYER_NODE)
     conflict = RobotConflict(node, [topic.name for topic in classes])
     for line in [*bag.notices, *notes]:
@@ -237,7 +217,7 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     _settle(process, publishers.values())
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
-    reason = player.play(options.start, options.loop)
+    reason = player.play()
     deadline = time.monotonic() + _LAST_MESSAGES_S
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

@@ -27,22 +27,9 @@ class RecorderOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayerOptions(Options):
-    """Topics to play, and how fast."""
+    """How fast to play, and whose clock to follow."""
 
     rate: float = option(Number(above=0, finite=True), 'playback speed', default=1.0)
-    start: float = option(
-        Number(least=0, unit='s', finite=True),
-        'skip the first S seconds',
-        default=0.0,
-    )
-    loop: bool = flag('repeat until Ctrl-C')
-    topics: tuple[str, ...] | None = option(
-        Kind(metavar='TOPIC'),
-        'play only these',
-        default=None,
-        default_text='all but commands',
-        form=Form.SEVERAL,
-    )
     clock: bool = flag('publish the time of the recording on /clock, 40 times a second')
 
 

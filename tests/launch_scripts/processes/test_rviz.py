@@ -4,10 +4,8 @@ import stat
 
 import pytest
 import yaml
-from processes import CTRL, SETCMAS, SIMU, run_here
+from processes import CTRL, SETCMAS, SIMU
 
-from launch_scripts.processes.rviz import write_config
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.simulator.rviz_config import rviz_config
 
 pytest.importorskip('rclpy')
@@ -108,25 +106,3 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
 
     assert '[rviz] shows 3 robots' in simu.output()
     assert simu.end(signal.SIGINT) == 0
-
-
-def test_a_file_for_rviz(tmp_path):
-    written = run_here('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
-    real = run_here('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)
-
-    assert written.stdout == 'show robots 2,4-5 with rviz2 -d fleet.rviz\n'
-    assert (tmp_path / 'fleet.rviz').read_text() == rviz_config([2, 4, 5])
-    assert real.returncode == 0
-    assert (tmp_path / 'real.rviz').read_text() == rviz_config(list(range(1, 9)), True)
-
-
-def test_what_only_the_file_needs_is_refused_without_it(tmp_path):
-    result = run_here('view', '--robots', '1-3', cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert '--robots is for the file of --write-rviz' in result.stderr
-
-
-def test_a_configuration_that_cannot_be_written(tmp_path):
-    with pytest.raises(SetcmasError, match='cannot be written'):
-        write_config(tmp_path / 'missing' / 'fleet.rviz', [1])

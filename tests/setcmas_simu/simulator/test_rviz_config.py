@@ -68,14 +68,3 @@ def test_arrows_have_the_colour_of_their_robot(robot):
     for display in (shown[f'/tb3_{robot}/pose'], shown[f'/tb3_{robot}/odom']['Shape']):
         channels = [int(channel) / 255 for channel in display['Color'].split('; ')]
         assert channels == pytest.approx(colour(robot), abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ('package', 'name', 'experiment'),
-    [('setcmas_simu', 'simulation_8', False), ('setcmas_expe', 'experiment_8', True)],
-)
-def test_installed_files_are_what_is_generated(package, name, experiment):
-    installed = ROOT / package / 'rviz' / f'{name}.rviz'
-
-    assert installed.read_text() == rviz_config(list(range(1, 9)), experiment)
-    assert f"['rviz/{name}.rviz']" in (ROOT / package / 'setup.py').read_text()

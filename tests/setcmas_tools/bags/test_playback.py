@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.playback import BagCursor, PlayClock, chosen_topics, is_command
+from setcmas_tools.bags.playback import BagCursor, PlayClock, is_command, played_topics
 
 
 @pytest.fixture(params=['mcap', 'sqlite3'])
@@ -18,7 +18,7 @@ def bag(tmp_path, write_bag, make, request):
 @pytest.fixture
 def cursor(bag):
     played = [topic for topic in bag.topics if topic.name != '/other']
-    return BagCursor(bag, played, [topic for topic in played if topic.name == '/latched'])
+    return BagCursor(bag, played)
 
 
 def numbers(messages):
@@ -33,13 +33,6 @@ def test_messages_come_when_their_time_has_come(cursor):
     assert numbers(cursor.until(99.0)) == [4, 5, 6, 7, 8, 9]
     assert cursor.next_s is None
     assert cursor.duration == pytest.approx(0.9)
-
-
-def test_latched_messages_before_a_time_come_with_it(cursor):
-    assert numbers(cursor.move_to(0.75)) == ['/latched']
-    assert numbers(cursor.until(0.81)) == [8]
-    assert numbers(cursor.move_to(0.1)) == []
-    assert numbers(cursor.until(0.21)) == [1, 2]
 
 
 pytest.importorskip('rclpy')
@@ -58,7 +51,7 @@ def choosable_bag(tmp_path, write_bag, make):
 
 
 def test_omissions_are_reported(choosable_bag):
-    classes, notes = chosen_topics(choosable_bag, None, own_clock=True)
+    classes, notes = played_topics(choosable_bag, own_clock=True)
 
     assert [topic.name for topic in classes] == ['/number', '/twice']
     assert notes == [
@@ -69,16 +62,13 @@ def test_omissions_are_reported(choosable_bag):
     ]
 
 
-@pytest.mark.parametrize(
-    ('wanted', 'words'),
-    [
-        (['number', '/unknown'], 'there is no topic /unknown in the bag'),
-        (['/tb3_1/reset'], 'no topic is left to play; not played: /tb3_1/reset'),
-    ],
-)
-def test_topics_that_cannot_be_played(choosable_bag, wanted, words):
-    with pytest.raises(SetcmasError, match=words):
-        chosen_topics(choosable_bag, wanted, own_clock=False)
+def test_a_bag_of_commands_alone_is_refused(tmp_path, write_bag, make):
+    messages = [('/tb3_1/reset', 0, make('std_msgs/msg/Empty'))]
+    with (
+        open_bag(write_bag(tmp_path / 'commands', messages)) as bag,
+        pytest.raises(SetcmasError, match='no topic is left to play; not played: /tb3_1/reset'),
+    ):
+        played_topics(bag, own_clock=False)
 
 
 STAMPED = 'geometry_msgs/msg/TwistStamped'
@@ -122,19 +112,17 @@ def test_measurements_and_reports_are_played(name, msgtype):
 
 
 def test_time_passes_at_the_rate():
-    clock = PlayClock(10.0, at=5.0, now=100.0)
+    clock = PlayClock(10.0, now=100.0)
 
-    assert clock.at(100.5) == 10.0
-    assert clock.wait_s(15.0, 100.5) == 0.5
+    assert clock.at(100.5) == 5.0
+    assert clock.wait_s(10.0, 100.5) == 0.5
     assert clock.wait_s(1.0, 100.5) == 0.0
 
 
-def test_a_pause_takes_no_time_and_a_step_leaves_it_paused():
-    clock = PlayClock(2.0, at=0.0, now=0.0)
+def test_a_pause_takes_no_time():
+    clock = PlayClock(2.0, now=0.0)
 
     clock.toggle(1.0)
     assert clock.at(50.0) == 2.0
-    clock.move_to(2.5, 50.0)
-    assert (clock.paused, clock.at(60.0)) == (True, 2.5)
     clock.toggle(60.0)
-    assert clock.at(61.0) == 4.5
+    assert clock.at(61.0) == 4.0

@@ -68,7 +68,7 @@ def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, reco
 def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the_fleet(
     start, peer, recording
 ):
-    player = start(*PLAYER, str(recording), '--loop', '--start', '4')
+    player = start(*PLAYER, str(recording), '--rate', '0.2')
     player.wait_for_output('playing 2 topics, 4.9 s')
     announced = peer.listen(String, '/fleet', qos.LATCHED)
     peer.wait_for(lambda: announced)
