@@ -158,7 +158,6 @@ class EmulatedLab(FleetNode):
             EmulatedTurtleBot3(
                 robot,
                 topics.CMD_VEL_GUARDED if private else topics.CMD_VEL,
-                options.robot_cmd_vel_type,
                 partial(self._fleet.command, index),
                 partial(self._fleet.set_torque, index),
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState
@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.ros.cmd_vel_topics import TYPES, velocities
+from setcmas_simu.ros.cmd_vel_topics import velocities
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
@@ -33,17 +33,15 @@ class EmulatedTurtleBot3(FleetNode):
         self,
         robot: LabRobot,
         cmd_vel: str,
-        cmd_vel_type: str,
         on_command: Callable[[float, float], None],
         on_torque: Callable[[bool], None],
     ) -> None:
         """Create the node in the robot's namespace, where its base listens to `cmd_vel`.
 
-        The type of commands is 'twist_stamped' as on Jazzy, or 'twist' as on Humble. `on_command`
-        gets forward speed (m/s) and turn rate (rad/s), `on_torque` whether motors are on.
+        `on_command` gets forward speed (m/s) and turn rate (rad/s), `on_torque` whether motors are
+        on.
         """
-        # Like the real node's: setcmas doctor measures round trips with parameter services.
-        super().__init__(NODE_NAME, namespace=robot.namespace, start_parameter_services=True)
+        super().__init__(NODE_NAME, namespace=robot.namespace)
         self._on_command = on_command
         self._on_torque = on_torque
         self._odom = Odometry(child_frame_id='base_footprint')
@@ -51,7 +49,7 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
         self._battery = BatteryState(present=True, design_capacity=1.8)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
-        self._commands = PolledTopic(self, TYPES[cmd_vel_type], cmd_vel, self._on_cmd_vel, _QOS)
+        self._commands = PolledTopic(self, TwistStamped, cmd_vel, self._on_cmd_vel, _QOS)
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
 
     def take(self) -> None:
@@ -71,7 +69,7 @@ class EmulatedTurtleBot3(FleetNode):
         self._battery.voltage = _EMPTY_V + (_NOMINAL_V - _EMPTY_V) * percent / 100.0
         self._battery_publisher.publish(self._battery)
 
-    def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
+    def _on_cmd_vel(self, message: TwistStamped) -> None:
         self._on_command(*velocities(message))
 
     def _on_motor_power(

@@ -13,10 +13,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
-from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import flag, option
-from setcmas_simu.options.kinds import RATE, SEEDS, Kind, OneOf
+from setcmas_simu.options.kinds import RATE, SEEDS, Kind
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import (
@@ -44,15 +42,9 @@ class EmulationOptions(StartPoseOptions):
         'model file of the robots, from setcmas identify',
         default=None,
         default_text='at once',
-        complete=names_and_files(tuple, ('yaml',)),
     )
     seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
     mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
-    robot_cmd_vel_type: str = option(
-        OneOf(tuple(CMD_VEL_TYPES)),
-        'message type that the robots take: that of Jazzy or of Humble',
-        default=CMD_VEL_TYPES[0],
-    )
     remapped: bool = flag(
         'robots listen to their guard alone, as real ones should (default: yes)', default=True
     )
