@@ -17,6 +17,7 @@ from typing import Any
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -32,8 +33,6 @@ from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.offline_tables import remains
 from setcmas_tools.run.run_info import Outcome, State
-
-_DIGITS = 4  # of points, as in marks
 
 
 def student_view(marks: Marks) -> Marks:
@@ -59,8 +58,8 @@ def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:
 
 
 def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
-    points = round(sum(mark.points for mark in criteria), _DIGITS)
-    most = round(sum(mark.max_points for mark in criteria), _DIGITS)
+    points = rounded(sum(mark.points for mark in criteria))
+    most = rounded(sum(mark.max_points for mark in criteria))
     return CriterionMark(name, points, most, '', '', None, hidden=True)
 
 
@@ -83,6 +82,8 @@ class Check:
     def __str__(self) -> str:
         """Return a line per criterion, and hints below missed ones."""
         return '\n'.join(_lines(self.marks))
+
+    __repr__ = __str__  # in a terminal, where notebooks show HTML
 
     def picture(self) -> Any:
         """Return a figure of the paths over those of the solution."""
@@ -216,10 +217,10 @@ def _lines(marks: Marks) -> Iterator[str]:
         return
     for scenario in marks.scenarios:
         yield ''
-        yield f'{scenario.name}: {scenario.points:g} of {scenario.max_points:g} points'
+        yield f'{scenario.name}: {scenario.points_text}'
         yield from _scenario_lines(scenario)
     yield ''
-    yield f'{marks.score:g} of {marks.max_score:g} points'
+    yield marks.points_text
 
 
 def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:
@@ -228,6 +229,7 @@ def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:
     for one in scenario.criteria:
         sign = _TICK if one.is_full else _CROSS
         figures = f'{one.metric} {one.reached_text} (wanted: {one.wanted})'
-        yield f'  {sign} {one.points:g}/{one.max_points:g}  {one.name}: {figures}'
+        points = f'{points_text(one.points)}/{points_text(one.max_points)}'
+        yield f'  {sign} {points}  {one.name}: {figures}'
         if one.hint:
             yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')

@@ -91,6 +91,7 @@ def _length(grid: FleetGrid) -> float:
 _BOUNDS = ('at_most', 'below', 'at_least', 'above', 'between')
 _KEYS = ('name', 'metric', *_BOUNDS, 'none_at', 'points', 'hint', 'hidden', 'needs')
 _CENTS = 100  # points have two decimals
+_TINY = 1e-9
 
 
 @dataclass(frozen=True)
@@ -168,9 +169,19 @@ class Criterion:
         return self.bounds.words(self.unit)
 
     def points_for(self, number: float | None) -> float:
-        """Return the points for a number, rounded down to two decimals."""
-        points = self.points * self.bounds.share(number)
-        return math.floor(points * _CENTS + 1e-6) / _CENTS
+        """Return the points for a number, rounded to two decimals."""
+        return rounded(self.points * self.bounds.share(number))
+
+
+def rounded(points: float) -> float:
+    """Round points to two decimals, halves away from 0: 9.995 becomes 10."""
+    cents = math.floor(abs(points) * _CENTS + 0.5 + 1e-6)
+    return math.copysign(cents, points) / _CENTS if cents else 0.0
+
+
+def points_text(points: float) -> str:
+    """Return points with at most two decimals."""
+    return f'{rounded(points):.2f}'.rstrip('0').rstrip('.')
 
 
 def read_criteria(entry: Entry) -> tuple[Criterion, ...]:
@@ -195,7 +206,7 @@ def _criterion(entry: Entry, before: Sequence[Criterion]) -> Criterion:
     criterion = Criterion(
         name=fields['name'].text() if 'name' in fields else '',
         metric=metric,
-        points=Number(above=0, finite=True).of(fields['points']) if 'points' in fields else 1.0,
+        points=_points(fields['points']) if 'points' in fields else 1.0,
         bounds=bounds,
         hint=' '.join(fields['hint'].text().split()) if 'hint' in fields else '',
         hidden='hidden' in fields and fields['hidden'].flag(),
@@ -207,6 +218,14 @@ def _criterion(entry: Entry, before: Sequence[Criterion]) -> Criterion:
     if criterion.name in names:
         raise entry.error(f"two criteria are named '{criterion.name}'; rename one")
     return criterion
+
+
+def _points(entry: Entry) -> float:
+    """Return points in hundredths, so that those of all criteria add up to the shown total."""
+    points = Number(above=0, finite=True).of(entry)
+    if abs(rounded(points) - points) > _TINY:
+        raise entry.mistake('a number with at most two decimals')
+    return rounded(points)
 
 
 def _needed(entry: Entry, names: Sequence[str]) -> str:

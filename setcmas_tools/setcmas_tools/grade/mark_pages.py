@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from setcmas_simu.errors import needs
 from setcmas_simu.table import Table
 from setcmas_tools.grade.check import student_view
+from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.mark_pictures import path_picture
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
 
@@ -132,11 +133,6 @@ def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
 
 _MOST_LIKE = 3
 _LONGEST_REMARK = 60
-
-
-def points_text(points: float) -> str:
-    """Return points with at most two decimals."""
-    return f'{round(points, 2):g}'
 
 
 def names_of(marks: Sequence[Marks]) -> dict[str, str]:

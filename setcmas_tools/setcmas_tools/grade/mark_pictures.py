@@ -89,7 +89,7 @@ def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
 def _draw_scenario(axes: Axes, scenario: ScenarioMark) -> None:
     for path in scenario.paths:
         _draw_path(axes, path, len(scenario.paths))
-    axes.set_title(f'{scenario.name}\n{scenario.points:g} of {scenario.max_points:g} points')
+    axes.set_title(f'{scenario.name}\n{scenario.points_text}')
     axes.set(xlabel='x (m)', ylabel='y (m)')
     _fit(axes, scenario.paths)
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
+from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.run.run import Run
 
@@ -18,7 +19,6 @@ _AROUND = 2  # lines before and after a failed line
 _LONGEST_LINE = 200  # characters of each
 _NEWLINE = re.compile(r'\r\n|\r|\n')  # as in Python; str.splitlines knows more
 _LARGE = 1000  # from here on, numbers have no decimals
-_DIGITS = 4  # of points: sums must not differ in their last bits
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class ScenarioMark:
     name: str
     criteria: tuple[CriterionMark, ...]
     failure: Failure | None = None
-    paths: tuple[RobotPath, ...] = ()
+    paths: tuple[RobotPath, ...] = field(default=(), repr=False)  # thousands of numbers
     hidden: bool = False
 
     @property
@@ -188,6 +188,11 @@ class ScenarioMark:
     def max_points(self) -> float:
         """Largest possible points."""
         return _sum(mark.max_points for mark in self.criteria)
+
+    @property
+    def points_text(self) -> str:
+        """Its points, such as '4.5 of 7 points'."""
+        return f'{points_text(self.points)} of {points_text(self.max_points)} points'
 
 
 @dataclass(frozen=True)
@@ -231,9 +236,18 @@ class Marks:
         return _sum(mark.max_points for mark in self.scenarios)
 
     @property
+    def points_text(self) -> str:
+        """Its points, such as '8 of 10 points'."""
+        return f'{points_text(self.score)} of {points_text(self.max_score)} points'
+
+    @property
     def is_full(self) -> bool:
         """Whether it has all points."""
         return all(mark.is_full for one in self.scenarios for mark in one.criteria)
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'Marks({self.title}, {self.submission}, {self.points_text})'
 
 
 @dataclass(frozen=True)
@@ -264,4 +278,4 @@ class LawRunner(Protocol):
 
 
 def _sum(points: Iterable[float]) -> float:
-    return round(sum(points), _DIGITS)
+    return rounded(sum(points))

@@ -101,6 +101,8 @@ class Metrics(Mapping[str, Any]):
         rows = str(robots_table(self.parts)).splitlines()
         return '\n'.join([*rows, *fleet_lines(self.parts)])
 
+    __repr__ = __str__
+
 
 def measure(
     run: Run, warn: Callable[[str], None] = print, own: Mapping[str, Metric] | None = None

@@ -8,7 +8,8 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from setcmas_tools.grade.mark_pages import points_text, share
+from setcmas_tools.grade.criteria import points_text
+from setcmas_tools.grade.mark_pages import share
 from setcmas_tools.grade.mark_pictures import picture_address
 from setcmas_tools.grade.marks import CriterionMark, Marks, ScenarioMark
 from setcmas_tools.platforms.autograder import Kit, archive
@@ -20,6 +21,7 @@ from setcmas_tools.platforms.grade_format import (
     summary,
 )
 
+_DIGITS = 9  # Moodle multiplies by the question's grade, and rounds to two decimals
 _HEADER = ['iscorrect', 'Scenario', 'Criterion', 'Wanted', 'Reached', 'Points', 'Hint']
 
 
@@ -28,7 +30,7 @@ def _result(marks: Marks) -> dict[str, Any]:
     failures = [summary(marks)]
     failures += [failure_text(one.failure) for one in marks.scenarios if one.failure]
     return {
-        'fraction': round(share(marks.score, marks.max_score), 4),
+        'fraction': round(share(marks.score, marks.max_score), _DIGITS),
         'prologuehtml': ''.join(f'<pre>{escape(text)}</pre>' for text in failures if text),
         'testresults': [_HEADER, *rows],
         'epiloguehtml': ''.join(map(_picture, marks.scenarios)),

@@ -13,7 +13,8 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import PluginGroup, instance_of
 from setcmas_tools.grade.check import student_view
-from setcmas_tools.grade.mark_pages import failure_line, file_names, points_text
+from setcmas_tools.grade.criteria import points_text
+from setcmas_tools.grade.mark_pages import failure_line, file_names
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks, ScenarioMark
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.platforms.autograder import (

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from setcmas_tools.grade.check import student_view
-from setcmas_tools.grade.mark_pages import points_text
+from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.marks import CriterionMark, Marks, ScenarioMark
 from setcmas_tools.platforms.grade_format import (
     Files,

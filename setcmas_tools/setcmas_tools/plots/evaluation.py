@@ -28,6 +28,8 @@ class Evaluation:
     def __str__(self) -> str:
         return str(self.metrics) if self.metrics else ''
 
+    __repr__ = __str__
+
 
 def evaluate(
     run: Run,

@@ -61,6 +61,10 @@ class CommunicationRecord:
             int(robot): self.triggers[sent & (robots == robot), 0] for robot in np.unique(robots)
         }
 
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'CommunicationRecord({len(self.robots)} robots, {len(self.links)} links)'
+
     def adjacency(self, t: float, nb_robots: int) -> Floats:
         """Return the weights at time t (s): row i receives from column j, shape (N, N)."""
         result = np.zeros((nb_robots, nb_robots))

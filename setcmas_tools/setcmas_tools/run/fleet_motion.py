@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -46,6 +47,16 @@ class FleetTable:
     def rows(self, selection: NDArray[np.bool_] | NDArray[np.intp]) -> FleetTable:
         """Return the rows that a mask, or indices, select."""
         return FleetTable(*(getattr(self, f.name)[selection] for f in fields(self)))
+
+    def __repr__(self) -> str:
+        """Return one line: arrays would fill the screen."""
+        return f'FleetTable({rows_in_words(self.t, self.robots)})'
+
+
+def rows_in_words(t: Floats, robots: Sequence[int]) -> str:
+    """Return what a table of robots at times holds, such as '404 rows, 4 robots, 0 to 10 s'."""
+    times = f', {t[0]:g} to {t[-1]:g} s' if len(t) else ''
+    return f'{len(t)} rows, {len(robots)} robot{"s" if len(robots) != 1 else ""}{times}'
 
 
 def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Floats] | None:
@@ -226,6 +237,10 @@ class FleetGrid:
         first, last = np.array(seen).T[:, :, None]
         expected = (self.t >= first - LONGEST_GAP_S) & (self.t <= last + LONGEST_GAP_S)
         return np.asarray(np.all(known | ~expected, axis=0))
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'FleetGrid({rows_in_words(self.t, self.robots)})'
 
     def since(self, t: float) -> FleetGrid:
         """Return the samples from a time (s) on."""

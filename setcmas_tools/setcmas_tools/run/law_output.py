@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
+from setcmas_tools.run.fleet_motion import rows_in_words
 
 MARKER, TRAIL = 'marker', 'trail'
 _EARLY_S = 0.001
@@ -55,6 +56,10 @@ class Commands:
     vx: Floats
     vy: Floats
     allowed: Filtered | None = None
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'Commands({rows_in_words(self.t, np.unique(self.robot).tolist())})'
 
     def of(self, robot: int) -> Commands:
         """Return the rows of one robot."""

@@ -214,6 +214,11 @@ class Scenario:
         """Return the values by name that differ from their defaults."""
         return {k: v for _, part in self._parts() for k, v in part.changed().items()}
 
+    def __repr__(self) -> str:
+        """Return the values that differ from their defaults."""
+        values = ', '.join(f'{name}={value!r}' for name, value in self.changed().items())
+        return f'Scenario({values})'
+
     def found(self) -> Scenario:
         """Return the same with absolute paths of scripts and files, or raise SetcmasError."""
         law, conditions = self.law, self.communication.found(self.law.exercise)

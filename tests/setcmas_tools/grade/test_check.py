@@ -1,5 +1,7 @@
 """The check of a function of a notebook."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from graded_classes import graded_class
@@ -25,6 +27,9 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
     assert 'src="data:image/png;base64,' in page
     assert '&lt;' not in page
     assert '<pre' in page
+    assert repr(result) == str(result)  # in IPython, outside of notebooks
+    assert repr(result.marks) == 'Marks(Trajectory tracking, control, 5.07 of 10 points)'
+    assert len(repr(result.marks.scenarios[0])) < 3000
 
 
 def test_a_function_cannot_say_which_exercise_it_is():
@@ -38,5 +43,5 @@ def test_hidden_points_count_and_nothing_else_of_them_is_left():
 
         assert shown.score == marks.score
         assert shown.max_score == marks.max_score
-        assert 'SECRET' not in repr(shown)
+        assert 'SECRET' not in str(asdict(shown))
         assert shown.similar == ()

@@ -4,7 +4,15 @@ import math
 
 import pytest
 
-from setcmas_tools.grade.criteria import Bounds, Criterion
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.yaml_entries import read_entries
+from setcmas_tools.grade.criteria import (
+    Bounds,
+    Criterion,
+    points_text,
+    read_criteria,
+    rounded,
+)
 
 AT_MOST = Bounds(high=0.1, none_above=0.5)
 BELOW = Bounds(high=0.1, strict=True)
@@ -17,7 +25,8 @@ BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
     [
         (AT_MOST, 0.1, 3),
         (AT_MOST, 0.3, 1.5),
-        (AT_MOST, 0.10001, 2.99),  # all points are for what is wanted, not for nearly that
+        (AT_MOST, 0.10001, 3),
+        (AT_MOST, 0.10167, 2.99),
         (AT_MOST, 0.5, 0),
         (AT_MOST, math.inf, 0),
         (AT_MOST, None, 0),
@@ -35,3 +44,29 @@ BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
 )
 def test_points_are_linear_between_two_thresholds(bounds, number, points):
     assert Criterion('', 'disagreement', 3, bounds).points_for(number) == points
+
+
+@pytest.mark.parametrize(
+    ('points', 'text'),
+    [
+        (9.995, '10'),
+        (2.9999, '3'),
+        (0.125, '0.13'),
+        (1 / 3, '0.33'),
+        (-0.125, '-0.13'),
+        (-0.001, '0'),
+        (12345.675, '12345.68'),
+        (100, '100'),
+    ],
+)
+def test_points_are_rounded_as_people_do(points, text):
+    assert points_text(points) == text
+    assert rounded(points) == float(text)
+
+
+def test_points_of_a_rubric_are_in_hundredths_so_that_those_shown_add_up(tmp_path):
+    file = tmp_path / 'criteria.yaml'
+    file.write_text('- {metric: disagreement, at_most: 1, points: 3.333}\n')
+
+    with pytest.raises(SetcmasError, match='it must be a number with at most two'):
+        read_criteria(read_entries(file))

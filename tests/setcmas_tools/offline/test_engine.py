@@ -177,4 +177,8 @@ def test_ros_is_not_imported():
 
 
 def test_a_run_describes_itself_in_one_line():
-    assert repr(simulate(forward, 2, 1.0)) == 'Run(forward, 2 robots, 1 s, complete)'
+    run = simulate(forward, 2, 1.0)
+    assert repr(run) == 'Run(forward, 2 robots, 1 s, complete)'
+    assert repr(run.table) == 'FleetTable(22 rows, 2 robots, 0 to 1 s)'
+    assert repr(run.grid()) == 'FleetGrid(11 rows, 2 robots, 0 to 1 s)'
+    assert len(repr(run.tables)) < 1000
