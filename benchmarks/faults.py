@@ -147,7 +147,7 @@ def main() -> int:
     print(f'two robots at 0.21 m/s, {len(names)} faults, worst of {args.repeat} runs of each')
     with ThreadPool(args.jobs) as pool:
         rows = list(_shown(pool.imap(partial(row, args.repeat), names), len(names)))
-    columns = ('fault', 'stands after (s)', 'rolled (m)', 'set off again', 'reported', 'well')
+    columns = ('fault', 'at rest after (s)', 'rolled (m)', 'moves off again', 'reported', 'well')
     print(tabulate(rows, columns, tablefmt='github', disable_numparse=True))
     load = os.getloadavg()[0]
     print(f'bounds: {MOST_S} s, {MOST_M} m; load at the end {load:.1f}')

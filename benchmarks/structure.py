@@ -2,7 +2,7 @@
 
 python benchmarks/structure.py [CHECKOUT ...]
 
-A room is a folder of a package, or a module that stands beside the folders.
+A room is a folder of a package, or a module outside these folders.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The house: who imports whom, and which modules may import ROS.
 
-A room is a folder of a package, or a module that stands beside the folders. Imports point from the
+A room is a folder of a package, or a module outside these folders. Imports point from the
 later package to the earlier one, and rooms import each other in no circle, annotations included.
 """
 

@@ -33,7 +33,7 @@ def text() -> str:
     return '\n\n'.join(
         [
             _table(words['simulation'], calls),
-            '## In experiments, beside these',
+            '## Also in experiments',
             _table(words['experiment'], calls),
         ]
     )

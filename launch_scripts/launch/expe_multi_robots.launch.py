@@ -9,5 +9,5 @@ from launch_scripts.ros_launch import description
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is started."""
+    """Return the launch description."""
     return description('expe', algo='nav_wp')

@@ -6,5 +6,5 @@ from launch_scripts.ros_launch import description
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what is started."""
+    """Return the launch description."""
     return description('simu', nb_robots='8')

@@ -91,7 +91,7 @@ _ENDS_WITHIN_S = '15'  # robots get zero velocity first, then processes end one 
 
 
 def description(verb: str, **defaults: str) -> LaunchDescription:
-    """Return what a launch file does that starts a verb, with defaults of its own."""
+    """Return the description of a launch file that starts a verb, with its own defaults."""
     # Imported here: arguments and commands are tested without the package, which has no wheel.
     from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
     from launch.launch_description import LaunchDescription

@@ -1,4 +1,4 @@
-"""Check your law against an exercise: which criteria it meets, and what is missing.
+"""Check your law against an exercise, and see which criteria it meets.
 
 Runs the law offline in the scenarios of its exercise; scripts from `setcmas new --exercise` name
 their exercise. Each criterion gets a tick or a cross, with the measured and the wanted value; a

@@ -1,6 +1,6 @@
 """List laws, exercises, robot models, mocap sources, tasks, metrics, plots and grade formats.
 
-Each entry names its package. Columns of studies and comparisons for rubrics are listed, too.
+Each entry names its package. The last tables are columns of studies and comparisons for rubrics.
 
 Examples:
   setcmas list

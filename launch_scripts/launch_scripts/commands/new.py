@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--exercise',
         action='store_true',
-        help='copy the exercise, with blanks, instead of the finished law (without --from: the '
-        'exercise NAME)',
+        help='copy the exercise, with blanks to fill in, instead of the finished law; without '
+        '--from, the exercise called NAME',
     )
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     lab = 'a lab file with every default (default NAME: lab)'

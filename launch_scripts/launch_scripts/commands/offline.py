@@ -1,7 +1,7 @@
 """Simulate robots under a control law without ROS, hundreds of times faster than real time.
 
-Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does; the same command writes the
-same files. Ctrl-C stops the run early and writes the results so far.
+Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does. Equal commands write equal
+files. Ctrl-C ends the run early and writes the results so far.
 
 Examples:
   setcmas offline square.yaml --set K=2
@@ -107,7 +107,7 @@ def _written(seconds: float) -> str:
 
 
 def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
-    """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
+    """Return the run, or its remains, and its time in s; scripts cannot harm this process."""
     from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
     from setcmas_tools.offline.offline_tables import remains
 

@@ -39,8 +39,8 @@ def add_scenario_arguments(
 def add_from_argument(parser: argparse.ArgumentParser) -> None:
     """Add --from."""
     run = (
-        'repeat the run in this folder, or a run of a study, such as study/417, with its scenario '
-        'and its files, and compare; other options on the command line override it'
+        'repeat the run in this folder, or a run of a study, such as study/417, from its own '
+        'files, and compare the two; other options on the command line override its scenario'
     )
     parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
 

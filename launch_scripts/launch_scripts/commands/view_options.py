@@ -24,8 +24,8 @@ class ViewOptions(Options):
     rviz: bool = flag('also show the robots in RViz 2')
     view: str = option(
         OneOf((AUTO, BROWSER, NONE)),
-        'show the robots on a page in the browser (--view alone means this) or not at all; auto: '
-        'RViz 2 if installed, otherwise the page, and nothing if the output is not a terminal',
+        'how to show the robots: on a page in the browser (also --view alone), or not at all; '
+        'auto starts RViz 2 if installed, else serves the page (neither without a terminal)',
         default=AUTO,
         alone=BROWSER,
     )

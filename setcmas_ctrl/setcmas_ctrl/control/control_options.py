@@ -192,7 +192,7 @@ class FleetOptions(Options):
         OneOf((AUTO, *CMD_VEL_TYPES)),
         'message type of cmd_vel',
         default=AUTO,
-        default_text=f'{AUTO}, what each robot listens to',
+        default_text=f'{AUTO}, the type that each robot listens to',
     )
 
     def controlled(self, nb_robots: int) -> list[int]:

@@ -115,7 +115,7 @@ class SafetyFilter:
         before: Floats,
         now: Now,
     ) -> Allowed:
-        """Return what robots are allowed for one period.
+        """Return the velocities that robots may have for one period.
 
         Args:
             wanted: Velocities in m/s, shape (2, R).

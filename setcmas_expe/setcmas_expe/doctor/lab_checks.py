@@ -107,7 +107,7 @@ class RobotCheck:
     Attributes:
         mocap: Regularity of its poses.
         pose: The last good pose (m, rad); None if there is none.
-        fault: What is wrong with its poses; None if nothing.
+        fault: The fault of its poses; None if they are good.
         kinds: The message types of the listeners to its cmd_vel.
         rival: Who else may move it, or move in its place; empty if none.
         guard: Last report of its cmd_vel_guard; None if there is none.

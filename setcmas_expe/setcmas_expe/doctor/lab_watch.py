@@ -119,7 +119,7 @@ class LabWatch(FleetNode):
         return time.monotonic() - self.robots[robot].track.received
 
     def fault(self, robot: int) -> str | None:
-        """Return what is wrong with a robot's poses; None if nothing."""
+        """Return the fault of a robot's poses; None if they are good."""
         return self.robots[robot].fault or self.source_conflict(robot) or None
 
     def source_conflict(self, robot: int) -> str:

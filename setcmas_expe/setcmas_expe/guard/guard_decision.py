@@ -105,7 +105,7 @@ class StartLatch:
         return why
 
     def decide(self, situation: Situation, paused: str) -> tuple[State, str]:
-        """Return what the robot may do, and why it may not move, given why robots are paused."""
+        """Return the robot's new state and its reason, given the reason for a pause."""
         state, reason = self._decided(situation, paused)
         self._was_started, self.is_free = not paused, state is State.FOLLOWING
         return state, reason

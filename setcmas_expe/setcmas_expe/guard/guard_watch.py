@@ -109,7 +109,7 @@ class TwiceSeen:
         self._last = self._confirmed = ''
 
     def new(self, found: str) -> str:
-        """Return what this look and the one before both found, once; else empty."""
+        """Return an alarm, once two looks in a row have found its cause; else empty."""
         confirmed = found if found == self._last else ''
         is_new = confirmed != self._confirmed
         self._last, self._confirmed = found, confirmed

@@ -77,7 +77,7 @@ class Obedience:
         self._nb_measured += 1
 
     def update(self, V: float, omega: float, now: float) -> str:
-        """Note the last command (m/s, rad/s); return what is wrong, empty if nothing."""
+        """Note the last command (m/s, rad/s); return how wheels disobey; empty if they obey."""
         if self._measured is None:
             return ''
         if now - self._measured > _SILENT_AFTER_S:

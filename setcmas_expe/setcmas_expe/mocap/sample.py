@@ -64,7 +64,7 @@ class Sample:
 
 
 def fault_of(sample: Sample, arena: Arena) -> str | None:
-    """Return what is wrong with one measurement; None if nothing."""
+    """Return the fault of a measurement; None if it is good."""
     x, y, _ = sample.position
     if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
         return NOT_FINITE

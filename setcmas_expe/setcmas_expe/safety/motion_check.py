@@ -51,7 +51,7 @@ class Deviation:
         return speed < _ZERO_M_S and rate < _ZERO_RAD_S
 
     def text(self, proved: bool) -> str:
-        """Return what happened, a colon and what to check; a proved robot has the right axes."""
+        """Return the deviation and advice, as text; a proved robot has the right axes."""
         if self._is_still() and (proved or not self.in_heading):
             return self._standstill()
         if self.in_heading:

@@ -50,7 +50,7 @@ class PluginModel(RobotModel):
     def _result(
         self, name: str, shape: tuple[int | None, ...], *arguments: Any
     ) -> tuple[Floats, str]:
-        """Return what a method returns, and why it cannot be used; '' if it can."""
+        """Return the result of a method, and why it cannot be used; '' if it can."""
         method = getattr(self._model, name)
         try:
             result = np.asarray(method(*arguments), dtype=float)

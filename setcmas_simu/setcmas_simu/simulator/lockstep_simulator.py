@@ -106,7 +106,7 @@ class LockstepLoop:
                     )
 
     def _awaited(self, exactly: bool) -> tuple[str, Subscription]:
-        """Return what is missing, as text, and the subscription that will bring it."""
+        """Return the missing message, as text, and the subscription that waits for it."""
         stamp = self._ticks.stamp()
         if missing := self._roll.missing(stamp):
             return missing, self._answers.subscription

@@ -113,7 +113,7 @@ def readable() -> tuple[list[Path], list[Path]]:
 
 
 def _hidden(packages: Iterable[Path]) -> Iterator[Path]:
-    """Yield what must not be read in folders of packages."""
+    """Yield the files in folders of packages that scripts must not read."""
     entries = [entry for one in distributions() for entry in one.entry_points]
     plugins = {e.module.partition('.')[0] for e in entries if e.group.startswith('setcmas.')}
     for folder in packages:
@@ -306,7 +306,7 @@ def _ruleset() -> Ruleset:
 
 
 def _accesses() -> tuple[AccessFS, AccessFS]:
-    """Return what may be done with files and folders to be read, and to be written."""
+    """Return the rights on files and folders that may be read, or written."""
     from landlockpy import AccessFS
 
     read = AccessFS.READ_FILE | AccessFS.READ_DIR | AccessFS.EXECUTE

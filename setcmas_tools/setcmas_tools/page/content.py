@@ -142,7 +142,7 @@ FLEET = 0
 
 @dataclass(frozen=True)
 class Curve:
-    """What is measured over time.
+    """A quantity over time, of each robot or of the fleet.
 
     Attributes:
         name: Such as 'Disagreement'.
@@ -158,7 +158,7 @@ class Curve:
 
 
 def curves(run: Run) -> list[Curve]:
-    """Return what is measured of a run from its first command on, as plots and metrics do."""
+    """Return the curves of a run from its first command on, as in plots and metrics."""
     grid = run.counted_grid if len(run.counted.t) else run.grid()
     found = [
         Curve('Speed', 'm/s', grid.t, {robot: _speeds(run, robot, grid.t) for robot in run.robots})

@@ -55,7 +55,7 @@ def stage(options: Iterable[str], notes: str = '', has_commands: bool = False) -
     """Return the part of a page with the plane, the time bar, the table and the charts.
 
     Args:
-        options: Checkboxes of what is shown, besides trails and sizes.
+        options: Checkboxes, in addition to those for trails and sizes.
         notes: HTML below the charts.
         has_commands: Whether it has buttons that command the robots.
     """

@@ -41,7 +41,7 @@ _LEAST_M, _FALLBACK_M = 0.01, 0.15
 
 
 def planar_shape(marker: Any) -> Shape | None:
-    """Return what a marker looks like from above; None if it has no finite place.
+    """Return the shape of a marker from above; None if it has no finite place.
 
     Args:
         marker: A visualization_msgs/Marker; unknown types are shown as a square.

@@ -167,7 +167,7 @@ class Knowledge:
         self._received: dict[int, tuple[Floats, Floats] | str] = {}
 
     def of(self, robot: int, t: float) -> tuple[Floats | None, str]:
-        """Return what a robot knew at a time in s, or why that is unknown.
+        """Return the poses that a robot knew at a time in s, or why they are unknown.
 
         Returns:
             Rows x, y in m and theta in rad by robots' numbers from 1, shape (3, N), NaN for
@@ -213,7 +213,7 @@ class Knowledge:
         return np.array(times), np.array(poses)
 
     def _events(self, robot: int, record: CommunicationRecord) -> Iterator[_Event]:
-        """Yield what happened, sorted by time; at one time states are sent first."""
+        """Yield the events, sorted by time; at one time states are sent first."""
         run, size = self._history.run, self._size
         changes = np.unique(record.changes[:, 0]).tolist()
         commands = run.commands
@@ -249,7 +249,7 @@ def _sent(run: Run, record: CommunicationRecord) -> Iterator[_Event]:
 
 
 def _channel(run: Run, size: int) -> Channel | None:
-    """Return what happens to messages on their way; None if the run does not record it."""
+    """Return delay, loss and noise of the links; None if the run does not record them."""
     names = ('graph', 'delay', 'loss', 'noise')
     values = {name: run.parameters[name] for name in names if name in run.parameters}
     files = [given.path for given in run.inputs if given.option == 'graph']

@@ -19,7 +19,7 @@ Packed = list[int | None]
 
 
 def page_content(**known: Any) -> dict[str, Any]:
-    """Return the content of a page, empty but for what is known."""
+    """Return the content of a page; parts that are not given are empty."""
     plane: dict[str, Any] = {
         **dict.fromkeys(('arena', 'links')),
         **{name: [] for name in ('discs', 'polygons', 'references', 'drawings')},

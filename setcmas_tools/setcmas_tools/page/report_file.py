@@ -54,7 +54,7 @@ def write_report(paths: Sequence[Path], page: Path, warn: Callable[[str], None])
     Args:
         paths: The runs.
         page: The file.
-        warn: Shows what is left out.
+        warn: Shows warnings.
 
     Raises:
         SetcmasError: A run cannot be read, or the file cannot be written.

@@ -158,7 +158,7 @@ def _quotes(failure: ScriptFailure, line: str) -> bool:
 
 
 def marks_of(failures: list[ScriptFailure]) -> list[Mark]:
-    """Return what went wrong, robots together that failed alike, sorted by time."""
+    """Return a mark for all robots that failed alike, sorted by time."""
     alike: dict[tuple[str, int | None, str], list[ScriptFailure]] = {}
     for one in failures:
         kind = first_line(one).partition(':')[0]  # what follows may have numbers in it
@@ -180,7 +180,7 @@ def _mark(ones: list[ScriptFailure]) -> Mark:
 
 
 def first_line(failure: ScriptFailure) -> str:
-    """Return what went wrong in a line, without its place."""
+    """Return a failure in a line, without its place."""
     text, place = failure.text.partition('\n')[0], f'{failure.script}, line {failure.line}'
     for before in (f'{place}: ', f'{failure.script}: '):
         text = text.removeprefix(before)

@@ -63,7 +63,7 @@ class RunHistory:
         return record.adjacency(t, size)
 
     def safety(self, robot: int, t: float) -> tuple[str, bool] | None:
-        """Return what an experiment let a robot do, and whether it overruled its law.
+        """Return a robot's state in an experiment, and whether safety overruled its law.
 
         None if it was no experiment, or if it is not recorded.
         """

@@ -295,7 +295,7 @@ class Run:
 
 
 def law_title(algo: str) -> str:
-    """Return what control laws are called in titles, such as 'leader, follower'."""
+    """Return the names of control laws for a title, such as 'leader, follower'."""
     texts = parse_per_robot(algo, 'algo').values() if is_per_robot(algo) else [algo]
     stems = (text.replace('\\', '/').rpartition('/')[2].removesuffix('.py') for text in texts)
     title = ', '.join(dict.fromkeys(stems))

@@ -34,7 +34,7 @@ class StudyFolderOptions(RunOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class SweepOptions(Options):
-    """What is varied, and how the runs are made."""
+    """Varied values of a study, its metrics and its workers."""
 
     TITLE: ClassVar[str] = 'study'
 
@@ -60,8 +60,8 @@ class SweepOptions(Options):
     )
     metric: tuple[str, ...] = option(
         Kind(metavar='COLUMN|FILE.py'),
-        'metric to plot, such as disagreement (see setcmas list); FILE.py adds a metric, its '
-        'function FILE(run); may be repeated',
+        'metric to plot, such as disagreement (see setcmas list); FILE.py adds the '
+        'result of its function FILE(run) as a metric; may be repeated',
         form=Form.REPEATED,
         default=(),
     )

@@ -1,4 +1,4 @@
-// Charts of what is measured over time, with the shown time as a line in each.
+// Charts of quantities over time, with the shown time as a line in each.
 
 import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, number, roundStep, sized} from './canvas.js';
 import {TINY, byNumber, countUntil, first, indexAt, isLive, last, run, times} from './history.js';
