@@ -53,9 +53,7 @@ def main(args: argparse.Namespace) -> int:
         except StoppedError:
             return 130
         except ChildDiedError as death:
-            if str(death):
-                supervisor.warn(f'setcmas doctor: {death}')
-            return death.exit_status
+            return supervisor.report_death(death, 'doctor')
         status = run_to_end(command, environment)
         if not lab_process.running():
             supervisor.warn(f'setcmas doctor: {lab_process.unexpected_end()}')

@@ -97,9 +97,7 @@ def main(args: argparse.Namespace) -> int:
         except StoppedError:
             return 0
         except ChildDiedError as death:
-            if str(death):
-                supervisor.warn(f'setcmas expe: {death}')
-            return death.exit_status
+            return supervisor.report_death(death, 'expe')
         finally:
             display.close()
 
@@ -160,10 +158,9 @@ def _serve(
             return 1
         return status
     except ChildDiedError as death:
-        if str(death):
-            supervisor.warn(f'setcmas expe: {death}; everything is stopped')
+        status = supervisor.report_death(death, 'expe')
         experiment.stop()
-        return death.exit_status
+        return status
     return 0
 
 

@@ -32,9 +32,7 @@ def run_in_foreground(
             return child.exit_status
         except ChildDiedError as death:
             stop_robots_of(supervisor, child)
-            if str(death):
-                supervisor.warn(f'setcmas: {death}')
-            return death.exit_status
+            return supervisor.report_death(death)
     return 0
 
 

@@ -17,6 +17,7 @@ from launch_scripts.processes.child_process import (
     KILL,
     SILENT_S,
     Child,
+    ChildDiedError,
     ChildReport,
     known_signals,
     prepare_child,
@@ -170,6 +171,12 @@ class Supervisor:
     def warn(self, message: str) -> None:
         """Show a message of the command itself."""
         self.write(message, self.stderr)
+
+    def report_death(self, death: ChildDiedError, verb: str = '') -> int:
+        """Show why a process died, unless it has said so; return the command's exit status."""
+        if reason := str(death):
+            self.warn(f'{f"setcmas {verb}".rstrip()}: {reason}')
+        return death.exit_status
 
     def stop(self, *children: Child) -> None:
         """Stop processes one after the other: by SIGINT, then SIGTERM, then SIGKILL."""

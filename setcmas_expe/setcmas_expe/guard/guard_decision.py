@@ -49,7 +49,7 @@ class Source:
             return 'several nodes command it'
         now = next(iter(rest), b'')
         if now and now != self.pinned and self.pinned and free:
-            return 'another node commands it than at the start'
+            return 'a different node than at the start commands it'
         if now or not free:
             self.pinned = now
         return ''

@@ -73,7 +73,7 @@ class BridgeWatch:
         if paused or not self._sender:
             self._sender = senders
         elif senders and senders != self._sender:
-            return f'another process than at the start sends {topics.BRIDGE_STATE}'
+            return f'a different process than at the start sends {topics.BRIDGE_STATE}'
         return ''
 
     def unreadiness(self) -> str:

@@ -155,7 +155,7 @@ class BridgeReports:
         if unguarded:
             self._warn(
                 f'{robots_in_words(unguarded)} started without a cmd_vel_guard: if this computer '
-                'or its network dies, the last velocity goes on'
+                'or its network dies, they keep their last velocity'
             )
 
     def _report_no_listener(self, without_listener: list[int]) -> None:

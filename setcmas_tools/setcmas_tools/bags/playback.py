@@ -76,7 +76,7 @@ def _objection(topic: BagTopic, own_clock: bool) -> str:
     if is_command(topic.name, topic.type.name):
         return 'no robot moves because of a recording'
     if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
-        return 'they are of the programs that were recorded'
+        return 'they belong to the recorded programs'
     return '--clock takes its place' if own_clock and topic.name == topics.CLOCK else ''
 
 

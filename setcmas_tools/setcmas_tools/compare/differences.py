@@ -29,10 +29,10 @@ def _robots_and_end(reference: Run, run: Run) -> Iterator[str]:
         both = sorted({*old} & {*new})
         alone = f'robot{"s" * (len(both) > 1)} {format_robots(both)} alone'
         yield f'robots: {format_robots(old)} -> {format_robots(new)}'
-        yield f'    distances are of {alone}, means of all robots of each run'
+        yield f'    distances cover {alone}, means all robots of each run'
     before, after = (float(one.table.t.max()) for one in (reference, run))
     if abs(after - before) > _SAME_END_S:
-        yield f'end: {before:.1f} s -> {after:.1f} s; metrics are of each run to its own end'
+        yield f'end: {before:.1f} s -> {after:.1f} s; metrics cover each run to its own end'
 
 
 def _settings(reference: Run, run: Run) -> Iterator[str]:
@@ -52,7 +52,7 @@ def _options_changed(reference: Run, run: Run) -> Iterator[str]:
     old, new = flat(_options(reference)), flat(_options(run))
     kinds = ['experiment' if is_experiment(one) else 'simulation' for one in (reference, run)]
     if kinds[0] != kinds[1]:
-        yield f'kind: {kinds[0]} -> {kinds[1]}; options of only one of them are left out'
+        yield f'kind: {kinds[0]} -> {kinds[1]}; options that only one of them has are left out'
         both = [key for key in old if None not in (old[key], new.get(key))]
         old, new = ({key: values[key] for key in both} for values in (old, new))
     yield from _changed('', old, new)

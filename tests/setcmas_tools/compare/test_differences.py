@@ -16,14 +16,14 @@ def run():
 def test_runs_of_different_robots_name_the_compared_ones(run):
     assert differences(run, simulate('consensus', 2, 3.0))[:2] == [
         'robots: 1-3 -> 1-2',
-        '    distances are of robots 1-2 alone, means of all robots of each run',
+        '    distances cover robots 1-2 alone, means all robots of each run',
     ]
 
 
 def test_runs_of_different_lengths_show_their_ends(run):
     lines = differences(run, simulate('consensus', 3, 5.0))
 
-    assert lines[0] == 'end: 3.0 s -> 5.0 s; metrics are of each run to its own end'
+    assert lines[0] == 'end: 3.0 s -> 5.0 s; metrics cover each run to its own end'
 
 
 def test_a_law_that_failed_is_reported(run):
@@ -52,6 +52,6 @@ def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
     lab = replace(run, info=info, tables=replace(run.tables, safety=safety))
 
     assert differences(lab, run) == [
-        'kind: experiment -> simulation; options of only one of them are left out',
+        'kind: experiment -> simulation; options that only one of them has are left out',
         'vnom: 0.2 -> 0.5',
     ]
