@@ -1,5 +1,6 @@
 """The setcmas command: parser and dispatch."""
 
+# PYTHON_ARGCOMPLETE_OK
 from __future__ import annotations
 
 import argparse
@@ -149,8 +150,17 @@ def _check_current_folder() -> None:
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:
     """Parse the arguments; exit after a help text or a mistake."""
-    wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
+    completing = '_ARGCOMPLETE' in os.environ
+    if completing:
+        typed = os.environ.get('COMP_LINE', '').replace('-', '_').split()
+        wanted = next((word for word in typed if word in VERBS), '')
+    else:
+        wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
     parser = build_parser(wanted)
+    if completing:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
     if wanted:
         _check_verb(parser, wanted)
     args, unknown = parser.parse_known_args(arguments)

@@ -1,3 +1,4 @@
+import os
 import re
 import subprocess
 import sys
@@ -141,6 +142,39 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
     assert any(line.startswith('  ctc ') for line in lines)
     assert any('broken' in line and 'cannot be read' in line for line in lines)
     assert not any('helper' in line for line in lines)
+
+
+def test_completion_of_verbs_options_and_values(tmp_path):
+    (tmp_path / 'mine.py').write_text('')
+    (tmp_path / 'mine.txt').write_text('')
+
+    def complete(line):
+        command = f"{sys.executable} -c 'from launch_scripts.cli import main; main()' 8>&1 9>&2"
+        result = subprocess.run(
+            ['bash', '-c', command],
+            env={
+                **os.environ,
+                '_ARGCOMPLETE': '1',
+                '_ARGCOMPLETE_IFS': '\n',
+                'COMP_LINE': line,
+                'COMP_POINT': str(len(line)),
+                'COMP_TYPE': '9',
+            },
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return [word.strip() for word in result.stdout.splitlines()]
+
+    assert complete('setcmas bag') == ['bag_to_csv']
+    assert '--nb-robots' in complete('setcmas simu --nb')
+    assert complete('setcmas simu --limits ') == ['ideal', 'burger', 'waffle']
+    assert complete('setcmas ctrl --algo cons') == ['consensus']
+    assert complete('setcmas ctrl --algo m') == ['mine.py']
+    assert complete('setcmas run --graph dir') == ['directed_ring']
+    assert 'vicon' in complete('setcmas expe --mocap v')
+    assert complete('setcmas simu --model wa') == ['waffle']
 
 
 def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path):

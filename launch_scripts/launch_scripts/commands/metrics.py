@@ -34,6 +34,7 @@ class MetricsOptions(Options):
         'task of the robots',
         default=None,
         default_text='as declared by the law',
+        complete=lambda **_: list(TASKS.plugins()),
     )
     algo: str | None = option(
         Kind(metavar='NAME'),

@@ -30,6 +30,7 @@ from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number
 
@@ -76,6 +77,7 @@ class CommunicationOptions(Options):
         _Graph(metavar='NAME|FILE.yaml'),
         f'communication graph: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
+        complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),
     )
     range: float | None = option(
         Number(above=0, unit='m'), 'robots farther apart than this have no link', default=None

@@ -9,11 +9,13 @@ from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
+from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_ctrl.scripts.shared_state import SEED
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import (
     NB_ROBOTS,
@@ -108,6 +110,7 @@ class LawOptions(GainOptions):
         _LawName(metavar='NAME'),
         'control law: a path, NAME.py in this folder, or a built-in law (see setcmas list); or '
         "one per robot: '1:leader.py,2-8:follower.py'",
+        complete=names_and_files(ALGORITHMS.plugins, ('py',)),
     )
     exercise: bool = flag('run the exercise version of --algo instead of the law')
     set: Mapping[str, Any] = option(

@@ -12,6 +12,7 @@ from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
 from setcmas_simu.robots.arena import Arena, Borders, Obstacles, ObstaclesKind
@@ -34,6 +35,7 @@ class LabChoice(Options):
         Kind(metavar='NAME'),
         'motion capture driver (see setcmas list)',
         default=None,
+        complete=names_and_files(MOCAP_SOURCES.plugins),
     )
     resume: bool = flag('let robots resume by themselves when the reason for a stop is gone')
     without_guard: bool = flag(

@@ -26,7 +26,7 @@ class Kind:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """All values if they are words, for help texts."""
+        """All values if they are words, for help texts and completion."""
         return ()
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, astuple, dataclass, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -14,6 +14,8 @@ import numpy as np
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Kind
 from setcmas_simu.yaml_entries import Entry
+
+Completer = Callable[..., Iterable[str]]
 
 
 class Form(Enum):
@@ -38,6 +40,7 @@ class Option:
         alone: The value if only the name is typed; None if that is a mistake.
         short: Another name, such as '-o'.
         flag: The name as typed, if it is not --NAME.
+        complete: Offers values to argcomplete; None for files and listed words.
     """
 
     kind: Kind
@@ -47,6 +50,7 @@ class Option:
     alone: str | None = None
     short: str = ''
     flag: str = ''
+    complete: Completer | None = None
 
     @property
     def is_switch(self) -> bool:
@@ -115,6 +119,8 @@ class Option:
             known |= {'default': argparse.SUPPRESS, 'required': False}
         action = group.add_argument(*filter(None, (self.short, flag)), **known)
         action.option = self  # type: ignore[attr-defined]  # for VALUES
+        if self.complete:
+            action.completer = self.complete  # type: ignore[attr-defined]  # argcomplete's
 
     def _counted(self, default: Any) -> dict[str, Any]:
         if default is MISSING:

@@ -20,6 +20,7 @@ from setcmas_simu.fleet.start_poses import (
     poses_of_entry,
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import (
     NB_ROBOTS,
@@ -36,7 +37,7 @@ from setcmas_simu.options.kinds import (
 )
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.model import LIMITS
-from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
+from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.yaml_entries import Entry, entries_of
 
@@ -158,6 +159,7 @@ class RobotOptions(StartPoseOptions):
         "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
+        complete=names_and_files(MODELS.plugins, ('py', 'yaml')),
     )
     limits: str = option(
         OneOf(tuple(LIMITS)),

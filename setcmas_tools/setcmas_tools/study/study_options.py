@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Kind, PathTo, Whole
 from setcmas_simu.options.option import Form
 from setcmas_tools.run.run_folder import RunOptions
+
+
+def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
+    from setcmas_tools.study.variation import OPTIONS, names_of_scripts
+
+    with suppress(SetcmasError):
+        return [
+            f'{name}=' for name in (*OPTIONS, *names_of_scripts(getattr(parsed_args, 'algo', '')))
+        ]
+    return [f'{name}=' for name in OPTIONS]
+
+
+def _columns(**_: Any) -> Iterable[str]:
+    from setcmas_tools.study.study_columns import COLUMNS  # completion alone needs them here
+
+    return list(COLUMNS)
 
 
 def cores() -> int:
@@ -46,6 +65,7 @@ class SweepOptions(Options):
         'combinations',
         form=Form.REPEATED,
         default=(),
+        complete=_names,
     )
     cases: Path | None = option(
         PathTo(metavar='FILE.csv'),
@@ -64,6 +84,7 @@ class SweepOptions(Options):
         'result of its function FILE(run) as a metric; may be repeated',
         form=Form.REPEATED,
         default=(),
+        complete=_columns,
     )
     jobs: int = option(
         Whole(1), 'simultaneous runs', default=cores(), default_text='the number of cores'
