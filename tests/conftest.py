@@ -10,6 +10,8 @@ from ros_domain import reserved_domain
 # Processes that tests start are to find compiled modules, as a user's do.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
+# Matrices of a few robots gain nothing from the threads that every process would start.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 # A shell that starts the tests in the background has Ctrl-C ignored, by all their processes too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,6 +1,7 @@
 """Imports of the code are declared: in pyproject.toml, for each extra, and in package.xml."""
 
 import ast
+import functools
 import re
 import sys
 from importlib.metadata import packages_distributions
@@ -16,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 OWN = {*PACKAGES, 'rviz_marker', 'rviz_marker_array'}  # the latter from control scripts
-DISTRIBUTIONS = packages_distributions()
+distributions = functools.cache(packages_distributions)  # slow
 
 EXTRAS = {
     'launch_scripts/launch_scripts/terminal/status_display.py': 'lab',
@@ -79,14 +80,14 @@ def declared(extra):
 
 
 def undeclared(module, extras):
-    names = {name.replace('_', '-').lower() for name in DISTRIBUTIONS.get(module, [module])}
+    names = {name.replace('_', '-').lower() for name in distributions().get(module, [module])}
     return not any(names & declared(extra) for extra in ('', *extras))
 
 
 def is_ros(module):
     """Return whether a module comes with the extra `ros`, or with ROS 2 alone."""
     return module in ('launch', 'tf2_msgs') or any(
-        name.startswith('ros-') for name in DISTRIBUTIONS.get(module, ())
+        name.startswith('ros-') for name in distributions().get(module, ())
     )
 
 

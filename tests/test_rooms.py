@@ -5,6 +5,7 @@ later package to the earlier one, and rooms import each other in no circle, anno
 """
 
 import ast
+import functools
 import graphlib
 from collections import Counter
 from pathlib import Path
@@ -103,20 +104,29 @@ def modules():
 MODULES = modules()
 
 
-def imports(path):
+@functools.cache
+def trees():
+    """Return the syntax tree of each module."""
+    return {name: ast.parse(path.read_text()) for name, path in MODULES.items()}
+
+
+def imports(module, tree):
     """Return the dotted names of what a module imports, anywhere in it."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert not node.level, f'{path}: a relative import'
+            assert not node.level, f'{module}: a relative import'
             whole = {f'{node.module}.{alias.name}' for alias in node.names}
             names |= {name if name in MODULES else node.module for name in whole}
     return names
 
 
-IMPORTS = {name: imports(path) for name, path in MODULES.items()}
+@functools.cache
+def all_imports():
+    """Return the imports of each module; every worker collects this file, few run its tests."""
+    return {name: imports(name, tree) for name, tree in trees().items()}
 
 
 def room(module):
@@ -136,18 +146,18 @@ def circle(graph):
 @pytest.mark.parametrize('package', PACKAGES)
 def test_dependencies_point_one_way(package):
     later = PACKAGES[PACKAGES.index(package) + 1 :]
-    for module, names in IMPORTS.items():
+    for module, names in all_imports().items():
         if module.split('.')[0] == package:
             assert not [name for name in names if name.split('.')[0] in later], module
 
 
 def test_modules_import_each_other_in_no_circle():
-    assert circle({name: names & MODULES.keys() for name, names in IMPORTS.items()}) is None
+    assert circle({name: names & MODULES.keys() for name, names in all_imports().items()}) is None
 
 
 def test_rooms_import_each_other_in_no_circle():
     graph = {}
-    for module, names in IMPORTS.items():
+    for module, names in all_imports().items():
         ours = {room(name) for name in names if name in MODULES}
         graph.setdefault(room(module), set()).update(ours - {room(module)})
     assert circle(graph) is None
@@ -169,7 +179,7 @@ def test_a_file_is_named_by_a_noun_that_exists_once():
 def arrows():
     """Return the imports between each two folders, as pairs of modules."""
     found = {}
-    for module, names in IMPORTS.items():
+    for module, names in all_imports().items():
         for name in names & MODULES.keys():
             pair = module.rpartition('.')[0] or module, name.rpartition('.')[0] or name
             if len(set(pair)) == 2:
@@ -191,7 +201,7 @@ def test_few_folders_import_each_other_for_a_single_module():
 
 def test_only_these_modules_import_ros():
     found = []
-    for module, names in IMPORTS.items():
+    for module, names in all_imports().items():
         tops = {name.split('.')[0] for name in names}
         if any(top in ROS or top.endswith('_msgs') for top in tops):
             found.append(module)
@@ -199,8 +209,8 @@ def test_only_these_modules_import_ros():
 
 
 def test_a_function_has_at_most_eight_parameters():
-    for name, path in MODULES.items():
-        for node in ast.walk(ast.parse(path.read_text())):
+    for name, tree in trees().items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef) and node.name != 'simulate':
                 args = node.args
                 names = [one.arg for one in args.posonlyargs + args.args + args.kwonlyargs]

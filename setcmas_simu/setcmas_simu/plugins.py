@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from setcmas_simu.errors import SetcmasError, did_you_mean
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint, SelectableGroups
+    from importlib.metadata import Distribution, EntryPoint, SelectableGroups
 
 T = TypeVar('T')
 
@@ -214,7 +214,13 @@ def _groups() -> list[str]:
 def _plugin(entry: EntryPoint) -> Plugin | None:
     if entry.dist is None:
         return None
-    return Plugin(entry.name, entry.dist.metadata['Name'], entry.dist.version, entry)
+    return Plugin(entry.name, *_name_and_version(entry.dist), entry)
+
+
+@functools.cache
+def _name_and_version(package: Distribution) -> tuple[str, str]:
+    metadata = package.metadata  # is parsed at each access
+    return metadata['Name'], metadata['Version']
 
 
 @functools.cache

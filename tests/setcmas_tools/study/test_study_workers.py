@@ -11,9 +11,12 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools import sweep
 from setcmas_tools.study.study_table import ROWS
 
-pytest.importorskip('distributed')
-
 LAW = 'from helper import K\n\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
+
+
+@pytest.fixture(autouse=True)
+def _needs_distributed():
+    pytest.importorskip('distributed')  # takes long: only where the tests run
 
 
 def test_a_cluster_that_does_not_answer_is_reported(tmp_path):
