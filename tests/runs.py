@@ -17,10 +17,8 @@ def run_of(table, record=None, references=None, **parameters):
     return Run(tables, RunInfo(scenario=parameters))
 
 
-def measure(table, record=None, references=None, call_times=None, **parameters):
-    run = run_of(table, record, references, **parameters)
-    times = None if call_times is None else np.array(call_times)
-    return measure_run(Run(run.tables, run.info, call_time=times))
+def measure(table, record=None, references=None, **parameters):
+    return measure_run(run_of(table, record, references, **parameters))
 
 
 def plot(path, output=None, **look):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from launch_scripts.cli import build_parser
@@ -17,66 +16,32 @@ if TYPE_CHECKING:
 _YES = ('true', '1', 'yes')
 
 
-@dataclass(frozen=True)
-class LaunchArgument:
-    """An argument such as `nb_robots:=8`.
-
-    Attributes:
-        help: What it means.
-        flag: The option that it is, as typed; empty for a scenario file.
-        is_switch: Whether the option has no value.
-        several: Whether the option takes several values, separated here by spaces.
-        repeated: Whether the option is repeated for each value.
-    """
-
-    name: str
-    help: str
-    flag: str
-    is_switch: bool
-    several: bool
-    repeated: bool
-
-    def typed(self, text: str) -> list[str]:
-        """Return the option for a value of the argument; an empty value is none."""
-        if not text:
-            return []
-        if self.is_switch:
-            return [self.flag] if text.lower() in _YES else []
-        if not self.flag:
-            return [text]
-        if self.repeated:
-            return [f'{self.flag}={word}' for word in text.split()]
-        return [self.flag, *text.split()] if self.several else [f'{self.flag}={text}']
-
-
-def launch_arguments(verb: str) -> list[LaunchArgument]:
-    """Return the arguments for all options of a verb."""
-    return [
-        LaunchArgument(
-            action.dest,
-            (action.help or '').replace('%%', '%'),
-            _flag(action),
-            action.nargs == 0,
-            action.nargs in ('+', argparse.REMAINDER),
-            isinstance(action, argparse._AppendAction),
-        )
-        for action in _parser(verb)._actions
-        if action.dest != 'help'
-    ]
-
-
-def _flag(action: argparse.Action) -> str:
-    if not action.option_strings:
-        return ''
-    return action.option_strings[-1 if action.nargs != 0 else 0]
+def launch_arguments(verb: str) -> list[argparse.Action]:
+    """Return the options of a verb, which are arguments such as `nb_robots:=8`."""
+    return [action for action in _parser(verb)._actions if action.dest != 'help']
 
 
 def command_line(verb: str, values: Mapping[str, str]) -> list[str]:
     """Return the command that a launch file starts, from its arguments."""
     words = ['setcmas', verb]
-    for argument in launch_arguments(verb):
-        words += argument.typed(values.get(argument.name, ''))
+    for action in launch_arguments(verb):
+        words += _typed(action, values.get(action.dest, ''))
     return words
+
+
+def _typed(action: argparse.Action, text: str) -> list[str]:
+    """Return an option with a value; an empty value is none, spaces separate several."""
+    if not text:
+        return []
+    if not action.option_strings:
+        return [text]
+    if action.nargs == 0:
+        return [action.option_strings[0]] if text.lower() in _YES else []
+    flag = action.option_strings[-1]
+    if isinstance(action, argparse._AppendAction):
+        return [f'{flag}={word}' for word in text.split()]
+    several = action.nargs in ('+', argparse.REMAINDER)
+    return [flag, *text.split()] if several else [f'{flag}={text}']
 
 
 def _parser(verb: str) -> argparse.ArgumentParser:
@@ -100,7 +65,7 @@ def description(verb: str, **defaults: str) -> LaunchDescription:
     arguments = launch_arguments(verb)
 
     def start(context: LaunchContext) -> list[ExecuteProcess]:
-        values = {one.name: LaunchConfiguration(one.name).perform(context) for one in arguments}
+        values = {one.dest: LaunchConfiguration(one.dest).perform(context) for one in arguments}
         return [
             ExecuteProcess(
                 cmd=command_line(verb, values),
@@ -113,7 +78,9 @@ def description(verb: str, **defaults: str) -> LaunchDescription:
 
     declared = [
         DeclareLaunchArgument(
-            one.name, default_value=defaults.get(one.name, ''), description=one.help or one.name
+            one.dest,
+            default_value=defaults.get(one.dest, ''),
+            description=(one.help or one.dest).replace('%%', '%'),
         )
         for one in arguments
     ]

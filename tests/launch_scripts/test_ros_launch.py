@@ -54,7 +54,7 @@ def test_arguments_are_typed_as_options(verb, values, words):
 
 
 def test_every_option_of_a_verb_is_an_argument_with_a_help_text():
-    arguments = {one.name: one for one in launch_arguments('simu')}
+    arguments = {one.dest: one for one in launch_arguments('simu')}
 
     assert {'nb_robots', 'model', 'rviz', 'lockstep'} <= arguments.keys()
     assert all(one.help for one in arguments.values())

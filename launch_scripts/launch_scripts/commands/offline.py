@@ -73,8 +73,7 @@ def main(args: argparse.Namespace) -> int:
     info = replace(run.info, command=command, scenario=kept_record(scenario, inputs))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
     # Measure what the files contain, so that `setcmas metrics` gives the same.
-    saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
-    files = print_evaluation(args, folder, saved, earlier)
+    files = print_evaluation(args, folder, Run.load(folder.path, warn), earlier)
     print(f'{_speed(run, elapsed)}{files}')
     return _report_outcome(run)
 

@@ -43,7 +43,6 @@ from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import open_keyboard
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.control.control_options import WatchOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.errors import SetcmasError
@@ -63,7 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
     add_scenario_arguments(parser, parts=tuple(Scenario.PARTS))
-    WatchOptions.add_to(parser)
     add_from_argument(parser)
     ViewOptions.add_to(parser)
     take_values(parser)
@@ -97,7 +95,7 @@ def main(args: argparse.Namespace) -> int:
         fleet_views(view, robots, lab is not None, args.palette) as views,
         Supervisor(environment, prefix=True) as supervisor,
     ):
-        status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
+        status, outcome = run_robots(supervisor, scenario, folder, info, lab, views)
         attended = sys.stdin.isatty() and sys.stdout.isatty()
         stays = attended and view.view == BROWSER and outcome and outcome.state in _ENDED
         pages = (child for child in supervisor.children if stays and child.name == PAGE)
@@ -125,7 +123,6 @@ def _concluded(
     info = replace(
         info,
         outcome=outcome,
-        reloads=folder.reloads or None,
         failures=folder.failures or None,
     )
     folder.write_info(info)

@@ -123,9 +123,7 @@ class EmulatedRun(RecordedRun):
         paused: Whether they are paused.
     """
 
-    def __init__(
-        self, supervisor: Supervisor, scenario: Scenario, bag: Path, lab: Lab, watch: bool
-    ) -> None:
+    def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path, lab: Lab) -> None:
         self.started = False
         self.paused = True
         self._why_paused = ''
@@ -133,10 +131,9 @@ class EmulatedRun(RecordedRun):
         self._unready = ''
         super().__init__(supervisor, bag)
         self._experiment = Experiment(
-            supervisor, lab, scenario, lab_options(scenario), recorded=True, watch=watch
+            supervisor, lab, scenario, lab_options(scenario), recorded=True
         )
         self._experiment.on_status = self._start_when_ready
-        self._experiment.on_script = self._take
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)

@@ -44,7 +44,6 @@ class Experiment:
 
     Attributes:
         on_status: Called several times a second with the state of the pause node and the robots.
-        on_script: Called with each report of the controllers.
         runaways: Names of robots that moved although commanded zero.
     """
 
@@ -79,7 +78,6 @@ class Experiment:
         self._stopped = False
         self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
-        self.on_script: Callable[[ChildReport], None] = lambda _: None
         self._emulated: list[Child] = []
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
@@ -103,7 +101,6 @@ class Experiment:
         in_lab = replace(scenario, safety=lab.safety(scenario.safety))
         laws = controller_arguments(in_lab, controllers)
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
-        self._ctrl.on_report = lambda report: self.on_script(report)
 
     @property
     def controlled(self) -> bool:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from launch_scripts.processes.child_process import ChildReport
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
     RECORDER,
@@ -17,7 +15,7 @@ from launch_scripts.processes.node_commands import (
 )
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
-from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Reloaded, Started
+from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
@@ -35,14 +33,10 @@ class RecordedRun:
         status: Exit status of the controllers, after `finish`.
         failed: Script calls that failed or hung, after `finish`.
         failures: Periods in which laws and conditions failed, after `finish`.
-        on_reload: Called when a script was reloaded, with the time in s since the first call of
-            the laws, and whether the new version works.
     """
 
     def __init__(self, supervisor: Supervisor, bag: Path) -> None:
         self.status = 0
-        self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
-        self._begin = time.monotonic()
         self.failed: tuple[ScriptCall, ...] = ()
         self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
@@ -52,13 +46,6 @@ class RecordedRun:
     def elapsed(self, wall_s: float) -> float:
         """Return the run's own elapsed time, `wall_s` s after its start."""
         return wall_s
-
-    def _take(self, report: ChildReport) -> None:
-        """Take a report of the controllers."""
-        if isinstance(report, Started):
-            self._begin = time.monotonic()
-        elif isinstance(report, Reloaded):
-            self.on_reload(self.elapsed(time.monotonic() - self._begin), report.works)
 
 
 class SimulatedRun(RecordedRun):
@@ -72,8 +59,7 @@ class SimulatedRun(RecordedRun):
     trouble = ''
     is_stuck = False
 
-    def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path, watch: bool) -> None:
-        """Start the processes; `watch` reloads scripts on every save."""
+    def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path) -> None:
         super().__init__(supervisor, bag)
         simulation = SimulationOptions.among(scenario.values())
         self._lockstep, self._rtf = simulation.lockstep, simulation.rtf
@@ -85,13 +71,11 @@ class SimulatedRun(RecordedRun):
             nb_robots=scenario.nb_robots,
             model=simulation.model,
             limits=limits_named(simulation.limits) if simulation.limits != NO_LIMITS else None,
-            watch=watch,
             recorded=True,
             simulator=self._simulator.process.pid,
         )
         laws = node_command(CONTROLLER, controller_arguments(scenario, options))
         self._ctrl = supervisor.start('ctrl', laws)
-        self._ctrl.on_report = self._take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
 
     @property

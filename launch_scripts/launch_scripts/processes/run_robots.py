@@ -35,7 +35,6 @@ def run_robots(
     info: RunInfo,
     lab: Lab | None,
     views: Sequence[tuple[str, list[str]]],
-    watch: bool,
 ) -> tuple[int, Outcome | None]:
     """Run the robots, from start to end of their processes.
 
@@ -46,7 +45,6 @@ def run_robots(
         info: Its run.yaml.
         lab: The lab of an emulated experiment; None for a simulation.
         views: Pages and windows that show the robots.
-        watch: Whether scripts are reloaded on every save.
 
     Returns:
         The exit status, and the outcome; None if the run has not begun.
@@ -64,11 +62,10 @@ def run_robots(
     try:
         _wait_for(pages, supervisor)
         run = (
-            EmulatedRun(supervisor, scenario, folder.bag, lab, watch)
+            EmulatedRun(supervisor, scenario, folder.bag, lab)
             if lab
-            else SimulatedRun(supervisor, scenario, folder.bag, watch)
+            else SimulatedRun(supervisor, scenario, folder.bag)
         )
-        run.on_reload = folder.keep_reload
         deadline = time.monotonic() + _START_TIMEOUT_S
         supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
         if not run.started:

@@ -82,9 +82,7 @@ class ControlledFleet:
         self._odometry = self._poses()
         self.stepper, graph = self._stepper(laws)
         if options.watch:
-            ScriptReloader(
-                node, self.stepper, laws, self._loader, options.pause_timeout, process.launcher
-            )
+            ScriptReloader(node, self.stepper, laws, self._loader, options.pause_timeout)
         senders = self._connect()
         self.loop = self._loop(senders, graph)
 

@@ -23,8 +23,6 @@ from setcmas_ctrl.scripts.shared_state import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Reloaded
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,6 @@ class ScriptReloader:
         laws: list[ControlLaw],
         loader: LawLoader,
         pause_timeout_s: float,
-        launcher: Launcher,
     ) -> None:
         """Watch the scripts of the laws, and the helper modules that they have imported."""
         self._node = node
@@ -88,7 +85,6 @@ class ScriptReloader:
         self._laws = laws
         self._loader = loader
         self._pause_timeout_s = pause_timeout_s
-        self._launcher = launcher
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
@@ -140,7 +136,6 @@ class ScriptReloader:
                 f'{self._saved()} was saved and reloaded for {robots}; '
                 f't {"continues, as in other controllers" if self._stepper.shares_t else "= 0"}'
             )
-        self._launcher.report(Reloaded(self._laws != []))
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._stepper.use(self._laws)
 

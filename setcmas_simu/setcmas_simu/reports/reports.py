@@ -103,12 +103,4 @@ class Reached(Message, frozen=True):
     t: float
 
 
-class Reloaded(Message, frozen=True):
-    """The control scripts were saved and reloaded; `works` if they loaded without errors."""
-
-    works: bool
-
-
-Report = (
-    Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reached | Reloaded
-)
+Report = Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reached

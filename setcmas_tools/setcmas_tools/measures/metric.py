@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,7 @@ Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
 
 
 class Measured:
-    """One kind of measurement of a run: a dataclass whose field names end with their units.
-
-    Only if `in_file` is it in metrics.yaml, which equal runs have alike.
-    """
-
-    in_file: ClassVar[bool] = True
+    """One kind of measurement of a run: a dataclass whose field names end with their units."""
 
     def columns(self) -> Columns:
         """Return the table's columns with a value per robot."""

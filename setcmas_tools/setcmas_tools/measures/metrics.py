@@ -192,7 +192,7 @@ def as_dict(metrics: Metrics) -> dict[str, Any]:
         'vnom_m_s': metrics.vnom_m_s,
         'communication': metrics.communication,
     }
-    parts = {name: part.as_dict() for name, part in metrics.items() if part.in_file}
+    parts = {name: part.as_dict() for name, part in metrics.items()}
     return {name: _rounded(value) for name, value in (head | parts).items() if value is not None}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,24 +129,3 @@ def _time(track: FleetTable, holds: NDArray[np.bool_]) -> float:
     durations = np.diff(np.maximum(track.t, 0.0))
     known = np.diff(track.t) <= LONGEST_GAP_S
     return float(durations[holds[1:] & known].sum())
-
-
-@dataclass(frozen=True)
-class CallTime(Measured):
-    """Mean time per call of each robot's control law; differs between equal runs."""
-
-    in_file: ClassVar[bool] = False
-
-    mean_call_time_s: dict[int, float]
-
-    def columns(self) -> Columns:
-        """Return the time of each robot."""
-        milliseconds = {robot: time * 1e3 for robot, time in self.mean_call_time_s.items()}
-        return {'call\n(ms)': ('.3f', milliseconds)}
-
-
-def call_time(run: Run) -> CallTime | None:
-    """Return the mean call times of a run; None if not measured."""
-    if run.call_time is None:
-        return None
-    return CallTime(dict(enumerate(run.call_time.tolist(), start=1)))

@@ -126,9 +126,8 @@ def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingR
         radio.record() if radio else None,
         drawings.drawings(),
     )
-    call_time = controllers.call_time * nb_robots / len(control_t)
     conditions = radio.reports if radio else None
-    return one.run(tables, call_time, controllers.reports, conditions)
+    return one.run(tables, controllers.reports, conditions)
 
 
 def _integrate(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import repeat
 
@@ -55,11 +54,7 @@ def _text(algo: Algo, functions: Collection[int]) -> str:
 
 
 class FleetLaws:
-    """The control laws of a fleet, from poses to commands.
-
-    Attributes:
-        call_time: Total time of the calls of each law in s.
-    """
+    """The control laws of a fleet, from poses to commands."""
 
     def __init__(
         self,
@@ -78,7 +73,6 @@ class FleetLaws:
         self._commander = commander
         self.reports = ErrorReports(warn)
         self._failing = False
-        self.call_time: Floats = np.zeros(len(laws))
 
     def __call__(
         self,
@@ -96,11 +90,8 @@ class FleetLaws:
             adjacency: Adjacency matrix; None is the complete graph.
         """
         wanted: list[float] = []
-        durations = []
-        clock = time.perf_counter
         notes = board.current
         notes.enter(Function.CONTROL)
-        begin = clock()
         for law, known in zip(
             self._laws, repeat(poses) if received is None else received, strict=False
         ):
@@ -113,7 +104,5 @@ class FleetLaws:
                 wanted += (0.0, 0.0)
                 self._failing = True
                 self.reports.failed(law.robot, t, error)
-            durations.append(-begin + (begin := clock()))
         notes.end()
-        self.call_time += durations
         return self._commander(np.array(wanted).reshape(-1, 2).T, poses, t)

@@ -11,7 +11,6 @@ from setcmas_ctrl.communication.communication_settings import chosen_communicati
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.references import References, references_of_fleet
 from setcmas_ctrl.scripts.script_errors import ErrorReports
-from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import check_models, model_names, robot_models
@@ -86,18 +85,11 @@ class Simulation:
         scripts = [(law.names, law.path) for law in self.laws]
         self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 
-    def run(
-        self,
-        tables: RunTables,
-        call_time: Floats,
-        laws: ErrorReports,
-        conditions: ErrorReports | None,
-    ) -> Run:
+    def run(self, tables: RunTables, laws: ErrorReports, conditions: ErrorReports | None) -> Run:
         """Return the finished run.
 
         Args:
             tables: Its tables, without references.
-            call_time: Mean time of a call of each law in s.
             laws: Failures of laws.
             conditions: Failures of triggering conditions, if there are any.
         """
@@ -117,7 +109,7 @@ class Simulation:
             failures=failed or None,
         )
         tables = replace(tables, references=self._references)
-        return Run(tables, info, tuple(self._inputs), call_time)
+        return Run(tables, info, tuple(self._inputs))
 
 
 def _check_size(nb_steps: int, nb_robots: int) -> None:

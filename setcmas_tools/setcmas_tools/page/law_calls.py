@@ -113,9 +113,8 @@ def _outcome(failure: ScriptFailure | None, state: str, held: bool, verdict: Ver
 
 def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
     """Return the failure of a robot's law at a time in s; None if it worked."""
-    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version follows
     for one in reversed(run.info.failures or []):
-        until = end if one.until is None else one.until
+        until = math.inf if one.until is None else one.until
         own = one.robot == robot and one.function is Function.CONTROL
         if own and one.t - SAME_TIME_S <= t < until - SAME_TIME_S:
             return one

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from itertools import combinations
 from typing import Any
@@ -14,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
@@ -33,8 +31,6 @@ from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
 
-_MOST_TICKS = 9
-
 
 def draw_positions(figure: Figure, run: Run) -> None:
     """Draw x(t) and y(t), one above the other."""
@@ -50,9 +46,8 @@ def draw_velocities(figure: Figure, run: Run) -> None:
 def draw_heading(figure: Figure, run: Run) -> None:
     """Draw unwrapped headings over time, so that lines have no artificial jumps."""
     figure.set_size_inches(9.0, 5.0)
-    axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
-    draw_robot_lines(axes, run.table, 'theta', np.unwrap)
-    _ticks_in_pi(axes)
+    axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (π rad)')
+    draw_robot_lines(axes, run.table, 'theta', lambda theta: np.unwrap(theta) / np.pi)
     marks = time_axis([axes], run.table.t[0], run.table.t[-1])
     legend(axes, robot_handles(run.robots) + marks)
 
@@ -67,23 +62,6 @@ def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str
     panels[0].set_title(title)
     marks = time_axis(panels, table.t[0], table.t[-1])
     legend(panels[0], robot_handles(table.robots) + marks)
-
-
-def _ticks_in_pi(axes: Axes) -> None:
-    low, high = axes.get_ylim()
-    step = math.pi / 4
-    while (high - low) / step > _MOST_TICKS:
-        step *= 2
-    axes.yaxis.set_major_locator(MultipleLocator(step))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _in_pi(value)))
-
-
-def _in_pi(value: float) -> str:
-    quarters = round(value / (math.pi / 4))
-    divisor = math.gcd(quarters, 4) or 4
-    over, under = quarters // divisor, 4 // divisor
-    factor = {1: '', -1: '−'}.get(over, str(over).replace('-', '−'))
-    return f'{factor}π' + (f'/{under}' if under > 1 else '') if over else '0'
 
 
 @applies_to(lambda run: len(run.robots) > 1 and is_agreement(run))

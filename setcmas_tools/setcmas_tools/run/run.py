@@ -58,20 +58,15 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
 class Run:
     """A run, simulated or real.
 
-        run = Run.load('out')
-        run['tb3_1'].x                   # of one robot, at run['tb3_1'].t
-        run.poses[-1]                    # of all at the end: rows x, y, theta (simulated runs)
-        run.plot('trajectories')
-
-    Attributes:
-        call_time: Mean duration of a call of each robot's law in s, if it was measured; a folder
-            does not keep it.
+    run = Run.load('out')
+    run['tb3_1'].x                   # of one robot, at run['tb3_1'].t
+    run.poses[-1]                    # of all at the end: rows x, y, theta (simulated runs)
+    run.plot('trajectories')
     """
 
     tables: RunTables
     info: RunInfo = field(default_factory=RunInfo)
     inputs: tuple[RunInput, ...] = ()
-    call_time: Floats | None = None
 
     @classmethod
     def load(cls, path: str | Path, warn: Callable[[str], None] = print) -> Run:

@@ -15,7 +15,7 @@ from setcmas_simu.options.kinds import Number, PathTo
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import RunInput
-from setcmas_tools.run.run_info import INFO_FILE, Reload, RunInfo, this_origin, write_info
+from setcmas_tools.run.run_info import INFO_FILE, RunInfo, this_origin, write_info
 from setcmas_tools.run.run_tables import RunTables, write_tables
 from setcmas_tools.scenario.scenario_files import INPUTS
 
@@ -137,7 +137,6 @@ class RunFolder:
         csv: The folder of the CSV files.
         plots: The folder of the plots.
         metrics: The file of the metrics.
-        reloads: The later versions of control scripts that it keeps.
         failures: When scripts failed.
     """
 
@@ -148,7 +147,6 @@ class RunFolder:
             SetcmasError: The path is relative, and the current folder is gone.
         """
         self._named = path
-        self.reloads: list[Reload] = []
         self.failures: list[ScriptFailure] = []
         self._inputs = inputs
         with self._writing():
@@ -209,18 +207,6 @@ class RunFolder:
             self.write_info(info)
             for given in self._inputs:
                 given.write_to(self.path / given.folder)
-
-    def keep_reload(self, t: float, works: bool) -> None:
-        """Keep the control scripts as they are now, t seconds after the start of the run."""
-        kept = []
-        with suppress(OSError, SetcmasError):  # such as a script that is deleted meanwhile
-            for given in self._inputs:
-                if given.option == 'algo':
-                    folder = f'{given.folder}_reload_{len(self.reloads) + 1}'
-                    now = RunInput(given.option, given.path, given.robots)
-                    now.write_to(self.path / folder)
-                    kept.append(f'{folder}/{given.path.name}')
-        self.reloads.append(Reload(round(t, 3), works, kept))
 
     def write_info(self, info: RunInfo) -> None:
         """Replace run.yaml.

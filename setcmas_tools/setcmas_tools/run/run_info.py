@@ -267,21 +267,6 @@ INFO_FILE = 'run.yaml'
 
 
 @dataclass(frozen=True)
-class Reload:
-    """Control scripts that were loaded again in a run (`--watch`).
-
-    Attributes:
-        t: When, in s since the control laws were called first.
-        works: Whether they could be loaded.
-        scripts: The versions, as paths in the folder of the run.
-    """
-
-    t: float
-    works: bool
-    scripts: list[str]
-
-
-@dataclass(frozen=True)
 class ParameterChange:
     """A ROS parameter that was set during a run.
 
@@ -310,7 +295,6 @@ class RunInfo:
         started: When, such as '2026-11-21T16:02:11+0000'; None if unknown, so that equal
             runs leave equal files.
         origin: Versions and machine; None is this process.
-        reloads: The later versions of its control scripts; None if there were none.
         failures: Failures of scripts with robot and time; None if none, or if unknown.
         parameters_set: The ROS parameters that were set; None if none were, or if unknown.
     """
@@ -322,7 +306,6 @@ class RunInfo:
     references: References | None = None
     started: str | None = None
     origin: Origin | None = None
-    reloads: list[Reload] | None = None
     failures: list[ScriptFailure] | None = None
     parameters_set: list[ParameterChange] | None = None
 

@@ -108,7 +108,7 @@ COLUMNS = {
 }  # fmt: skip
 """Columns of built-in metrics; those of plugins are named METRIC_FIELD."""
 
-SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time'}
+SHIPPED = {column.metric for column in COLUMNS.values()}
 """The built-in metrics."""
 
 
@@ -118,7 +118,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
         name: column.of(metrics) for name, column in COLUMNS.items() if column.metric in metrics
     }
     for metric, part in metrics.items():
-        if metric not in SHIPPED and part.in_file:
+        if metric not in SHIPPED:
             found |= _others(metric, part.as_dict())
     return {name: _rounded(number) for name, number in found.items()}
 

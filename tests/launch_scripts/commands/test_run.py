@@ -164,32 +164,6 @@ def test_three_terminals(start, tmp_path):
     assert table(tmp_path / 'csv' / 'fleet.csv')
 
 
-def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start, tmp_path):
-    law = tmp_path / 'law.py'
-    text = 'V = 0.1\nprint("loaded", V)\ndef control(i, n, p, t):\n    return V, 0\n'
-    law.write_text(text)
-    options = ('--nb-robots', '2', '--set', 'V=2e-1', '--watch', '--duration', '8')
-    process = start(*RUN, '--algo', 'law', *options, cwd=tmp_path)
-    process.wait_for_output('[ctrl] tb3_2: loaded 0.2\n')
-    process.wait_for_output('[ctrl] controlling')
-    law.write_text(text.replace('V, 0', '-V, 0'))
-    process.wait_for_output('law.py was saved and reloaded for robots 1-2')
-
-    assert process.wait() == 0, process.output()
-    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['scenario']['set'] == {'V': 0.2}
-    commands = table(tmp_path / 'out' / 'csv' / 'tb3_1_cmd_cart_vel.csv')
-    assert {round(row['x'], 3) for row in commands} == {0.2, -0.2}
-    (reload,) = record['reloads']
-    assert reload['works']
-    assert 0 < reload['t'] < 8
-    versions = [record['scenario']['algo'], *reload['scripts']]
-    returned = [(tmp_path / 'out' / path).read_text().split()[-2] for path in versions]
-    assert returned == ['V,', '-V,']
-    turned = min(row['t'] for row in commands if row['x'] < 0)
-    assert turned > reload['t'] - 0.3  # a command may be recorded late
-
-
 def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, tmp_path):
     (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_ctrl.controller', 60))
     env = {'PYTHONPATH': str(tmp_path)}

@@ -87,12 +87,10 @@ def test_a_handful_of_rows(t):
 @pytest.mark.parametrize('nb_robots', [1, 8, MOST_ROBOTS_IN_ROWS, MOST_ROBOTS_IN_ROWS + 1])
 def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
     fleet = table(*((T, i, 0.1 * T) for i in range(nb_robots)))
-    calls = [0.0015] * nb_robots
-    text = str(measure(fleet, call_times=calls))
+    text = str(measure(fleet))
     lines = text.splitlines()
 
     assert max(map(len, lines)) <= 99
-    assert '1.500' in text
     assert 'nan' not in text
     rows = [line.split()[0] for line in lines[3 : 3 + min(nb_robots, MOST_ROBOTS_IN_ROWS)]]
     if nb_robots <= MOST_ROBOTS_IN_ROWS:

@@ -8,7 +8,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run import run_info
 from setcmas_tools.run.run_info import (
     Outcome,
-    Reload,
     RunInfo,
     State,
     origin_changes,
@@ -25,7 +24,6 @@ INFO = RunInfo(
     References('waypoints', {'WPL': [[1.0, 2.0]], 'REACHED': 0.1}),
     '2026-11-21T16:02:11+0000',
     this_origin(),
-    [Reload(2.5, True, ['inputs/algo_reload_1/law.py'])],
 )
 
 
