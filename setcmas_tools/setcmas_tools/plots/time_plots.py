@@ -46,8 +46,8 @@ def draw_velocities(figure: Figure, run: Run) -> None:
 def draw_heading(figure: Figure, run: Run) -> None:
     """Draw unwrapped headings over time, so that lines have no artificial jumps."""
     figure.set_size_inches(9.0, 5.0)
-    axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (π rad)')
-    draw_robot_lines(axes, run.table, 'theta', lambda theta: np.unwrap(theta) / np.pi)
+    axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
+    draw_robot_lines(axes, run.table, 'theta', np.unwrap)
     marks = time_axis([axes], run.table.t[0], run.table.t[-1])
     legend(axes, robot_handles(run.robots) + marks)
 
