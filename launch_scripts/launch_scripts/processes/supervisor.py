@@ -30,7 +30,7 @@ from launch_scripts.terminal.terminal_output import (
     write_line,
 )
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Recording
-from setcmas_tools.offline.process_tree import adopt_orphans, children, end_orphans
+from setcmas_tools.offline.fork_server import adopt_orphans, children, end_orphans
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')

@@ -46,10 +46,7 @@ def student_view(marks: Marks) -> Marks:
     if hidden:
         together = (_together(hidden, 'all hidden scenarios'),)
         shown.append(ScenarioMark('Hidden scenarios', together, hidden=True))
-    corrections = tuple(
-        replace(one, what='hidden criteria') if one.hidden else one for one in marks.corrections
-    )
-    return replace(marks, scenarios=tuple(shown), similar=(), digest='', corrections=corrections)
+    return replace(marks, scenarios=tuple(shown), similar=(), digest='')
 
 
 def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:

@@ -32,9 +32,9 @@ from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.child_channel import MachineError
+from setcmas_tools.offline.fork_server import end_with_parent
 from setcmas_tools.offline.host import Host
 from setcmas_tools.offline.kernel_confinement import obstacle
-from setcmas_tools.offline.process_tree import end_with_parent
 
 Runners = Callable[[Path], LawRunner]
 """Returns the runner of scenarios with a script."""

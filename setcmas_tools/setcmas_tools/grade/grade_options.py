@@ -31,9 +31,7 @@ class GradeOptions(Options):
         'run submissions in the emulated lab, in real time, and also measure safety; they run '
         'outside the sandbox, so add --trust'
     )
-    overwrite: bool = flag(
-        'grade again those already graded, and replace files that were changed by hand'
-    )
+    overwrite: bool = flag('grade again those already graded')
 
     def check(self) -> None:
         """Check that nothing runs submissions without sandbox by mistake."""

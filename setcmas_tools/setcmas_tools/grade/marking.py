@@ -10,6 +10,7 @@ import numpy as np
 
 from setcmas_ctrl.scripts.exercise import is_unfilled
 from setcmas_simu.arrays import Floats
+from setcmas_tools.compare.diagnosis import diagnosis
 from setcmas_tools.grade.criteria import Criterion, figures_of
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -49,8 +50,9 @@ def mark(
     """
     if script and is_unfilled(script, rubric.exercise):
         return replace(unmarked(rubric, submission, student), unfilled=True)
-    scenarios = tuple(_marked(rubric, scenario, run(scenario)) for scenario in rubric.scenarios)
-    return Marks(submission, student, rubric.title, scenarios)
+    runs = [run(scenario) for scenario in rubric.scenarios]
+    scenarios = [_marked(rubric, *each) for each in zip(rubric.scenarios, runs, strict=True)]
+    return Marks(submission, student, rubric.title, _hinted(rubric, scenarios, runs))
 
 
 def unmarked(
@@ -59,6 +61,40 @@ def unmarked(
     """Return marks without points, for a submission that cannot run because of a failure."""
     scenarios = tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios)
     return Marks(submission, student, rubric.title, scenarios, failure)
+
+
+def _hinted(
+    rubric: Rubric, marks: Sequence[ScenarioMark], runs: Sequence[ScenarioRun]
+) -> tuple[ScenarioMark, ...]:
+    """Return marks with a hint at the first missed criterion that students see.
+
+    A failing script gets none, which would distract from its error.
+    """
+    pairs = list(zip(rubric.scenarios, runs, strict=True))
+    known = [
+        (one.name, one.base, done.run) for one, done in pairs if done.run and _is_shown(one, done)
+    ]
+    names = [name for name, *_ in known]
+    for place, scenario in enumerate(marks):
+        missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
+        if missed and scenario.name in names:
+            found = diagnosis(known, rubric.solution, rubric.mistakes, rubric.function == CTC)
+            [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
+            text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
+            return (*marks[:place], _with_hint(scenario, own.name, text), *marks[place + 1 :])
+    return tuple(marks)
+
+
+def _is_shown(scenario: MarkedScenario, done: ScenarioRun) -> bool:
+    return done.is_complete and not done.failure and not scenario.hidden
+
+
+def _with_hint(scenario: ScenarioMark, name: str, text: str) -> ScenarioMark:
+    criteria = [
+        replace(one, hint=text or one.hint) if one.name == name else one
+        for one in scenario.criteria
+    ]
+    return replace(scenario, criteria=tuple(criteria))
 
 
 def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> ScenarioMark:
@@ -87,13 +123,11 @@ def _with_references_of(run: Run, solution: Run | None) -> Run:
 def _criteria(
     criteria: Sequence[Criterion], figures: Mapping[str, float | None], done: ScenarioRun
 ) -> tuple[CriterionMark, ...]:
-    """Return the marks; a failing script gets no hints, which would distract from its error."""
     marks: dict[str, CriterionMark] = {}
-    is_well = done.run is not None and not done.failure
     for one in criteria:
         reached = figures.get(one.metric)
         points = one.points_for(reached)
-        hint = one.hint if points < one.points and is_well else ''
+        hint = ''
         if points and one.needs and not marks[one.needs].points:
             points, needed = 0.0, marks[one.needs]
             hint = '' if needed.hidden else f"This counts only with points for '{needed.name}'."

@@ -19,10 +19,11 @@ from setcmas_tools.grade.rubric_scenarios import (
     read_scenarios,
     read_solution,
 )
+from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run
 
-_KEYS = ('title', 'exercise', 'function', 'solution', 'scenarios')
+_KEYS = ('title', 'exercise', 'function', 'solution', 'scenarios', 'mistakes')
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Rubric:
         exercise: Name of its exercise; '' without one.
         solution: Script whose paths are the reference; None is the default condition (CTC),
             or no solution.
+        mistakes: Typical mistakes with their hints.
     """
 
     file: Path
@@ -42,6 +44,7 @@ class Rubric:
     function: str = CONTROL
     exercise: str = ''
     solution: Path | None = None
+    mistakes: tuple[Mistake, ...] = ()
     _runs: dict[str, Run] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -161,6 +164,7 @@ def read_rubric(path: Path) -> Rubric:
         function=function,
         exercise=exercise,
         solution=solution,
+        mistakes=read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
     )
 
 

@@ -9,6 +9,7 @@ each has its own folder, streams, mounts and domain of Landlock.
 
 from __future__ import annotations
 
+import ctypes
 import enum
 import faulthandler
 import gc
@@ -30,7 +31,6 @@ from typing import IO, Any, NoReturn
 
 from setcmas_tools.offline.child_channel import Channel
 from setcmas_tools.offline.kernel_confinement import MOST_DESCRIPTORS, Confinement, limit_amounts
-from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_with_parent
 
 FORKS = hasattr(os, 'fork')
 ORDER = struct.Struct('<ci')
@@ -55,6 +55,42 @@ _MOST_READ = 1 << 15
 _FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d{1,9}) in ', re.MULTILINE)
 _WAIT_S = 0.5
 _exit = os._exit
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+def end_with_parent() -> None:
+    """Let the kernel end this process when its parent has ended (Linux)."""
+    if sys.platform == 'linux':
+        parent = os.getppid()
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)
+
+
+def adopt_orphans() -> None:
+    """Become the parent of processes that descendants of this one leave behind (Linux)."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def children() -> set[int]:
+    """Return the process IDs of the children of this process (Linux)."""
+    found: set[int] = set()
+    for tasks in Path('/proc/self/task').glob('*/children'):
+        with suppress(OSError):
+            found |= {int(word) for word in tasks.read_text().split()}
+    return found
+
+
+def end_orphans(known: set[int]) -> None:
+    """Kill the children of this process but for known ones, and the children that those leave."""
+    while strangers := children() - known:
+        for pid in strangers:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(pid, 0)
 
 
 class Isolation(enum.Enum):

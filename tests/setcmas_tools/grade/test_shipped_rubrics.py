@@ -113,7 +113,7 @@ def test_a_typical_mistake_gets_the_points_for_what_is_right(marks, name, old, n
     least, most = MISTAKES[name, old, new]
     found = marks(name, [*solution(name), (old, new)])
     assert least <= found.score <= most
-    for scenario in found.scenarios:
-        missed = [one for one in scenario.criteria if not one.is_full]
-        assert all(bool(one.hint) != bool(scenario.failure) for one in missed)
+    failed = any(scenario.failure for scenario in found.scenarios)
+    hints = [one.hint for scenario in found.scenarios for one in scenario.criteria if one.hint]
+    assert len([one for one in hints if 'counts only with' not in one]) == (not failed)
     assert not found.is_full

@@ -1,0 +1,357 @@
+"""Altered solutions: what they would have answered at the calls of a submission.
+
+The run of a submission is repeated from its recorded output, and at each call the solution and
+altered solutions get the same input. So an altered solution with the submission's mistake agrees
+with it at every call, however far both are from the paths of the solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl import network
+from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
+from setcmas_ctrl.communication.triggering_conditions import further_than, takes_velocities
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.imports import with_helpers
+from setcmas_ctrl.scripts.loader import load_script, names_to_set
+from setcmas_simu.arrays import Floats
+from setcmas_simu.yaml_entries import Entry
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.run.run import Run
+from setcmas_tools.scenario.scenario import Scenario
+
+CLOSE = 0.011
+"""Difference of velocities in m/s up to which calls agree: a little more than the dead band."""
+_MAY_DIFFER = {False: 0.03, True: 0.001}
+"""Share of calls that may differ, of laws and of conditions (True): a right law may take its next
+waypoint a call earlier.
+"""
+_SATURATED = 0.98  # from this share of the largest speed on
+_PATH_M = 0.01  # between a run and its repetition
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A typical mistake: an altered solution, and the hint for those who make it.
+
+    Attributes:
+        hint: Text for the student.
+        change: Parts of the solution's source, and what replaces them.
+        script: A whole script instead; '' for changes.
+    """
+
+    hint: str
+    change: Mapping[str, str] = field(default_factory=dict)
+    script: str = ''
+
+    def source(self, solution: Path | None) -> str:
+        """Return the source of the altered solution."""
+        text = self.script or (solution.read_text(encoding='utf-8') if solution else '')
+        for old, new in self.change.items():
+            text = text.replace(old, new)
+        return text
+
+
+def read_mistakes(entry: Entry, solution: Path | None) -> tuple[Mistake, ...]:
+    """Read the mistakes in a list of a rubric.
+
+    Raises:
+        SetcmasError: One is invalid, or changes what the solution lacks; the message has its line.
+    """
+    return tuple(_mistake(item, solution) for item in entry.items())
+
+
+def _mistake(entry: Entry, solution: Path | None) -> Mistake:
+    fields = entry.fields(('change', 'script', 'hint'))
+    if 'hint' not in fields or ('change' in fields) == ('script' in fields):
+        raise entry.mistake('a mistake with a hint, and with change: {OLD: NEW} or a script')
+    hint = ' '.join(fields['hint'].text().split())
+    if 'script' in fields:
+        mistake = Mistake(hint, script=fields['script'].text())
+    else:
+        mistake = Mistake(hint, _changes(fields['change'], solution))
+    try:
+        compile(mistake.source(solution), '', 'exec')
+    except (SyntaxError, ValueError) as error:
+        raise entry.error(f'this mistake is not valid Python: {error}') from error
+    return mistake
+
+
+def _changes(changes: Entry, solution: Path | None) -> dict[str, str]:
+    if solution is None:
+        raise changes.error('there is no solution to change; add one, or write script: instead')
+    if not isinstance(changes.value, dict) or not changes.value:
+        raise changes.mistake('parts of the solution with their replacements: {OLD: NEW}')
+    source = solution.read_text(encoding='utf-8')
+    for old in changes.value:
+        if str(old) not in source:
+            raise changes.error(f"the solution, {solution.name}, has no '{old}' to change")
+    return {str(old): one.text() for old, one in changes.value.items()}
+
+
+@dataclass
+class Altered:
+    """A solution, altered or not.
+
+    Attributes:
+        name: What is altered.
+        script: Its file; None for the default condition.
+        constant: Name of a number of the script that is doubled; '' for none.
+        is_frozen: Whether it always gets t = 0.
+        is_kept: Whether it is not given up when too many of its answers differ.
+        is_out: Whether it is given up.
+    """
+
+    name: str
+    script: Path | None
+    constant: str = ''
+    is_frozen: bool = False
+    is_kept: bool = False
+    is_out: bool = False
+
+
+SOLUTION, FROZEN = '', 't = 0'
+"""Names of the solution itself, and of the solution that always gets t = 0."""
+
+
+def altered_solutions(
+    solution: Path | None, mistakes: Sequence[Mistake], is_condition: bool, folder: Path
+) -> list[Altered]:
+    """Return the solution, and those with one alteration, some of which are written to a folder.
+
+    Those with a mistake of the rubric have its number as name; those with a constant its name.
+    """
+    found = [Altered(SOLUTION, solution, is_kept=True)]
+    if solution and not is_condition:
+        found.append(Altered(FROZEN, solution, is_frozen=True))
+        found += [Altered(name, solution, name, is_kept=True) for name in _constants(solution)]
+    for number, one in enumerate(mistakes):
+        found.append(_written(str(number), one.source(solution), solution, folder))
+    return found
+
+
+def twice_altered_solutions(
+    solution: Path, mistakes: Sequence[Mistake], folder: Path
+) -> list[Altered]:
+    """Return the solution, those with each mistake, and those with each pair, named '3 7'."""
+    found = [Altered(SOLUTION, solution, is_kept=True)]
+    for number, one in enumerate(mistakes):
+        source = one.source(solution)
+        found.append(replace(_written(str(number), source, solution, folder), is_kept=True))
+        for later, other in enumerate(mistakes[number + 1 :], number + 1):
+            if other.change and all(old in source for old in other.change):
+                both = f'{number} {later}'
+                text = replace(other, script=source).source(solution)
+                found.append(_written(both, text, solution, folder))
+    return found
+
+
+def _written(name: str, source: str, solution: Path | None, folder: Path) -> Altered:
+    """Write an altered solution to a folder, with the modules that it imports."""
+    for file in with_helpers(solution)[1:] if solution else ():
+        (folder / file.name).write_bytes(file.read_bytes())
+    script = folder / f'mistake_{name.replace(" ", "_")}.py'
+    script.write_text(source, encoding='utf-8')
+    return Altered(name, script)
+
+
+def _constants(script: Path) -> list[str]:
+    """Return the names of the numbers at the top level of a script, except those that are 0."""
+    values = vars(load_script(script, 1))
+    numbers = ((name, values.get(name)) for name in names_to_set(script))
+    return [name for name, value in numbers if type(value) in (int, float) and value]
+
+
+@dataclass
+class Calls:
+    """What a submission answered at its calls in a scenario, and what solutions would answer.
+
+    Answers have the shape (calls, N, 2): velocities in m/s before saturation, or, for conditions,
+    whether the robot sends (1 or 0), and 0.
+
+    Attributes:
+        name: Name of the scenario.
+        scenario: The scenario without the submission.
+        t: Times of the calls in s.
+        own: Answers of the submission; velocities after saturation.
+        limit: Largest speed in m/s.
+        heading: Heading of the robot at each call in rad; its distance from the position that it
+            sent last in m, for conditions. Shape (calls, N).
+        may_differ: Share of the calls in which equal laws may differ.
+        answers: Answers of the solution and of altered ones that are not out, by name.
+        values: Values of the constants.
+    """
+
+    name: str
+    scenario: Scenario
+    t: Floats
+    own: Floats
+    limit: float
+    heading: Floats
+    may_differ: float
+    answers: dict[str, Floats] = field(default_factory=dict)
+    values: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def solution(self) -> Floats:
+        """Answers of the solution."""
+        return self.answers[SOLUTION]
+
+    @property
+    def is_known(self) -> NDArray[np.bool_]:
+        """Where the solution is outside its dead band, so that its multiples are known."""
+        return _lengths(self.solution) > 0
+
+    @property
+    def is_free(self) -> NDArray[np.bool_]:
+        """Where, in addition, the submission is not saturated."""
+        return self.is_known & (_lengths(self.own) < _SATURATED * self.limit)
+
+    def differs(self, answers: Floats) -> NDArray[np.bool_]:
+        """Return where answers differ from those of the submission, shape (calls, N)."""
+        return ~(_lengths(saturated(answers, self.limit) - self.own) <= CLOSE)
+
+
+def saturated(velocities: Floats, limit: float) -> Floats:
+    """Return velocities, shape (..., 2), scaled down to a largest speed in m/s."""
+    speed = np.maximum(_lengths(velocities), 1e-12)
+    scaled: Floats = velocities * np.minimum(1.0, limit / speed)[..., None]
+    return scaled
+
+
+def _lengths(vectors: Floats) -> Floats:
+    """Return the lengths of vectors, shape (..., 2)."""
+    lengths: Floats = np.hypot(vectors[..., 0], vectors[..., 1])
+    return lengths
+
+
+def calls_of(
+    name: str, base: Scenario, run: Run, is_condition: bool, altered: Sequence[Altered]
+) -> Calls | None:
+    """Return the calls of a submission's run; altered solutions that differ are out from now on.
+
+    None if the run cannot be repeated.
+
+    Raises:
+        SetcmasError: A script does not load.
+    """
+    rows = _recorded(run, is_condition, base.nb_robots)
+    if not rows or len({len(one) for one in rows}) > 1 or not len(rows[0]):
+        return None
+    own = np.stack([one[:, 1:] for one in rows], axis=1)
+    limit = base.law.vnom if not is_condition else np.inf
+    may_differ = _MAY_DIFFER[is_condition]
+    calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
+    replays = [_Replayed(one, calls, is_condition) for one in altered if not one.is_out]
+    laws = {
+        robot: _playing(robot, calls, replays, is_condition)
+        for robot in range(1, base.nb_robots + 1)
+    }
+    played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
+    again = simulate(played, warn=lambda _: None)
+    calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
+    return calls if SOLUTION in calls.answers and _are_equal(run, again) else None
+
+
+def _recorded(run: Run, is_condition: bool, nb_robots: int) -> list[Floats]:
+    """Return rows t and answer of the calls of each robot; nothing if there is no record."""
+    robots = range(1, nb_robots + 1)
+    if not is_condition and run.commands:
+        owns = map(run.commands.of, robots)
+        return [np.column_stack([own.t, own.vx, own.vy]) for own in owns]
+    if not is_condition or not run.record:
+        return []
+    # The first state is sent whatever the condition is.
+    rows = [run.record.triggers[run.record.triggers[:, 1] == i][1:] for i in robots]
+    return [np.column_stack([one[:, 0], one[:, 2], 0 * one[:, 2]]) for one in rows]
+
+
+def _are_equal(run: Run, again: Run) -> bool:
+    one, other = run.table, again.table
+    if one.x.shape != other.x.shape:
+        return False
+    return bool(np.nanmax(np.hypot(one.x - other.x, one.y - other.y), initial=0.0) < _PATH_M)
+
+
+class _Replayed:
+    """An altered solution in a scenario: the law or condition of each robot, and its answers."""
+
+    def __init__(self, altered: Altered, calls: Calls, is_condition: bool) -> None:
+        self.altered = altered
+        self.answers: Floats = np.full(calls.own.shape, np.nan)
+        self._calls, self._is_condition = calls, is_condition
+        self._laws: dict[int, Callable[..., Any]] = {}
+        self._left = calls.may_differ * calls.own.shape[0] * calls.own.shape[1]
+
+    def answer(self, robot: int, call: int, *given: Any) -> None:
+        """Answer a call; given are the arguments of the law, or of the condition."""
+        if self.altered.is_out:
+            return
+        try:
+            if robot not in self._laws:
+                self._laws[robot] = self._law(robot)
+            if self.altered.is_frozen:
+                given = (given[0], 0.0, *given[2:])
+            answer = self._laws[robot](*given)
+        except Exception:  # it fails where the submission does not
+            self.altered.is_out = True
+            return
+        self.answers[call, robot - 1] = answer
+        if not self.altered.is_kept:
+            own = self._calls.own[call, robot - 1]
+            apart = saturated(np.array(answer, dtype=float), self._calls.limit) - own
+            self._left -= bool(apart @ apart > CLOSE * CLOSE)
+            self.altered.is_out = self._left < 0
+
+    def _law(self, robot: int) -> Callable[..., Any]:
+        """Load the law or condition of a robot."""
+        base, script = self._calls.scenario, self.altered.script
+        if not self._is_condition and script:
+            settings = dict(base.law.set)
+            if name := self.altered.constant:
+                own = settings.get(name, vars(load_script(script, robot))[name])
+                self._calls.values[name] = own
+                settings[name] = 2 * own
+            return ControlLaw(script, robot, base.nb_robots, settings)
+        condition: Any = further_than(base.communication.threshold)
+        if script:
+            condition = vars(load_script(script, robot, CONDITION))['ctc']
+        with_velocities = takes_velocities(condition, str(script))
+
+        def sends(pos: Floats, vit: Floats, last: Floats, last_vit: Floats, t: float) -> Any:
+            given = (pos, vit, last, last_vit, t) if with_velocities else (pos, last, t)
+            return bool(condition(*given)), 0.0
+
+        return sends
+
+
+def _playing(
+    robot: int, calls: Calls, replays: Sequence[_Replayed], is_condition: bool
+) -> Callable[..., Any]:
+    """Return the law or condition of a robot that repeats what the submission answered."""
+    times = iter(range(len(calls.t)))
+
+    def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> Any:
+        del robotNo, nbRobots
+        call, adjacency = next(times), network.adjacency()
+        calls.heading[call, robot - 1] = poses[2, robot - 1]
+        for one in replays:
+            one.answer(robot, call, poses, t, adjacency)
+        vx, vy = calls.own[call, robot - 1].tolist()
+        return vx, vy
+
+    def ctc(pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float) -> bool:
+        call = next(times)
+        calls.heading[call, robot - 1] = np.hypot(*(pos - last_pos)[:2])
+        for one in replays:
+            one.answer(robot, call, pos, vit, last_pos, last_vit, t)
+        return bool(calls.own[call, robot - 1, 0])
+
+    return control if not is_condition else ctc

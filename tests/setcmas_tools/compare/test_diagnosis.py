@@ -1,0 +1,128 @@
+"""Hints by experiment: the mistake that a submission made, and nothing that it did not do."""
+
+import re
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.check import runs_here
+from setcmas_tools.grade.marking import mark
+from setcmas_tools.grade.marks import Student
+from setcmas_tools.grade.rubric import read_rubric
+
+LAW = """\
+import numpy as np
+
+K = 0.5
+
+
+def control(robotNo, nbRobots, poses, t):
+    p = poses[:2]
+    v = np.zeros(2)
+    for j in range(nbRobots):
+        if np.isfinite(p[0, j]):
+            v -= K / nbRobots * (p[:, robotNo - 1] - p[:, j])
+    return v[0], v[1]
+"""
+RUBRIC = """\
+solution: right.py
+scenarios:
+  - name: all
+    nb_robots: 5
+    duration: 25
+    criteria:
+      - {name: near, metric: path_error, at_most: 0.01, hint: Read the formula.}
+      - {name: met, metric: disagreement, at_most: 0.05, hint: Meet.}
+  - name: ring
+    nb_robots: 4
+    duration: 25
+    graph: ring
+    loss: 0.3
+    delay: 0.1
+    criteria: [{metric: path_error, at_most: 0.01, hint: Look around.}]
+  - name: secret
+    hidden: true
+    nb_robots: 2
+    duration: 2
+    criteria: [{metric: path_error, at_most: 0.01, hint: SECRET}]
+"""
+
+
+@pytest.fixture
+def hints(tmp_path):
+    """A function that returns the hints for a law with some of its text replaced."""
+    (tmp_path / 'right.py').write_text(LAW)
+
+    def hints(*replaced, rubric=RUBRIC):
+        (tmp_path / 'r.yaml').write_text(rubric)
+        text = LAW
+        for old, new in replaced:
+            assert old in text
+            text = text.replace(old, new)
+        script = tmp_path / 'law.py'
+        script.write_text(text)
+        marks = mark(read_rubric(tmp_path / 'r.yaml'), runs_here(str(script)), '', Student(''))
+        return [one.hint for each in marks.scenarios for one in each.criteria if one.hint]
+
+    return hints
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'said'),
+    [
+        ('v -=', 'v +=', 'opposite'),
+        ('v[0], v[1]', 'v[1], v[0]', 'swapped'),
+        ('v[0], v[1]', '-v[1], v[0]', 'turned by +90'),
+        ('v[0], v[1]', 'np.hypot(*v), np.arctan2(v[1], v[0])', 'speed and turn rate'),
+        ('v[0], v[1]', 'v[0], 0', 'vy is always zero'),
+        ('v[0], v[1]', '0, 0', 'all zero'),
+        (' / nbRobots', '', 'multiplied by N, where N is'),
+        ('/ nbRobots', '/ (nbRobots - 1)', 'multiplied by N/(N-1), where N is'),
+        ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
+        ('v -= K', 'v -= 40 * K', 'far too large'),
+    ],
+)
+def test_a_mistake_is_explained_by_the_run_that_it_reproduces(hints, old, new, said):
+    [hint] = hints((old, new))
+    assert said in hint
+    assert 'formula' not in hint
+
+
+def test_what_nothing_explains_is_measured_and_the_lecturers_own_hint_follows(hints):
+    when = 'if robotNo == 2 and t > 3: v = v + 0.2\n    return v[0], v[1]'
+    [hint] = hints(('return v[0], v[1]', when))
+    assert hint.startswith("In 'all', robot 2 first differs from the solution at t = 3.2 s: its")
+    assert hint.endswith('Of all robots, only 2 differs. Read the formula.')
+    [hint] = hints(('return v[0], v[1]', 'return np.random.normal(0, 1, 2)'))
+    assert re.match(r"In 'all', robot 1 first differs from the solution at t = 0\.\d s", hint)
+
+
+def test_a_lecturers_mistake_is_recognised_unless_another_does_the_same(hints):
+    listed = "mistakes:\n  - change: {'range(nbRobots)': 'range(2)'}\n    hint: Only two.\n"
+    other = "  - change: {'range(nbRobots)': '(0, 1)'}\n    hint: Something else.\n"
+    two = ('range(nbRobots)', 'range(2)')
+    assert hints(two, rubric=RUBRIC + listed) == ['Only two.']
+    assert 'first differs' in hints(two, rubric=RUBRIC + listed + other)[0]
+    assert 'opposite' in hints(('v -=', 'v +='), rubric=RUBRIC + listed)[0]
+
+
+def test_only_what_students_see_gives_hints(hints):
+    assert hints(('K / nbRobots', '(K if nbRobots > 2 else 2) / nbRobots')) == []
+    shown = '- {name: near, metric: path_error, at_most: 0.01, hint: Read the formula.}'
+    hidden = shown.replace('hint:', 'hidden: true, hint:')
+    [hint] = hints(('v -=', 'v +='), rubric=RUBRIC.replace(shown, hidden))
+    assert 'opposite' in hint
+
+
+@pytest.mark.parametrize(
+    ('listed', 'said'),
+    [
+        ('{change: {gain: 2}, hint: A}', "line 22: the solution, right.py, has no 'gain'"),
+        ('{script: "def control(", hint: A}', 'line 22: this mistake is not valid Python'),
+        ('{hint: A}', 'line 22: .* must be a mistake with a hint, and with change'),
+        ('{change: {}, hint: A}', 'line 22: .*must be parts of the solution'),
+    ],
+)
+def test_an_impossible_mistake_is_reported_with_its_line(hints, listed, said):
+    with pytest.raises(SetcmasError, match=said):
+        hints(rubric=f'{RUBRIC}mistakes:\n  - {listed}\n')
