@@ -14,12 +14,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import (
-    BEST,
-    FilmOptions,
-    StyleOptions,
-    add_run_argument,
-)
+from launch_scripts.commands.plot_options import BEST, FilmOptions, StyleOptions, add_run_argument
 from launch_scripts.terminal.terminal_output import warner
 
 _warn = warner('csv_to_plot')

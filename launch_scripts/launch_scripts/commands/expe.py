@@ -112,7 +112,6 @@ def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
 
 
 def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
-    """Check that the experiment can be made."""
     scenario.replace(nb_robots=lab.nb_robots).check()
     lab.check_rate(scenario.law.rate)
     if scenario.lab.emulate:
@@ -165,7 +164,6 @@ def _serve(
 
 
 def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool) -> None:
-    """Explain how to start the robots."""
     starts = 'starts the robots, for as long as it is held' if hold else 'starts the robots'
     if ways:
         supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')

@@ -8,7 +8,6 @@ first one, with their difference.
 Examples:
   setcmas view
   setcmas view out                               a finished run: its folder, a bag, or a fleet.csv
-  setcmas view out --at 12.5
   setcmas view experiment simulation             two runs, the second as ghosts
   setcmas view --host 0.0.0.0 --read-only        for others on the network, without buttons
 """
@@ -23,8 +22,7 @@ from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import spelled
-from setcmas_tools.page.browser import BrowserOptions, FinishedRunOptions
+from setcmas_tools.page.browser import BrowserOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,21 +30,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     runs = 'a finished run, or two: folder, bag or fleet.csv (default: the running robots)'
     parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
     BrowserOptions.add_to(parser)
-    FinishedRunOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; return the exit status."""
-    finished, browser = FinishedRunOptions.of(args), BrowserOptions.of(args)
+    browser = BrowserOptions.of(args)
     if len(args.runs) > 2:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     if not args.runs:
-        if surplus := list(finished.changed()):
-            raise SetcmasError(f'{spelled(surplus[0])} is for a finished run; name its folder')
         require_ros()
         return run_in_foreground('view', browser_command(browser.arguments()))
     from setcmas_tools.page.report_file import loaded_pair
     from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 
-    show_runs(loaded_pair(args.runs, warn), browser, finished)
+    show_runs(loaded_pair(args.runs, warn), browser)
     return 0

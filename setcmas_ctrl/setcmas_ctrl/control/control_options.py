@@ -15,19 +15,9 @@ from setcmas_ctrl.scripts.shared_state import SEED
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options import kinds
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import (
-    NB_ROBOTS,
-    RATE,
-    SEEDS,
-    Kind,
-    NameOrFile,
-    Number,
-    OneOf,
-    Robots,
-    Whole,
-)
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.model import KOMEGA, VelocityLimits
 
@@ -51,20 +41,22 @@ class GainOptions(Options):
 
     TITLE: ClassVar[str] = 'control law'
 
-    vnom: float = option(Number(above=0, unit='m/s'), 'speed limit of the robots', default=VNOM)
+    vnom: float = option(
+        kinds.Number(above=0, unit='m/s'), 'speed limit of the robots', default=VNOM
+    )
     komega: float = option(
-        Number(above=0, unit='1/s', finite=True, metavar='GAIN'),
+        kinds.Number(above=0, unit='1/s', finite=True, metavar='GAIN'),
         'gain on the heading error',
         default=KOMEGA,
     )
-    rate: float = option(RATE, 'control rate', default=RATE_HZ)
+    rate: float = option(kinds.RATE, 'control rate', default=RATE_HZ)
     seed: int = option(
-        SEEDS, 'seed of random numbers in scripts, links and start poses', default=SEED
+        kinds.SEEDS, 'seed of random numbers in scripts, links and start poses', default=SEED
     )
 
 
 @dataclass(frozen=True)
-class _LawName(NameOrFile):
+class _LawName(kinds.NameOrFile):
     """Names and files of control laws; in Python also functions, and a law for each robot."""
 
     @property
@@ -76,7 +68,7 @@ class _LawName(NameOrFile):
 
 
 @dataclass(frozen=True)
-class _Settings(Kind):
+class _Settings(kinds.Kind):
     """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
 
     @property
@@ -180,19 +172,19 @@ class FleetOptions(Options):
     TITLE: ClassVar[str] = 'fleet'
 
     nb_robots: int | None = option(
-        NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
+        kinds.NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
     )
     robots: tuple[int, ...] | None = option(
-        Robots(), "control only these robots of the fleet, such as '1-4'", default=None
+        kinds.Robots(), "control only these robots of the fleet, such as '1-4'", default=None
     )
     model: str | None = option(
-        Kind(metavar='MODEL'),
+        kinds.Kind(metavar='MODEL'),
         'robot model, as for setcmas simu',
         default=None,
         default_text='as the simulator announces',
     )
     cmd_vel_type: str = option(
-        OneOf((AUTO, *CMD_VEL_TYPES)),
+        kinds.OneOf((AUTO, *CMD_VEL_TYPES)),
         'message type of cmd_vel',
         default=AUTO,
         default_text=f'{AUTO}, the type that each robot listens to',
@@ -214,7 +206,7 @@ class FleetOptions(Options):
 
 
 @dataclass(frozen=True)
-class _Limits(Kind):
+class _Limits(kinds.Kind):
     """Limits of a robot as numbers."""
 
     @property
@@ -244,7 +236,7 @@ class ControllerOptions(FleetOptions, WatchOptions):
         'control real robots: poses from motion capture, commands to the cmd_vel bridge'
     )
     pause_timeout: float = option(
-        Number(above=0, unit='s', finite=True),
+        kinds.Number(above=0, unit='s', finite=True),
         'longest silence of the pause node before robots stop',
         default=PAUSE_TIMEOUT_S,
     )
@@ -253,7 +245,7 @@ class ControllerOptions(FleetOptions, WatchOptions):
     )
     recorded: bool = flag('wait for a recorder, so that it gets the very first command')
     simulator: int | None = option(
-        Whole(1, metavar='PID'),
+        kinds.Whole(1, metavar='PID'),
         'wait for the simulator with this process ID',
         default=None,
     )

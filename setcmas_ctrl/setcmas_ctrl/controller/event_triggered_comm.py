@@ -8,9 +8,7 @@ from pathlib import Path
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
-from setcmas_ctrl.communication.communication_settings import (
-    Communication,
-)
+from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
 from setcmas_ctrl.driving.odometry import FleetOdometry, State
 from setcmas_ctrl.scripts.call_watch import CallWatch

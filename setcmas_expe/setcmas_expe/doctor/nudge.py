@@ -186,7 +186,6 @@ class Nudger:
             watch.track.note_command(number == robot and any(velocities), False, now)
 
     def _pause(self, commands: CmdVelPublisher, seconds: float) -> None:
-        """Command zero and pause for a while."""
         end = time.monotonic() + seconds
         self._motion.commanded({}, time.monotonic())
         while (now := time.monotonic()) < end:

@@ -11,16 +11,7 @@ from pathlib import Path
 
 from setcmas_ctrl.filter.filter_options import FILTERS
 from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts
-from setcmas_expe.mocap.sources import (
-    CUSTOM,
-    MOCAP_SOURCES,
-    NAME,
-    POSE_STAMPED,
-    STANDARD,
-    MocapSource,
-    check_topic,
-    per_body,
-)
+from setcmas_expe.mocap import sources
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.options.kinds import Number, OneOf, Whole
@@ -105,7 +96,7 @@ def _group(name: str, given: dict[str, Entry], defaults: dict[str, Entry]) -> di
 
 
 def _robots(
-    entry: Entry | None, nb_robots: int | None, source: MocapSource
+    entry: Entry | None, nb_robots: int | None, source: sources.MocapSource
 ) -> tuple[LabRobot, ...]:
     if entry is None:
         return tuple(LabRobot.numbered(i) for i in range(1, (nb_robots or 1) + 1))
@@ -129,7 +120,7 @@ def _robots(
     return tuple(by_number[number] for number in numbers[:nb_robots])
 
 
-def _robot(entry: Entry, source: MocapSource) -> LabRobot:
+def _robot(entry: Entry, source: sources.MocapSource) -> LabRobot:
     fields = entry.fields(_ROBOT)
     if 'number' not in fields:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
@@ -156,34 +147,34 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
 
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
-    name = OneOf((*MOCAP_SOURCES.plugins(), CUSTOM)).of(fields['preset'])
+    name = OneOf((*sources.MOCAP_SOURCES.plugins(), sources.CUSTOM)).of(fields['preset'])
     try:
-        source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
+        source = _custom(fields) if name == sources.CUSTOM else sources.MOCAP_SOURCES.get(name)
     except PluginError as error:
         raise fields['preset'].error(str(error)) from error
     if 'topic' in fields:
         try:
-            topic = check_topic(fields['topic'].text(), source.per_body)
+            topic = sources.check_topic(fields['topic'].text(), source.per_body)
         except SetcmasError as error:
             raise fields['topic'].error(f'{fields["topic"].name}: {error}') from None
         source = replace(source, topic=topic)
     if 'type' in fields:
         if not source.per_body:
             raise fields['type'].mistake(f'left out: {name} has its own type')
-        message_type, read = STANDARD[OneOf(tuple(STANDARD)).of(fields['type'])]
+        message_type, read = sources.STANDARD[OneOf(tuple(sources.STANDARD)).of(fields['type'])]
         source = replace(source, message_type=message_type, read=read)
     return Mocap(name, source, fields['y_up'].flag())
 
 
-def _custom(fields: dict[str, Entry]) -> MocapSource:
+def _custom(fields: dict[str, Entry]) -> sources.MocapSource:
     """Return a source whose topic and type the lab file sets."""
     missing = [key for key in ('topic', 'type') if key not in fields]
     if missing:
-        known = ', '.join(MOCAP_SOURCES.plugins())
+        known = ', '.join(sources.MOCAP_SOURCES.plugins())
         raise fields['preset'].mistake(
             f'a preset ({known}), or custom together with mocap.{missing[0]}'
         )
-    return per_body(f'/{NAME}', POSE_STAMPED)
+    return sources.per_body(f'/{sources.NAME}', sources.POSE_STAMPED)
 
 
 def _interval(entry: Entry) -> tuple[float, float]:

@@ -145,7 +145,6 @@ class Pause(FleetNode):
         return self._bridge.unreadiness()
 
     def _stop(self, why: str) -> None:
-        """Take an emergency stop."""
         if self._emergency.stop(why):
             self._report_stop()
 

@@ -162,7 +162,6 @@ class SafetyStepper:
         self._steps += 1
 
     def _look_around(self) -> None:
-        """Check who else takes part."""
         self._receiver.look_around()
         for _, bridge in self._robots:
             bridge.look_around()
@@ -176,7 +175,6 @@ class SafetyStepper:
         return STOPPED if self._emergency.take() else paused
 
     def _situations(self, paused: str, now: float) -> Iterator[tuple[int, Situation]]:
-        """Yield the situation of each robot."""
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
         mark_swapped(tracks)
         self._motion.see(tracks, {bridge.robot: bridge.wheels for _, bridge in self._robots}, now)

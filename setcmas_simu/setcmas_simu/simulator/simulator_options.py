@@ -20,21 +20,9 @@ from setcmas_simu.fleet.start_poses import (
     poses_of_entry,
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options import kinds
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
-from setcmas_simu.options.kinds import (
-    NB_ROBOTS,
-    RATE,
-    SEEDS,
-    Kind,
-    NameOrFile,
-    Number,
-    OneOf,
-    ParsedText,
-    PathTo,
-    Robots,
-    Whole,
-)
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
@@ -52,7 +40,7 @@ class SimulatedRobots:
 
 
 @dataclass(frozen=True)
-class _StartPoses(PathTo):
+class _StartPoses(kinds.PathTo):
     """A file of start poses; in YAML and Python also the poses themselves."""
 
     MUST_BE = 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
@@ -85,20 +73,20 @@ class StartPoseOptions(Options):
         _StartPoses(), 'YAML file of start poses: [x, y, theta] for each robot', default=None
     )
     pose: tuple[str, ...] = option(
-        Kind(metavar='I:X,Y[,THETA]'),
+        kinds.Kind(metavar='I:X,Y[,THETA]'),
         'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57 (default THETA: 0); may be '
         'repeated',
         form=Form.REPEATED,
         default=(),
     )
     random_poses: str | None = option(
-        ParsedText(RandomPoses.of, FORM, metavar='box=WxH,distance=D'),
+        kinds.ParsedText(RandomPoses.of, FORM, metavar='box=WxH,distance=D'),
         'random start poses for robots without one: size of the box and minimum distance in m '
         '(default: 10x10 and 1 if they fit)',
         default=None,
         alone=AUTO,
     )
-    seed: int = option(SEEDS, 'seed of random start poses', default=0)
+    seed: int = option(kinds.SEEDS, 'seed of random start poses', default=0)
 
     def start_poses(
         self,
@@ -135,7 +123,7 @@ class ClockOptions(Options):
         'and its results are exactly those of setcmas offline'
     )
     rtf: float = option(
-        Number(above=0, most=100, metavar='FACTOR'),
+        kinds.Number(above=0, most=100, metavar='FACTOR'),
         'real-time factor: simulated seconds per second',
         default=1.0,
     )
@@ -152,9 +140,11 @@ class RobotOptions(StartPoseOptions):
 
     TITLE: ClassVar[str] = 'robots'
 
-    nb_robots: int | None = option(NB_ROBOTS, 'size of the fleet', default=None, default_text='1')
+    nb_robots: int | None = option(
+        kinds.NB_ROBOTS, 'size of the fleet', default=None, default_text='1'
+    )
     model: str | None = option(
-        NameOrFile(metavar='MODEL'),
+        kinds.NameOrFile(metavar='MODEL'),
         'robot model: a name (see setcmas list), a script such as my_robot.py, a file '
         "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
@@ -162,18 +152,18 @@ class RobotOptions(StartPoseOptions):
         complete=names_and_files(MODELS.plugins, ('py', 'yaml')),
     )
     limits: str = option(
-        OneOf(tuple(LIMITS)),
+        kinds.OneOf(tuple(LIMITS)),
         'velocity limits of unicycles: none (ideal), or those of a TurtleBot3',
         default=NO_LIMITS,
     )
     cmd_timeout: float = option(
-        Number(above=0, unit='s'),
+        kinds.Number(above=0, unit='s'),
         'stop a robot after this long without a command',
         default=math.inf,
         default_text='never',
     )
     robot_rate: float = option(
-        RATE, 'rate at which robots move and publish odometry', default=RATE_HZ
+        kinds.RATE, 'rate at which robots move and publish odometry', default=RATE_HZ
     )
 
     def nb_steps(self, duration: float) -> int:
@@ -193,10 +183,10 @@ class SimulationOptions(RobotOptions, ClockOptions):
     TITLE: ClassVar[str] = 'robots'
 
     robots: tuple[int, ...] | None = option(
-        Robots(), "simulate only these robots of the fleet, such as '1-4'", default=None
+        kinds.Robots(), "simulate only these robots of the fleet, such as '1-4'", default=None
     )
     cmd_vel_type: str = option(
-        OneOf(tuple(CMD_VEL_TYPES)), 'message type of cmd_vel', default=CMD_VEL_TYPES[0]
+        kinds.OneOf(tuple(CMD_VEL_TYPES)), 'message type of cmd_vel', default=CMD_VEL_TYPES[0]
     )
 
     def check(self) -> None:
@@ -240,5 +230,5 @@ class SimulatorOptions(Options):
 
     recorded: bool = flag('wait for a recorder, so that it gets the very first states')
     nb_steps: int | None = option(
-        Whole(1, metavar='N'), 'stand still after this many steps', default=None
+        kinds.Whole(1, metavar='N'), 'stand still after this many steps', default=None
     )

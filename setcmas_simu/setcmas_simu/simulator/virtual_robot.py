@@ -24,17 +24,8 @@ from setcmas_simu.robots.model import Shape
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
-from setcmas_simu.ros.messages import (
-    NO_STAMP,
-    POSE,
-    STAMP,
-    TWIST,
-    PreparedMessage,
-    read_stamp,
-    read_twist,
-)
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
@@ -122,7 +113,7 @@ class VirtualRobot(FleetNode):
     ) -> None:
         """Create the node; `--ros-args` overrides the defaults of its parameters."""
         self.robot = robot
-        self.commanded = NO_STAMP
+        self.commanded = messages.NO_STAMP
         self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
 
@@ -148,7 +139,7 @@ class VirtualRobot(FleetNode):
         odom.header.frame_id = pose.header.frame_id = world
         marker = robot_marker(robot, world, shape_of(str(self.value('model'))))
         self._odom = _Located(odom, 'pose.pose')
-        self._write_twist = self._odom.place('twist.twist.linear.x', TWIST)
+        self._write_twist = self._odom.place('twist.twist.linear.x', messages.TWIST)
         self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
 
     def value(self, name: str, kind: Kind | None = None) -> Any:
@@ -179,17 +170,17 @@ class VirtualRobot(FleetNode):
 
     def _on_cmd_vel(self, data: bytes) -> None:
         if self._kind is TwistStamped:
-            self.commanded = read_stamp(data)
-        self.on_command(read_twist(data, self._kind))
+            self.commanded = messages.read_stamp(data)
+        self.on_command(messages.read_twist(data, self._kind))
 
 
-class _Located(PreparedMessage):
+class _Located(messages.PreparedMessage):
     """An encoded message with the robot's pose."""
 
     def __init__(self, message: Any, pose: str) -> None:
         super().__init__(message)
-        self._write_stamp = self.place('header.stamp.sec', STAMP)
-        self._write_pose = self.place(f'{pose}.position.x', POSE)
+        self._write_stamp = self.place('header.stamp.sec', messages.STAMP)
+        self._write_pose = self.place(f'{pose}.position.x', messages.POSE)
 
     def at(self, stamp: Time, pose: tuple[float, float, float]) -> bytes:
         """Return the message for a pose (m, rad)."""

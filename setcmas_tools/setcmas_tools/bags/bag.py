@@ -19,12 +19,7 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
 from setcmas_tools.bags.bag_limits import decompress_file, too_large, zstd_content
-from setcmas_tools.bags.bag_sources import (
-    BagSource,
-    IndexedSource,
-    McapSource,
-    one_line,
-)
+from setcmas_tools.bags.bag_sources import BagSource, IndexedSource, McapSource, one_line
 from setcmas_tools.bags.message_types import (
     BagTypes,
     MessageType,

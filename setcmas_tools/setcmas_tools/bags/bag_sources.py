@@ -31,12 +31,7 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2.metadata import parse_qos
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag_limits import (
-    LARGEST_RECORD,
-    decompressed,
-    largest_content,
-    too_large,
-)
+from setcmas_tools.bags.bag_limits import LARGEST_RECORD, decompressed, largest_content, too_large
 
 Entry = tuple[Connection, int, bytes]
 """Connection, receive time in ns, and the serialised message."""

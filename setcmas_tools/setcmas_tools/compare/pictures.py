@@ -16,6 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.compare.identification import FORWARD, TURN, Channel, Identified
 from setcmas_tools.compare.run_distance import Shifted
+from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.plots.style import (
     finish,
@@ -25,13 +26,6 @@ from setcmas_tools.plots.style import (
     robot_handles,
     save_in,
     time_axis,
-)
-from setcmas_tools.plots.trajectories import (
-    draw_world,
-    finite_rows,
-    fit_plane,
-    shared_dashes,
-    with_gaps,
 )
 from setcmas_tools.run.run import Run, arena_of, obstacles_of
 
@@ -95,13 +89,17 @@ def _paths(names: Sequence[str], runs: Sequence[Run]) -> Figure:
     robots = sorted({robot for run in runs for robot in run.counted.robots})
     for number, run in enumerate(runs):
         for robot in run.counted.robots:
-            track = finite_rows(run.counted.of(robot), 'x', 'y')
-            x, y = with_gaps(track, track.x, track.y)
+            track = trajectories.finite_rows(run.counted.of(robot), 'x', 'y')
+            x, y = trajectories.with_gaps(track, track.x, track.y)
             axes.plot(x, y, **line_look(robot, len(robots)) | _style(number))
     worlds = {(arena_of(run), obstacles_of(run)): run for run in runs}
-    marks = {one.get_label(): one for run in worlds.values() for one in draw_world(axes, run)}
+    marks = {
+        one.get_label(): one
+        for run in worlds.values()
+        for one in trajectories.draw_world(axes, run)
+    }
     for run in runs:
-        fit_plane(axes, run.counted)
+        trajectories.fit_plane(axes, run.counted)
     legend(axes, [*robot_handles(robots), *marks.values(), *_run_handles(names)])
     return figure
 
@@ -112,7 +110,9 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
     panels = list(figure.subplots(len(shifted), sharex=True, squeeze=False)[:, 0])
     for axes, name, other in zip(panels, names[1:], shifted, strict=True):
         robots = list(other.distances)
-        dashes = shared_dashes([(other.t, distance) for distance in other.distances.values()])
+        dashes = trajectories.shared_dashes(
+            [(other.t, distance) for distance in other.distances.values()]
+        )
         for (robot, distance), look in zip(other.distances.items(), dashes, strict=True):
             axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=f'distance to {names[0]} (m)', ylim=(0.0, None))

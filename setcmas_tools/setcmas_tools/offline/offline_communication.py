@@ -77,7 +77,6 @@ class OfflineCommunication:
             self._links.send(senders, poses[:, senders], t)
 
     def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
-        """Return whether the condition of each robot triggers."""
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
         notes = board.current
         notes.enter(Function.CONDITION)

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import Kind, Number, OneOf, Whole
+from setcmas_simu.options.kinds import Kind, OneOf, Whole
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""
@@ -58,20 +58,6 @@ class BrowserOptions(Options):
     def needs_token(self) -> bool:
         """Whether the page is for those only who know its whole address."""
         return not (self.is_local or self.read_only)
-
-
-@dataclass(frozen=True, kw_only=True)
-class FinishedRunOptions(Options):
-    """What the page of a finished run shows at first."""
-
-    TITLE: ClassVar[str] = 'finished run'
-
-    at: float | None = option(
-        Number(unit='s', finite=True),
-        'time at which to open the run',
-        default=None,
-        default_text='its beginning',
-    )
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

@@ -207,10 +207,10 @@ class PageServer:
                 waiting.put_nowait(encoded)
 
 
-def announce(server: PageServer, options: BrowserOptions, place: str = '') -> None:
+def announce(server: PageServer, options: BrowserOptions) -> None:
     """Print where the page is found, and who else may press its buttons."""
     taken = '' if server.port == options.port else f' (port {options.port} is taken)'
-    print(f'browser view: {server.url}{place}{taken}', flush=True)
+    print(f'browser view: {server.url}{taken}', flush=True)
     if options.host in EVERYWHERE:
         others = ', '.join(network_urls(server.port, server.query))
         print(f'browser view for other machines: {others}', flush=True)

@@ -14,12 +14,7 @@ from typing import TYPE_CHECKING
 
 from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_tools.page.browser import (
-    BrowserOptions,
-    FinishedRunOptions,
-    Opener,
-    may_open_windows,
-)
+from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
 from setcmas_tools.page.document import checkbox, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
@@ -31,13 +26,12 @@ if TYPE_CHECKING:
     from setcmas_tools.page.run_facts import Pair
 
 
-def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) -> None:
+def show_runs(pair: Pair, browser: BrowserOptions) -> None:
     """Serve the page of a run, or of two, until Ctrl-C.
 
     Args:
         pair: The runs.
         browser: Where the page is served.
-        options: What it shows at first.
 
     Raises:
         SetcmasError: The page cannot be served.
@@ -51,11 +45,10 @@ def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) 
     }
     palette.set(browser.palette)
     server = PageServer(report_page(pair), browser.host, browser.port)
-    place = '' if options.at is None else f'/#t={options.at:g}'
     try:
-        announce(server, browser, place)
+        announce(server, browser)
         if may_open_windows(os.environ, sys.platform):
-            webbrowser.open(server.url + place)
+            webbrowser.open(server.url)
         while not stop.wait(0.5):  # signals are handled between waits on Windows
             pass
     finally:

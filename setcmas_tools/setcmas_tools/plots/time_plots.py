@@ -19,14 +19,9 @@ from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Errors, task_of
+from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
-from setcmas_tools.plots.trajectories import (
-    draw_references,
-    draw_robot_lines,
-    ignore,
-    shared_dashes,
-)
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
@@ -47,7 +42,7 @@ def draw_heading(figure: Figure, run: Run) -> None:
     """Draw unwrapped headings over time, so that lines have no artificial jumps."""
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
-    draw_robot_lines(axes, run.table, 'theta', np.unwrap)
+    trajectories.draw_robot_lines(axes, run.table, 'theta', np.unwrap)
     marks = time_axis([axes], run.table.t[0], run.table.t[-1])
     legend(axes, robot_handles(run.robots) + marks)
 
@@ -56,7 +51,7 @@ def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str
     figure.set_size_inches(9.0, 6.4)
     panels = figure.subplots(len(labels), sharex=True)
     for axes, (name, label) in zip(panels, labels.items(), strict=True):
-        draw_robot_lines(axes, table, name)
+        trajectories.draw_robot_lines(axes, table, name)
         axes.set_ylabel(label)
     figure.align_ylabels()
     panels[0].set_title(title)
@@ -86,7 +81,7 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
 
 
 def _errors(run: Run) -> Errors | None:
-    known = task_of(run, ignore)
+    known = task_of(run, trajectories.ignore)
     return known[0].errors(run, known[1]) if known and len(run.counted.t) else None
 
 
@@ -98,7 +93,7 @@ def draw_errors(figure: Figure, run: Run) -> None:
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
     t = run.counted_grid.t
-    dashes = shared_dashes([(t, values) for values in errors.values.values()])
+    dashes = trajectories.shared_dashes([(t, values) for values in errors.values.values()])
     for (robot, values), look in zip(errors.values.items(), dashes, strict=True):
         axes.plot(t, values, **line_look(robot, len(run.robots)) | look)
     axes.set_ylim(bottom=0.0)
@@ -179,7 +174,7 @@ def draw_distances(figure: Figure, run: Run) -> None:
         figure.set_size_inches(9.0, 6.4)
         panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
     marks = time_axis(panels, table.t[0], table.t[-1])
-    marks += draw_references('distances', panels[0], run)
+    marks += trajectories.draw_references('distances', panels[0], run)
     for axes, draw in zip(panels, draws, strict=True):
         handles = draw(axes, grid)
         axes.set_ylim(bottom=0.0)

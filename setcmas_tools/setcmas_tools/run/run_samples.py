@@ -19,15 +19,9 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_tools.run import law_output
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
-from setcmas_tools.run.law_output import (
-    DrawingRecord,
-    SafetyRow,
-    commands,
-    safety_record,
-    with_allowed,
-)
 from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_tables import RunTables
 
@@ -201,9 +195,9 @@ class RunSamples:
         self._fleet = FleetSamples(bag_topics)
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
-        self._drawings = DrawingRecord()
+        self._drawings = law_output.DrawingRecord()
         self._references: References | None = None
-        self._safety: list[SafetyRow] = []
+        self._safety: list[law_output.SafetyRow] = []
         self._changes: list[ParameterChange] = []
 
     def collectors(self, topic: str, msgtype: str) -> list[Taker]:
@@ -242,18 +236,18 @@ class RunSamples:
         if fleet is None:
             return None
         start = start_ns / 1e9
-        rows = with_allowed(
+        rows = law_output.with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
         )
         rows[:, 0] -= start
         safety = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
         return RunTables(
             fleet,
-            commands(rows) if len(rows) else None,
+            law_output.commands(rows) if len(rows) else None,
             self._communication.record(fleet, start_ns),
             self._drawings.drawings(start),
             self._references,
-            safety_record(safety) if safety else None,
+            law_output.safety_record(safety) if safety else None,
         )
 
     def parameters_set(self) -> list[ParameterChange]:

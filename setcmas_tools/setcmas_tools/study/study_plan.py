@@ -15,22 +15,12 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
+from setcmas_tools.study import variation
 from setcmas_tools.study.study_cases import SEED, CaseTable, located_at, read_cases
 from setcmas_tools.study.study_columns import COLUMNS, check_metrics, digest_of
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
 from setcmas_tools.study.study_row import kept
 from setcmas_tools.study.success import check_columns
-from setcmas_tools.study.variation import (
-    OPTION,
-    Draw,
-    checked_name,
-    is_setting,
-    names_of_scripts,
-    parse_variation,
-    plain,
-    value_of,
-    with_values,
-)
 
 _RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
 
@@ -103,7 +93,7 @@ class Plan:
         Raises:
             SetcmasError: There is no such run, or a file is missing.
         """
-        found = with_values(self.base, self._filled_in(self.cases.values(run)))
+        found = variation.with_values(self.base, self._filled_in(self.cases.values(run)))
         return found.located(ScenarioFolder(folder).place_of) if folder else found
 
     def original(self, run: int) -> Scenario:
@@ -116,7 +106,7 @@ class Plan:
         found = dict(varied)
         for stand_ins in (self.files.texts, self.objects):
             for name, by_value in dict[str, Mapping[Any, Any]](stand_ins).items():
-                key = name if name in found else f'{OPTION}{name}'
+                key = name if name in found else f'{variation.OPTION}{name}'
                 value = found.get(key, values.get(name))
                 value = str(value) if isinstance(value, Path) else value
                 if isinstance(value, (str, float, int)) and value in by_value:
@@ -148,14 +138,14 @@ def make_plan(
     objects: dict[str, dict[Any, Any]] = {}
     for name, values in vary.items():
         if isinstance(values, Mapping):
-            objects.setdefault(plain(name), {}).update(values)
+            objects.setdefault(variation.plain(name), {}).update(values)
     names = _script_names(base.law, vary, objects)
     heads, rows = read_cases(cases) if cases else ([], {})
     with located_at(cases, 1):
-        heads = [checked_name(name, names) for name in heads]
+        heads = [variation.checked_name(name, names) for name in heads]
     own = check_metrics(metrics or {})
-    check_names([*(checked_name(name, names) for name in vary), *heads, *own], seeds)
-    varied = {checked_name(name, names): values for name, values in vary.items()}
+    check_names([*(variation.checked_name(name, names) for name in vary), *heads, *own], seeds)
+    varied = {variation.checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
     for name, values in varied.items():
         known[name] = _values(name, values, base.seed, objects)
@@ -200,9 +190,9 @@ def case_table(
     typed = []
     for line, row in rows.items():
         with located_at(path, line):
-            typed.append(tuple(map(value_of, heads, row)))
+            typed.append(tuple(map(variation.value_of, heads, row)))
     axes = [(tuple(heads), typed)] if heads else []
-    draws = {name: values for name, values in vary.items() if isinstance(values, Draw)}
+    draws = {name: values for name, values in vary.items() if isinstance(values, variation.Draw)}
     axes += [
         ((name,), [(v,) for v in values]) for name, values in vary.items() if name not in draws
     ]
@@ -211,21 +201,21 @@ def case_table(
 
 def _values(
     name: str, values: Variation, seed: int, objects: dict[str, dict[Any, Any]]
-) -> list[Any] | Draw:
+) -> list[Any] | variation.Draw:
     """Return the values of a name; functions stay among the objects, by label."""
     if isinstance(values, Mapping):
         return list(values)
-    read = parse_variation(name, values, seed) if isinstance(values, str) else values
-    if isinstance(read, Draw):
+    read = variation.parse_variation(name, values, seed) if isinstance(values, str) else values
+    if isinstance(read, variation.Draw):
         return read
     found = []
     for value in map(_plain, read):
         if callable(value):
             stand_in = name_of(value)
-            objects.setdefault(plain(name), {})[stand_in] = value
+            objects.setdefault(variation.plain(name), {})[stand_in] = value
             value = stand_in
-        elif value not in objects.get(plain(name), ()):
-            value = value_of(name, value)
+        elif value not in objects.get(variation.plain(name), ()):
+            value = variation.value_of(name, value)
         found.append(value)
     return found
 
@@ -242,7 +232,7 @@ def _plain(value: Any) -> Any:
 
 
 def _recorded(vary: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: str(v) if isinstance(v, Draw) else v for name, v in vary.items()}
+    return {name: str(v) if isinstance(v, variation.Draw) else v for name, v in vary.items()}
 
 
 def _script_names(
@@ -250,9 +240,9 @@ def _script_names(
 ) -> set[str]:
     """Return the variables that the control scripts assign."""
     laws = vary.get('algo', [law.algo])
-    read: Any = parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
+    read: Any = variation.parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
     texts = [one for one in read if isinstance(one, str) and one not in objects.get('algo', ())]
-    return {name for text in texts for name in names_of_scripts(text, law.exercise)}
+    return {name for text in texts for name in variation.names_of_scripts(text, law.exercise)}
 
 
 def _kept_files(
@@ -264,10 +254,10 @@ def _kept_files(
     varied: dict[str, list[Any]] = {}
     for names, rows in table.axes:
         for name, *values in zip(names, *rows, strict=True):
-            if not is_setting(name):
-                varied[plain(name)] = values
+            if not variation.is_setting(name):
+                varied[variation.plain(name)] = values
     for option in OF_FILES:
-        of_case = option in map(plain, heads)
+        of_case = option in map(variation.plain, heads)
         for index, value in enumerate(varied.get(option, [own[option]])):
             value = str(value) if isinstance(value, Path) else value
             if isinstance(value, str) and value not in objects.get(option, ()):
@@ -292,7 +282,9 @@ def read_plan(folder: Path) -> Plan:
         _, rows = read_cases(folder / next(iter(info.files['cases'].values())))
     base = Scenario.recorded(info.scenario)
     vary = {
-        name: values if isinstance(values, list) else parse_variation(name, values, base.seed)
+        name: values
+        if isinstance(values, list)
+        else variation.parse_variation(name, values, base.seed)
         for name, values in info.vary.items()
     }
     table = case_table(vary, info.cases, rows, info.seeds, base.seed)

@@ -7,8 +7,6 @@ from processes import refuses
     [
         (('run/none',), 'there is no'),
         (('run', 'run', 'run'), '3 runs given; name one or two'),
-        (('run', '--at', 'noon'), "'noon'"),
-        (('--at', '3'), '--at is for a finished run; name its folder'),
         (('--port', '0'), '--port is 0; it must be a whole number from 1 to'),
     ],
 )
