@@ -14,6 +14,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,8 +26,9 @@ from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.platforms.grade_format import (
     CLASS_FORMATS,
     GRADE_FORMATS,
+    format_files,
     make_bundle,
-    write_formats,
+    write_files,
 )
 
 if TYPE_CHECKING:
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 
 RUBRIC = 'EXERCISE|FILE.yaml'
+CORRECTIONS = 'corrections.yaml'
+_MOST_SHOWN = 3
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,6 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', '-o', type=Path, metavar='DIR', help=folder)
     formats = f'tables to write; may be repeated (default: {", ".join(CLASS_FORMATS)})'
     parser.add_argument('--format', action='append', metavar='NAME', help=formats)
+    corrections = (
+        f'points set by hand, lateness and a curve (default: {CORRECTIONS} in FOLDER or DIR)'
+    )
+    parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
     bundle = 'write the zip file for automatic grading on a platform'
     parser.add_argument('--make', metavar='NAME', help=bundle)
     GradeOptions.add_to(parser)
@@ -115,11 +123,23 @@ def _grade(
         import jinja2  # noqa: F401
 
     from setcmas_tools.grade.class_grading import grade
-    from setcmas_tools.grade.mark_pages import marks_table, write_pages
+    from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
     from setcmas_tools.grade.submissions import find_submissions
     from setcmas_tools.offline.kernel_confinement import PrivateMounts
+    from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
+    from setcmas_tools.platforms.written_files import WrittenFiles
 
+    own = WrittenFiles(folder)
+    asked = own.changed()
+    _check_overwriting(asked, options)
     submissions = find_submissions(args.folder, rubric)
+    students = [(one.name, one.student) for one in submissions]
+    file = find_corrections(args.corrections, args.folder, folder)
+    corrections = read_corrections(file, students, rubric) if file else Corrections()
+    if corrections.untimed:
+        warn(
+            f'no submission time is known of {_count(corrections.untimed)}; they count as in time'
+        )
     in_lab = None
     if options.emulate:
         from launch_scripts.processes.emulated_runs import runners_in_lab
@@ -130,11 +150,35 @@ def _grade(
             'this system forbids user namespaces to this user: robots of a submission could '
             'exchange what their links do not carry (docs/grading.md, The sandbox)'
         )
-    marks = grade(submissions, rubric, folder, options, in_lab)
-    print(marks_table(marks))
-    written = write_formats(formats, marks, folder)
+    graded = grade(submissions, rubric, folder, options, in_lab)
+    marks = [corrections.applied(one) for one in graded]
+    files = format_files(formats, marks)
+    places = [*(folder / name for name in files), *page_paths(marks, folder)]
+    _check_overwriting([path for path in own.changed(places) if path not in asked], options)
+    written = write_files(files, folder)
     page = write_pages(marks, folder)
-    files = ', '.join(file.name for file in written if len(written) <= len(CLASS_FORMATS))
-    ending = '' if len(marks) == 1 else 's'
-    print(f'{len(marks)} submission{ending}: {page}   {files}'.rstrip())
+    own.record(places)
+    print(marks_table(marks))  # after the files: the reader of the output may be gone
+    names = ', '.join(file.name for file in written if len(written) <= len(CLASS_FORMATS))
+    print(f'{_count(marks)}: {page}   {names}'.rstrip())
     return 0
+
+
+def _count(submissions: Sequence[object]) -> str:
+    return f'{len(submissions)} submission{"" if len(submissions) == 1 else "s"}'
+
+
+def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
+    """Ask before files are overwritten that a person has changed; without a terminal, refuse."""
+    if not changed or options.overwrite:
+        return
+    shown = ', '.join(f"'{path}'" for path in changed[:_MOST_SHOWN])
+    more = f' and {len(changed) - _MOST_SHOWN} more' if len(changed) > _MOST_SHOWN else ''
+    text = f'{shown}{more} changed since setcmas wrote {"it" if len(changed) == 1 else "them"}'
+    attended = sys.stdin.isatty() and sys.stdout.isatty()
+    if attended and input(f'{text}; overwrite? [y/N] ').strip().lower() in ('y', 'yes'):
+        return
+    raise SetcmasError(
+        f'{text}: --overwrite replaces that, -o DIR writes elsewhere; corrections that stay '
+        f'belong in {CORRECTIONS} (docs/grading.md)'
+    )

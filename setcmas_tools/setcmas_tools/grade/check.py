@@ -46,7 +46,10 @@ def student_view(marks: Marks) -> Marks:
     if hidden:
         together = (_together(hidden, 'all hidden scenarios'),)
         shown.append(ScenarioMark('Hidden scenarios', together, hidden=True))
-    return replace(marks, scenarios=tuple(shown), similar=(), digest='')
+    corrections = tuple(
+        replace(one, what='hidden criteria') if one.hidden else one for one in marks.corrections
+    )
+    return replace(marks, scenarios=tuple(shown), similar=(), digest='', corrections=corrections)
 
 
 def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:

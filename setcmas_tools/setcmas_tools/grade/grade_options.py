@@ -31,7 +31,9 @@ class GradeOptions(Options):
         'run submissions in the emulated lab, in real time, and also measure safety; they run '
         'outside the sandbox, so add --trust'
     )
-    overwrite: bool = flag('grade again those already graded')
+    overwrite: bool = flag(
+        'grade again those already graded, and replace files that were changed by hand'
+    )
 
     def check(self) -> None:
         """Check that nothing runs submissions without sandbox by mistake."""

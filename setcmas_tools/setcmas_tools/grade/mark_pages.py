@@ -84,8 +84,8 @@ def has_failed(marks: Marks) -> bool:
 
 
 def share(points: float, most: float) -> float:
-    """Return a share of points; 1 if there are none."""
-    return points / most if most else 1.0
+    """Return a share of points, at most 1; 1 if there are none."""
+    return min(points / most, 1.0) if most else 1.0
 
 
 def bins(marks: Sequence[Marks]) -> list[int]:
@@ -143,6 +143,7 @@ def names_of(marks: Sequence[Marks]) -> dict[str, str]:
 def remark(marks: Marks, names: Mapping[str, str]) -> str:
     """Return a remark on problems and similarities; `names` are the students' by submission."""
     notes = ['not filled in yet'] if marks.unfilled else []
+    notes += map(str, marks.corrections)
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
     notes += [failure_line(one) for one in failures if one][:1]
     like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
@@ -199,6 +200,12 @@ def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
     page = folder / CLASS_PAGE
     _write(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
     return page
+
+
+def page_paths(marks: Sequence[Marks], folder: Path) -> list[Path]:
+    """Return the paths of the pages of a class, that of the class first."""
+    students = (folder / STUDENTS / f'{name}.html' for name in file_names(marks))
+    return [folder / CLASS_PAGE, *students]
 
 
 def student_page(marks: Marks) -> str:

@@ -204,6 +204,29 @@ class Similar:
 
 
 @dataclass(frozen=True)
+class Correction:
+    """Points that a person has added to a mark, or taken, and why.
+
+    Attributes:
+        what: What was corrected, such as 'bonus', or a scenario and its criterion.
+        points: Points added; below 0 if taken.
+        date: Day, such as '2026-11-22'.
+        hidden: Whether students do not see what was corrected.
+    """
+
+    what: str
+    points: float
+    reason: str
+    author: str
+    date: str
+    hidden: bool = False
+
+    def __str__(self) -> str:
+        text = f'{self.points:+.2f}'.rstrip('0').rstrip('.')
+        return f'{self.what} {text}: {self.reason} ({self.author}, {self.date})'
+
+
+@dataclass(frozen=True)
 class Marks:
     """The marks of a submission.
 
@@ -213,6 +236,7 @@ class Marks:
         scenarios: Marks for all scenarios, in order, even if they were not run.
         failure: Why nothing could run; None if it could.
         unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
+        corrections: Changes by a person, in order; stored marks have none.
         digest: Digest of the script with its helper modules, and of the rubric with its files.
     """
 
@@ -224,11 +248,17 @@ class Marks:
     unfilled: bool = False
     similar: tuple[Similar, ...] = ()
     digest: str = ''
+    corrections: tuple[Correction, ...] = ()
+
+    @property
+    def automatic(self) -> float:
+        """Total points of all scenarios, before corrections."""
+        return _sum(mark.points for mark in self.scenarios)
 
     @property
     def score(self) -> float:
-        """Total points of all scenarios."""
-        return _sum(mark.points for mark in self.scenarios)
+        """Total points after corrections."""
+        return _sum([self.automatic, *(one.points for one in self.corrections)])
 
     @property
     def max_score(self) -> float:
@@ -243,6 +273,8 @@ class Marks:
     @property
     def is_full(self) -> bool:
         """Whether it has all points."""
+        if self.corrections:
+            return self.score >= self.max_score
         return all(mark.is_full for one in self.scenarios for mark in one.criteria)
 
     def __repr__(self) -> str:

@@ -47,9 +47,14 @@ UNFILLED = 'Not filled in yet: this is the original exercise.'
 
 
 def summary(marks: Marks) -> str:
-    """Return a summary of a submission; may be empty."""
+    """Return what failed and what was corrected by hand; may be empty."""
     lines = [UNFILLED] if marks.unfilled else []
-    return '\n'.join(lines + ([failure_text(marks.failure)] if marks.failure else []))
+    lines += [failure_text(marks.failure)] if marks.failure else []
+    if marks.corrections:
+        lines.append(f'{_line("Automatic mark", marks.automatic, marks.max_score)}. Corrections:')
+        lines += map(str, marks.corrections)
+        lines.append(_line('Corrected mark', marks.score, marks.max_score))
+    return '\n'.join(lines)
 
 
 def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:
@@ -141,23 +146,25 @@ def _json(content: Mapping[str, Any]) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False) + '\n'
 
 
-def write_formats(names: Iterable[str], marks: Sequence[Marks], folder: Path) -> list[Path]:
-    """Write a graded class in several formats into a folder; return the files.
+def format_files(names: Iterable[str], marks: Sequence[Marks]) -> dict[str, bytes]:
+    """Return the files of a graded class in several formats: contents by path.
 
     Raises:
         SetcmasError: A format is unknown.
-        OSError: They cannot be written.
     """
-    paths = []
+    files = {}
     for format_ in [GRADE_FORMATS.get(name) for name in names]:
-        for name, content in format_.files(marks).items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(
-                content.encode(errors='replace') if isinstance(content, str) else content
-            )
-            paths.append(path)
-    return paths
+        for path, content in format_.files(marks).items():
+            files[path] = content.encode(errors='replace') if isinstance(content, str) else content
+    return files
+
+
+def write_files(files: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, and return their paths; an OSError is raised if this fails."""
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return [folder / name for name in files]
 
 
 def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:

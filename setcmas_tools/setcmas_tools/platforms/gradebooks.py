@@ -19,7 +19,12 @@ def _csv_files(marks: Sequence[Marks]) -> Files:
     for name, mark in _criteria(marks[0]):
         unit = f' ({mark.unit})' if mark.unit else ''
         header += [name, f'{name}: reached{unit}']
-    return {'grades.csv': csv_text([header, *(_csv_row(one, names) for one in marks)])}
+    rows = [header, *(_csv_row(one, names) for one in marks)]
+    if any(one.corrections for one in marks):
+        further: list[list[Cell]] = [[one.automatic, _corrections(one)] for one in marks]
+        further.insert(0, ['automatic', 'corrections'])
+        rows = [[*row, *more] for row, more in zip(rows, further, strict=True)]
+    return {'grades.csv': csv_text(rows)}
 
 
 def _csv_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
@@ -29,6 +34,10 @@ def _csv_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
     for _, mark in _criteria(marks):
         row += [mark.points, '' if mark.reached is None else mark.reached]
     return row
+
+
+def _corrections(marks: Marks) -> str:
+    return '; '.join(map(str, marks.corrections))
 
 
 def _criteria(marks: Marks) -> Iterator[tuple[str, CriterionMark]]:
@@ -66,9 +75,12 @@ _CANVAS_HEADER = ('Student', 'ID', 'SIS User ID', 'SIS Login ID', 'Section')
 
 def _canvas_files(marks: Sequence[Marks]) -> Files:
     most: list[str | float] = ['Points Possible', '', '', '', '', marks[0].max_score]
-    return {
-        'canvas.csv': csv_text([[*_CANVAS_HEADER, marks[0].title], most, *map(_canvas_row, marks)])
-    }
+    rows: list[list[Cell]] = [[*_CANVAS_HEADER, marks[0].title], most, *map(_canvas_row, marks)]
+    if any(one.corrections for one in marks):  # in Canvas's column for notes of teachers
+        notes = map(_corrections, map(student_view, marks))
+        columns = ['Notes', '', *notes]
+        rows = [[*row[:5], note, *row[5:]] for row, note in zip(rows, columns, strict=True)]
+    return {'canvas.csv': csv_text(rows)}
 
 
 def _canvas_row(marks: Marks) -> list[str | float]:

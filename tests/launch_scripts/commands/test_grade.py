@@ -56,6 +56,33 @@ def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeyp
     assert 'no sandbox: no Landlock; --trust grades without' in capsys.readouterr().err
 
 
+def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada='no = law\n')
+    command = ['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']
+    assert main([*command, '--format', 'csv']) == 0
+    table = tmp_path / 'grades' / 'grades.csv'
+    edited = table.read_text() + 'by hand\n'
+    table.write_text(edited)
+
+    assert main([*command, '--format', 'csv']) == 2
+    message = capsys.readouterr().err
+    assert "grades.csv' changed since setcmas wrote it: --overwrite replaces that" in message
+    assert 'corrections.yaml' in message
+    assert table.read_text() == edited
+
+    monkeypatch.setattr('sys.stdin.isatty', lambda: True, raising=False)
+    monkeypatch.setattr('sys.stdout.isatty', lambda: True, raising=False)
+    monkeypatch.setattr('builtins.input', lambda _: 'n')
+    assert main(command) == 2
+    assert table.read_text() == edited
+    monkeypatch.setattr('builtins.input', lambda _: 'y')
+    assert main(command) == 0
+    assert 'by hand' not in table.read_text()
+
+
 @pytest.mark.nightly
 @needs_sandbox
 @pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGKILL])

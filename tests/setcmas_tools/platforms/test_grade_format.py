@@ -21,7 +21,12 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.mark_pages import write_pages
 from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.platforms.grade_format import GRADE_FORMATS, make_bundle, write_formats
+from setcmas_tools.platforms.grade_format import (
+    GRADE_FORMATS,
+    format_files,
+    make_bundle,
+    write_files,
+)
 
 RUBRIC = rubric_of_exercise('consensus')
 
@@ -200,7 +205,7 @@ def test_files_are_the_same_twice_whatever_a_student_is_called(tmp_path):
     written = []
     for folder in (tmp_path / 'a', tmp_path / 'b'):
         folder.mkdir()
-        write_formats(list(GRADE_FORMATS.plugins()), marks, folder)
+        write_files(format_files(list(GRADE_FORMATS.plugins()), marks), folder)
         write_pages(marks, folder)
         files = (path for path in folder.rglob('*') if path.is_file())
         written.append({path.relative_to(folder): path.read_bytes() for path in files})

@@ -1,0 +1,275 @@
+"""Corrections of marks by hand, from corrections.yaml: points, lateness, a curve."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.options.kinds import Number
+from setcmas_simu.yaml_entries import Entry, read_entries
+from setcmas_tools.grade.marks import Correction, Marks, Student
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.platforms.lateness import (
+    LATE_KEYS,
+    Lateness,
+    Students,
+    read_lateness,
+    read_time,
+    untimed,
+)
+
+CORRECTIONS = 'corrections.yaml'
+"""Name of the file in the folder of a class, or of its grades."""
+
+_SIGNED = ('reason', 'author', 'date')
+_KEYS = ('author', 'date', 'late', 'curve', 'corrections')
+_OF_ONE = ('student', 'criterion', 'points', 'add', 'total', *_SIGNED)
+_OF_CURVE = ('scale', 'add', 'table', *_SIGNED)
+_POINTS = Number(least=0, most=1e6)
+_CHANGE = Number(least=-1e6, most=1e6)
+
+
+def find_corrections(given: Path | None, submissions: Path, grades: Path) -> Path | None:
+    """Return the file of corrections: as given, or in the folder of the class or its grades.
+
+    Raises:
+        SetcmasError: Both folders have one.
+    """
+    of_class = submissions if submissions.is_dir() else submissions.parent
+    places = dict.fromkeys(folder.resolve() for folder in (of_class, grades))
+    found = [folder / CORRECTIONS for folder in places if (folder / CORRECTIONS).is_file()]
+    if given or not found:
+        return given
+    if len(found) > 1:
+        raise SetcmasError(
+            f"there are two files of corrections, '{found[0]}' and '{found[1]}'; name one with "
+            '--corrections'
+        )
+    return found[0]
+
+
+@dataclass(frozen=True)
+class _Signature:
+    """Who corrected, when and why."""
+
+    reason: str
+    author: str
+    date: str
+
+    def correction(self, what: str, points: float, is_hidden: bool = False) -> Correction:
+        return Correction(what, points, self.reason, self.author, self.date, is_hidden)
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A correction of one student's marks; without a criterion, of the score.
+
+    Attributes:
+        key: The key of its number: points, add or total.
+    """
+
+    key: str
+    number: float
+    criterion: tuple[str, str] | None
+    signature: _Signature
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """A function of the score: linear between points, or scale times it plus a number."""
+
+    signature: _Signature
+    scale: float = 1.0
+    add: float = 0.0
+    table: tuple[tuple[float, float], ...] = ()
+
+    def __call__(self, score: float) -> float:
+        if not self.table:
+            return self.scale * score + self.add
+        before, after = zip(*self.table, strict=True)
+        return float(np.interp(score, before, after))
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """The corrections of a class, checked against its students and rubric.
+
+    Attributes:
+        untimed: Submissions without a known time, if lateness counts; they count as in time.
+    """
+
+    _changes: Mapping[str, Sequence[_Change]] = field(default_factory=dict)
+    _late: tuple[_Signature, Lateness] | None = None
+    _curve: _Curve | None = None
+    untimed: tuple[str, ...] = ()
+
+    def applied(self, marks: Marks) -> Marks:
+        """Return corrected marks: single points first, then the curve, lateness, and totals."""
+        corrections: list[Correction] = []
+        score = marks.automatic
+
+        def add(signature: _Signature, what: str, points: float, is_hidden: bool = False) -> None:
+            nonlocal score
+            points = round(max(points, -score), 2)  # no score is below 0
+            score += points
+            corrections.append(signature.correction(what, points, is_hidden))
+
+        changes = self._changes.get(marks.submission, ())
+        for one in changes:
+            if one.key != 'total':
+                add(one.signature, *_of_criterion(one, marks))
+        if self._curve and round(curved := self._curve(score) - score, 2):
+            add(self._curve.signature, 'curve', curved)
+        if self._late and (taken := self._late[1].taken(marks))[1]:
+            add(self._late[0], taken[0], -taken[1])
+        for one in changes:
+            if one.key == 'total':
+                add(one.signature, f'total {one.number:g}', one.number - score)
+        return replace(marks, corrections=tuple(corrections))
+
+
+def _of_criterion(change: _Change, marks: Marks) -> tuple[str, float, bool]:
+    """Return what a change is about, its points, and whether students may not see that."""
+    if change.criterion is None:
+        return 'bonus' if change.number >= 0 else 'deduction', change.number, False
+    for scenario in marks.scenarios:
+        for mark in scenario.criteria:
+            if (scenario.name, mark.name) == change.criterion:
+                given = mark.points if change.key == 'points' else 0.0
+                hidden = scenario.hidden or mark.hidden
+                return f'{scenario.name}: {mark.name}', change.number - given, hidden
+    raise KeyError(change.criterion)
+
+
+def read_corrections(
+    path: Path, students: Sequence[tuple[str, Student]], rubric: Rubric
+) -> Corrections:
+    """Read the corrections of a class.
+
+    Args:
+        path: The file.
+        students: The name of each submission, and its student.
+        rubric: The rubric of the class.
+
+    Raises:
+        SetcmasError: The file is invalid, or a student or criterion unknown; the message has
+            file and line.
+    """
+    content = read_entries(path)
+    fields = content.fields(_KEYS)
+    known = Students(students)
+    common = {key: one for key, one in fields.items() if key in ('author', 'date')}
+    changes: dict[str, list[_Change]] = defaultdict(list)
+    for item in fields['corrections'].items() if 'corrections' in fields else ():
+        submission, change = _change(item, known, rubric, common)
+        of_student = changes[submission]
+        same = [one for one in of_student if one.key == change.key != 'add']
+        if any(one.criterion == change.criterion for one in same):
+            raise item.error(f'{change.key} of the same student and criterion is set twice')
+        of_student.append(change)
+    late = _late(fields['late'], known, common) if 'late' in fields else None
+    without_time = untimed(fields['late'], late[1], students) if late else ()
+    curve = _curve(fields['curve'], common) if 'curve' in fields else None
+    return Corrections(changes, late, curve, without_time)
+
+
+def _late(
+    entry: Entry, known: Students, common: Mapping[str, Entry]
+) -> tuple[_Signature, Lateness]:
+    fields = entry.fields((*LATE_KEYS, *_SIGNED))
+    return _signature(entry, fields, common, 'late submission'), read_lateness(
+        entry, fields, known
+    )
+
+
+def _change(
+    item: Entry, known: Students, rubric: Rubric, common: Mapping[str, Entry]
+) -> tuple[str, _Change]:
+    fields = item.fields(_OF_ONE)
+    if 'student' not in fields:
+        raise item.mistake('a correction with a student')
+    submission = known.submission_of(fields['student'], str(fields['student'].plain()))
+    given = [key for key in ('points', 'add', 'total') if key in fields]
+    if len(given) != 1:
+        raise item.mistake('a correction with exactly one of points, add and total')
+    [key] = given
+    if (key == 'points') != ('criterion' in fields) and key != 'add':
+        raise fields[key].error(
+            'points are those of a criterion: add criterion: NAME, or use add or total'
+            if key == 'points'
+            else 'a total is not that of a criterion; use points'
+        )
+    number = (_CHANGE if key == 'add' else _POINTS).of(fields[key])
+    criterion = None
+    if 'criterion' in fields:
+        criterion, most = _criterion(fields['criterion'], rubric)
+        if key == 'points':
+            Number(least=0, most=most).of(fields[key])
+    return submission, _Change(key, number, criterion, _signature(item, fields, common))
+
+
+def _criterion(entry: Entry, rubric: Rubric) -> tuple[tuple[str, str], float]:
+    """Return the names of a scenario and its criterion, and the criterion's points."""
+    text, by_name = entry.text(), defaultdict(list)
+    for scenario in rubric.scenarios:
+        for one in scenario.criteria:
+            for name in {one.name, f'{scenario.name}: {one.name}'}:
+                by_name[name].append(((scenario.name, one.name), one.points))
+    found = by_name.get(text, [])
+    if not found:
+        raise entry.error(f"there is no criterion '{text}'{did_you_mean(text, by_name)}")
+    if len(found) > 1:
+        names = ' or '.join(f"'{scenario}: {name}'" for (scenario, name), _ in found)
+        raise entry.error(f"several criteria are named '{text}'; write {names}")
+    return found[0]
+
+
+def _signature(
+    item: Entry, fields: Mapping[str, Entry], common: Mapping[str, Entry], reason: str = ''
+) -> _Signature:
+    """Return who, when and why; author and date may be those of the whole file."""
+    known = {**common, **fields}
+    missing = [key for key in _SIGNED if key not in known and not (key == 'reason' and reason)]
+    if missing:
+        raise item.error(f'{missing[0]} is missing: a correction says who, when and why')
+    if 'reason' in known:
+        reason = ' '.join(known['reason'].text().split())
+    author = known['author'].text().strip()
+    for key, text in (('reason', reason), ('author', author)):
+        if not text:
+            raise known[key].mistake('a text that is not empty')
+    return _Signature(reason, author, f'{read_time(known["date"]):%Y-%m-%d}')
+
+
+def _curve(entry: Entry, common: Mapping[str, Entry]) -> _Curve:
+    fields = entry.fields(_OF_CURVE)
+    if not {'scale', 'add', 'table'} & fields.keys() or {'table', 'scale'} <= fields.keys():
+        raise entry.mistake('a curve with scale, add or both, or with a table')
+    signature = _signature(entry, fields, common, 'for the whole class')
+    if 'table' in fields:
+        if 'add' in fields:
+            raise fields['add'].error('a curve has either add or a table')
+        return _Curve(signature, table=_table(fields['table']))
+    scale = _POINTS.of(fields['scale']) if 'scale' in fields else 1.0
+    return _Curve(signature, scale, _CHANGE.of(fields['add']) if 'add' in fields else 0.0)
+
+
+def _table(entry: Entry) -> tuple[tuple[float, float], ...]:
+    """Return pairs of scores, before and after, of which a better one never becomes worse."""
+    if not isinstance(entry.value, dict) or not entry.value:
+        raise entry.mistake('a mapping from scores to scores, such as {0: 0, 5: 6, 10: 10}')
+    pairs = []
+    for key, one in entry.value.items():
+        try:
+            pairs.append((float(key), _POINTS.of(one)))
+        except ValueError:
+            raise one.error(f"'{key}' must be a score, a number") from None
+    if any(x1 <= x0 or y1 < y0 for (x0, y0), (x1, y1) in pairwise(pairs)):
+        raise entry.error('the scores of a table must rise')
+    return tuple(pairs)

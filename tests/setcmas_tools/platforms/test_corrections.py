@@ -1,0 +1,195 @@
+"""Corrections of an assistant, as they are typed into corrections.yaml."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from graded_classes import marks_of
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.mark_pages import class_page, student_page
+from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.platforms.corrections import find_corrections, read_corrections
+from setcmas_tools.platforms.grade_format import GRADE_FORMATS
+
+RUBRIC = """
+scenarios:
+  - name: Five robots
+    nb_robots: 5
+    criteria:
+      - {name: All meet, metric: disagreement, at_most: 0.05, points: 4}
+      - {name: They settle, metric: settling_time, at_most: 20, points: 2}
+      - {name: SECRET bound, metric: path_length, at_most: 12, points: 1.5, hidden: true}
+  - name: SECRET ring
+    hidden: true
+    criteria:
+      - {name: SECRET, metric: path_length, at_most: 12}
+"""
+CLASS = [
+    marks_of('Ada Lovelace', 4.0, id='12345', submission='Ada Lovelace_12345_file_'),
+    marks_of('Alan Turing', 1.0, id='777', email='alan@example.org'),
+]
+SIGNED = 'author: Ann, date: 2026-11-22'
+
+
+@pytest.fixture
+def corrected(tmp_path):
+    """A function that applies the text of a file of corrections to the class."""
+
+    def read(text, marks=CLASS):
+        (tmp_path / 'rubric.yaml').write_text(RUBRIC)
+        (tmp_path / 'corrections.yaml').write_text(text)
+        students = [(one.submission, one.student) for one in marks]
+        rubric = read_rubric(tmp_path / 'rubric.yaml')
+        found = read_corrections(tmp_path / 'corrections.yaml', students, rubric)
+        return [found.applied(one) for one in marks]
+
+    return read
+
+
+def one_of(correction):
+    return f'corrections:\n  - {{{correction}, reason: seen by hand, {SIGNED}}}\n'
+
+
+@pytest.mark.parametrize(
+    ('correction', 'score'),
+    [
+        ('student: Ada Lovelace, criterion: They settle, points: 2', 7.5),
+        ('student: 12345, criterion: "Five robots: They settle", points: 1.5', 7.0),
+        ('student: ada lovelace, add: 0.5', 6.0),
+        ('student: Ada Lovelace_12345_file_, add: -9', 0.0),
+        ('student: Ada Lovelace, criterion: All meet, add: -1', 4.5),
+        ('student: Ada Lovelace, total: 8', 8.0),
+    ],
+)
+def test_a_person_changes_points_and_the_automatic_mark_is_kept(corrected, correction, score):
+    ada, alan = corrected(one_of(correction))
+
+    assert (ada.score, ada.automatic) == (score, 5.5)
+    assert (alan.score, alan.corrections) == (2.5, ())
+    assert (ada.corrections[0].author, ada.corrections[0].date) == ('Ann', '2026-11-22')
+
+
+LATE = """
+author: Ann
+date: 2026-11-22
+late:
+  deadline: 2026-11-20 23:59
+  per_day: 10 %
+  grace: 15 min
+"""
+
+
+@pytest.mark.parametrize(
+    ('rule', 'time', 'score'),
+    [
+        ('', '2026-11-20', 2.5),
+        ('', '2026-11-21 00:14', 2.5),
+        ('', '2026-11-21 00:15', 1.65),
+        ('', '2026-11-22 00:00:30', 0.8),
+        ('  at_most: 1', '2026-12-24 12:00', 1.5),
+        ('', '2026-12-24 12:00', 0.0),
+    ],
+)
+def test_days_after_a_deadline_cost_points(corrected, rule, time, score):
+    times = f'  submitted: {{alan@example.org: {time}, 12345: 2026-11-19}}\n'
+
+    assert [one.score for one in corrected(f'{LATE}{rule}\n{times}')] == [5.5, score]
+
+
+MOODLE = """\ufeffIdentifier,Full name,Status,"Last modified (submission)"
+Participant 12345,Ada Lovelace,Submitted,"Friday, 20 November 2026, 11:58 PM"
+Participant 777,Alan Turing,Submitted,"Saturday, 21 November 2026, 9:00 AM"
+Participant 9,Not Here,No submission,-
+"""
+
+
+def test_times_are_read_from_the_worksheet_of_moodle(corrected, tmp_path):
+    (tmp_path / 'worksheet.csv').write_text(MOODLE)
+
+    ada, alan = corrected(f'{LATE}  times: worksheet.csv\n')
+
+    assert (ada.score, alan.score) == (5.5, 1.65)
+    assert '2026-11-21 09:00, 1 day late' in alan.corrections[0].what
+
+
+@pytest.mark.parametrize(
+    ('curve', 'scores'),
+    [
+        ('{scale: 1.1, add: 1}', [7.05, 3.75]),
+        ('{table: {0: 0, 2.5: 4, 7.5: 8}}', [6.4, 4.0]),
+    ],
+)
+def test_a_curve_is_a_function_of_the_score(corrected, curve, scores):
+    made = corrected(f'author: Ann\ndate: 2026-11-22\ncurve: {curve}\n')
+
+    assert [one.score for one in made] == scores
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'message'),
+    [
+        (one_of('student: Ada Lovelance, add: 1'), 2, 'did you mean Ada Lovelace?'),
+        (
+            one_of('student: 777, criterion: They setle, points: 1'),
+            2,
+            "no criterion 'They setle'; did you mean They settle?",
+        ),
+        (one_of('student: 777, criterion: All meet, points: 5'), 2, 'from 0 to 4'),
+        (one_of('student: 777, points: 5'), 2, 'add criterion: NAME, or use add or total'),
+        (one_of('student: 777, add: 1, total: 3'), 2, 'exactly one of points, add and total'),
+        (one_of('student: 777, ad: 1'), 2, 'did you mean add?'),
+        (one_of('student: 777, add: 1').replace('2026-11-22', 'yesterday'), 2, 'a date such as'),
+        (one_of('student: 777, add: 1').replace('author: Ann, ', ''), 2, 'author is missing'),
+        (LATE.replace('10 %', 'ten'), 6, 'such as 10 %'),
+        (LATE.replace('15 min', 'some'), 7, '15 min, 2 h or 1 day'),
+        (f'{LATE}  submitted: {{Bob: 2026-11-20}}', 8, "no student 'Bob'"),
+        (f'{LATE}  times: no.csv', 8, 'cannot be read'),
+        ('curve: {table: {5: 1, 0: 3}, author: A, date: 2026-11-22}', 1, 'must rise'),
+    ],
+)
+def test_a_mistake_is_one_line_with_its_file_and_line(corrected, text, line, message):
+    with pytest.raises(SetcmasError) as error:
+        corrected(text)
+
+    assert f'corrections.yaml, line {line}: ' in str(error.value)
+    assert message in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_canvas_says_that_a_submission_is_late_but_not_when(corrected):
+    late = replace(CLASS[1], submission='turingalan_LATE_777_8_law.py')
+
+    with pytest.raises(SetcmasError, match='as late; give the time under submitted'):
+        corrected(LATE, [late])
+
+
+def test_corrections_are_on_pages_and_in_every_export_beside_the_automatic_mark(corrected):
+    hidden = 'student: 12345, criterion: SECRET bound, points: 1.5'
+    marks = corrected(one_of(hidden) + one_of('student: 777, add: 1').partition('\n')[2])
+    exports = {name: GRADE_FORMATS.get(name) for name in GRADE_FORMATS.plugins()}
+    texts = {name: ''.join(map(str, one.files(marks).values())) for name, one in exports.items()}
+    texts['page'] = ''.join(map(student_page, marks))
+    texts['class'] = class_page(marks, ['a', 'b'])
+
+    for name, text in texts.items():
+        assert 'seen by hand' in text, name
+        assert 'Ann' in text, name
+        assert 'SECRET' not in text or name in ('csv', 'class')
+    for name in ('page', 'class', 'moodle', 'gradescope', 'coderunner', 'junit'):
+        assert '2.5' in texts[name], name  # Alan's automatic mark
+    results = [json.loads(one) for one in exports['gradescope'].files(marks).values()]
+    assert [one['score'] for one in results] == [6.5, 3.5]
+
+
+def test_corrections_are_found_in_the_folder_of_the_class_or_of_its_grades(tmp_path):
+    folders = tmp_path / 'class', tmp_path / 'grades'
+    for folder in folders:
+        folder.mkdir()
+    assert find_corrections(None, *folders) is None
+    (folders[1] / 'corrections.yaml').touch()
+    assert find_corrections(None, *folders) == folders[1] / 'corrections.yaml'
+    (folders[0] / 'corrections.yaml').touch()
+    with pytest.raises(SetcmasError, match='two files of corrections'):
+        find_corrections(None, *folders)
+    assert find_corrections(folders[0], *folders) == folders[0]
