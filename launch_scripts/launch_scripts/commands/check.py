@@ -61,6 +61,8 @@ def main(args: argparse.Namespace) -> int:
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
     print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))
+    if rubric.references and not result.marks.is_full:
+        print('explanations of mistakes need the solution, which this rubric does not have')
     if any(one.paths and one.paths[0].own for one in result.marks.scenarios):
         write_picture(result.marks, picture, args.show)
         print(f'your paths over those of the solution: {picture}')

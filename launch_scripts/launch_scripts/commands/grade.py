@@ -9,6 +9,7 @@ Examples:
   setcmas grade submissions.zip --rubric final.yaml --format canvas --format junit
   setcmas grade submissions -R final.yaml --emulate --trust     in the emulated lab
   setcmas grade --make gradescope --rubric final.yaml -o autograder.zip
+  setcmas grade --make check --rubric final.yaml     for students: without the solution
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from setcmas_tools.platforms.grade_format import (
     make_bundle,
     write_files,
 )
+from setcmas_tools.platforms.rubric_handout import CHECK
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.rubric import Rubric
@@ -54,7 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f'points set by hand, lateness and a curve (default: {CORRECTIONS} in FOLDER or DIR)'
     )
     parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
-    bundle = 'write the zip file for automatic grading on a platform'
+    bundle = (
+        'write the zip file for grading on a platform, or with check what students need to check'
+    )
     parser.add_argument('--make', metavar='NAME', help=bundle)
     GradeOptions.add_to(parser)
 
@@ -65,13 +69,14 @@ def main(args: argparse.Namespace) -> int:
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
-    rubric.check_place(options.emulate and not args.make)
+    if args.make != CHECK:
+        rubric.check_place(options.emulate and not args.make)
     if args.make:
         file = args.output or Path(f'{args.make}.zip')
         content = make_bundle(args.make, rubric, '--trust' if options.trust else '')
         with _writing(file):
             file.write_bytes(content)
-        print(f'for {args.make}: {file}')
+        print(f'for {"students" if args.make == CHECK else args.make}: {file}')
         return 0
     if not args.folder:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')

@@ -210,7 +210,7 @@ def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
 
 def _run_solution(rubric: Rubric, show: Show) -> None:
     """Run the model solution in all scenarios, for the reference paths."""
-    if rubric.solution is None and rubric.function == CONTROL:
+    if rubric.references or (rubric.solution is None and rubric.function == CONTROL):
         return
     for scenario in rubric.scenarios:
         done = _run_marked(rubric.solution, rubric, show, scenario)

@@ -78,7 +78,8 @@ def _hinted(
     for place, scenario in enumerate(marks):
         missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
         if missed and scenario.name in names:
-            found = diagnosis(known, rubric.solution, rubric.mistakes, rubric.function == CTC)
+            tried = [] if rubric.references else known  # the solution is needed to alter it
+            found = diagnosis(tried, rubric.solution, rubric.mistakes, rubric.function == CTC)
             [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
             text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
             return (*marks[:place], _with_hint(scenario, own.name, text), *marks[place + 1 :])
@@ -103,7 +104,8 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
     # If a condition fails, the engine sends the state, so the result is not the student's.
     is_own = rubric.function != CTC or not done.failure
     if done.run and done.is_complete and is_own:
-        figures = figures_of(_with_references_of(done.run, solution), solution)
+        with_shape = any(one.metric == 'shape_error' for one in scenario.criteria)
+        figures = figures_of(_with_references_of(done.run, solution), solution, with_shape)
     return ScenarioMark(
         scenario.name,
         _criteria(scenario.criteria, figures, done),

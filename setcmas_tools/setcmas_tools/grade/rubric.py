@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,9 +22,12 @@ from setcmas_tools.grade.rubric_scenarios import (
 )
 from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_tables import read_tables
+from setcmas_tools.scenario.scenario_files import ScenarioFolder
 
-_KEYS = ('title', 'exercise', 'function', 'solution', 'scenarios', 'mistakes')
+_KEYS = ('title', 'exercise', 'function', 'solution', 'references', 'mistakes', 'scenarios')
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,8 @@ class Rubric:
         solution: Script whose paths are the reference; None is the default condition (CTC),
             or no solution.
         mistakes: Typical mistakes with their hints.
+        references: Folders with the solution's runs by scenario, for students without the
+            solution; empty if it is there.
     """
 
     file: Path
@@ -45,6 +51,7 @@ class Rubric:
     exercise: str = ''
     solution: Path | None = None
     mistakes: tuple[Mistake, ...] = ()
+    references: Mapping[str, Path] = field(default_factory=dict)
     _runs: dict[str, Run] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -59,6 +66,7 @@ class Rubric:
         After each script come its helper modules.
         """
         named = [file for scenario in self.scenarios for file in scenario.files]
+        named += [file for one in self.references.values() for file in sorted(one.glob('*'))]
         solution = [self.solution] if self.solution else []
         found = (one for file in [self.file, *solution, *named] for one in with_helpers(file))
         return tuple(dict.fromkeys(found))
@@ -103,8 +111,13 @@ class Rubric:
         """Return the run of the model solution, made once; None if there is no solution.
 
         Raises:
-            SetcmasError: The solution does not load, or fails.
+            SetcmasError: The solution does not load, or fails, or its run is missing.
         """
+        if self.references:
+            if scenario.name not in self._runs:
+                table = self.references[scenario.name] / FLEET.name
+                self.keep_solution(scenario, Run(read_tables(table)))
+            return self._runs[scenario.name]
         if self.function == CONTROL and self.solution is None:
             return None
         if scenario.name not in self._runs:
@@ -153,22 +166,41 @@ def read_rubric(path: Path) -> Rubric:
     if 'scenarios' not in fields:
         raise content.mistake('a rubric with a list of scenarios')
     solution = None
+    references = _references(fields['references']) if 'references' in fields else {}
+    if references and 'solution' in fields:
+        raise fields['references'].error('references replace the solution; remove one of them')
     if 'solution' in fields:
         solution = read_solution(fields['solution'])
-    elif function == CONTROL and exercise in ALGORITHMS:
+    elif function == CONTROL and exercise in ALGORITHMS and not references:
         solution = ALGORITHMS.file(exercise)
+    scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
+    if references and (others := {one.name for one in scenarios} - references.keys()):
+        raise fields['references'].error(f"references lack scenario '{min(others)}'")
     return Rubric(
         file=path.resolve(),
         title=fields['title'].text() if 'title' in fields else path.stem,
-        scenarios=_scenarios(fields['scenarios'], function, solution),
+        scenarios=scenarios,
         function=function,
         exercise=exercise,
         solution=solution,
         mistakes=read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
+        references=references,
     )
 
 
-def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[MarkedScenario, ...]:
+def _references(entry: Entry) -> dict[str, Path]:
+    """Return the folders of the solution's runs by the names of scenarios."""
+    if not isinstance(entry.value, dict) or not entry.value:
+        raise entry.mistake('a mapping from scenarios to folders, made by --make check')
+    place = ScenarioFolder(entry.file.parent).place_of('references')
+    files: dict[str, Path] = {}
+    for name, one in entry.value.items():
+        with one.located():
+            files[name] = Path(place(f'{one.text()}/{FLEET.name}')).parent
+    return files
+
+
+def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedScenario, ...]:
     scenarios: list[MarkedScenario] = []
     entries = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
     for item, scenario in entries:
@@ -178,7 +210,7 @@ def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[Mark
         filtered = [one.metric for one in scenario.criteria if one.metric.startswith('filter_')]
         if filtered and not scenario.base.safety.is_on:
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
-        if needing and function == CONTROL and solution is None:
+        if needing and function == CONTROL and not is_compared:
             raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
         scenarios.append(scenario)
     if not scenarios:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.grade.criteria import Criterion, read_criteria
 from setcmas_tools.scenario.scenario import Scenario, options
@@ -114,5 +115,10 @@ def read_solution(entry: Entry) -> Path:
     Raises:
         SetcmasError: It does not exist.
     """
-    with entry.located():
+    try:
         return Path(ScenarioFolder(entry.file.parent).place_of('algo')(entry.text()))
+    except SetcmasError as error:
+        raise entry.error(
+            f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "
+            'a copy without it, which `setcmas grade --make check` writes'
+        ) from None

@@ -24,6 +24,7 @@ from setcmas_tools.platforms.autograder import (
     package_folders,
     rubric_files,
 )
+from setcmas_tools.platforms.rubric_handout import CHECK, handout
 
 _UTF_8 = '\ufeff'  # shows the encoding to Excel; Moodle and Canvas remove it
 _FORMULA = ('=', '+', '-', '@', '＝', '＋', '－', '＠')
@@ -168,10 +169,10 @@ def write_files(files: Mapping[str, bytes], folder: Path) -> list[Path]:
 
 
 def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
-    """Return the zip archive for automatic grading on a platform.
+    """Return the zip archive for automatic grading on a platform, or for students' checks.
 
     Args:
-        name: Name of the format.
+        name: Name of the format, or CHECK.
         rubric: The rubric.
         options: Further options of `setcmas grade` on the platform.
 
@@ -179,11 +180,12 @@ def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
         SetcmasError: The format is unknown or has no bundle, or a file of the rubric is
             outside its folder.
     """
+    if name == CHECK:
+        return handout(rubric)
     bundle = GRADE_FORMATS.get(name).bundle
     if bundle is None:
-        known = ', '.join(
-            known for known in GRADE_FORMATS.plugins() if GRADE_FORMATS.get(known).bundle
-        )
+        platforms = (one for one in GRADE_FORMATS.plugins() if GRADE_FORMATS.get(one).bundle)
+        known = ', '.join((CHECK, *platforms))
         raise SetcmasError(f"format '{name}' has no bundle; --make must be one of {known}")
     wheel, content = own_wheel()
     files = rubric_files(rubric.file, rubric.files, package_folders().values())

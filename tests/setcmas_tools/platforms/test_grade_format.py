@@ -85,7 +85,7 @@ def test_files_outside_the_folder_of_a_rubric_are_reported(tmp_path):
 
     with pytest.raises(SetcmasError, match=r"law.py' must be in the folder of the rubric"):
         make_bundle('gradescope', replace(RUBRIC, solution=law))
-    with pytest.raises(SetcmasError, match='must be one of coderunner, gradescope'):
+    with pytest.raises(SetcmasError, match='must be one of check, coderunner, gradescope'):
         make_bundle('junit', RUBRIC)
 
 

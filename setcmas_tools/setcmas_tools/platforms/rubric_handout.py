@@ -1,0 +1,120 @@
+"""Handout of a rubric: its visible part for students, with the solution's runs instead of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import yaml
+
+from setcmas_ctrl.scripts.imports import with_helpers
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.yaml_entries import Entry, read_entries
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.platforms.autograder import archive, package_folders, rubric_files
+from setcmas_tools.run.run_tables import RunTables, write_tables
+
+CHECK = 'check'
+"""What `setcmas grade --make` calls a handout."""
+
+_KEPT = ('title', 'exercise', 'function')
+_HEAD = """\
+# The visible part of a rubric, made by `setcmas grade --make check`. The paths of the solution are
+# in the folder references. To check a law: setcmas check LAW --rubric {name}
+"""
+
+
+def handout(rubric: Rubric) -> bytes:
+    """Return a zip archive of what students need to check their laws by a rubric.
+
+    It has no hidden criteria or scenarios, and neither the source of the solution nor what the
+    rubric says about it; only the runs of the solution in the visible scenarios.
+
+    Raises:
+        SetcmasError: The solution fails, no part of the rubric is visible, or a file of it
+            cannot be handed out.
+    """
+    shown = rubric.shown()
+    if not shown.scenarios:
+        raise SetcmasError(f"all of '{rubric.file}' is hidden; students can check nothing")
+    is_public = rubric.solution is None or _ships(rubric.solution)
+    own = [file for scenario in shown.scenarios for file in scenario.files]
+    files = [one for file in own for one in with_helpers(file)]
+    if not is_public and rubric.solution in files:
+        raise SetcmasError(f"a visible scenario needs the solution '{rubric.solution}' as a file")
+    found = rubric_files(rubric.file, files, package_folders().values())
+    references = {} if is_public else _references(shown)
+    places = {f'rubric/{path}': content for path, content in references.items()}
+    text = _text(rubric, shown, is_public)
+    folder = f'{rubric.file.stem}_check'
+    contents = {**found, **places, f'rubric/{rubric.file.name}': text.encode()}
+    return archive(
+        {f'{folder}{path.removeprefix("rubric")}': one for path, one in contents.items()}
+    )
+
+
+def _ships(solution: Path) -> bool:
+    """Return whether a law comes with setcmas, which students have, too."""
+    laws = (name for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in)
+    return any(ALGORITHMS.file(name) == solution for name in laws)
+
+
+def _references(shown: Rubric) -> dict[str, bytes]:
+    """Return the tables of the solution's runs by path: references/NUMBER/TABLE."""
+    files = {}
+    for number, scenario in enumerate(shown.scenarios, start=1):
+        run = shown.solution_run(scenario)
+        assert run
+        tables = RunTables(
+            run.tables.fleet, run.tables.commands, run.tables.communication,
+            references=run.references,
+        )  # fmt: skip
+        with TemporaryDirectory() as folder:
+            write_tables(tables, Path(folder))
+            for path in sorted(Path(folder).iterdir()):
+                files[f'references/{number}/{path.name}'] = path.read_bytes()
+    return files
+
+
+def _text(rubric: Rubric, shown: Rubric, is_public: bool) -> str:
+    fields = read_entries(rubric.file).value
+    content = {key: _plain(fields[key]) for key in _KEPT if key in fields}
+    content['function'] = rubric.function
+    if is_public:  # it also comes with setcmas
+        public = ('solution', 'mistakes')
+        content |= {key: _plain(fields[key]) for key in public if key in fields}
+    else:
+        content['references'] = {
+            scenario.name: f'references/{number}'
+            for number, scenario in enumerate(shown.scenarios, start=1)
+        }
+    scenarios = [_shown(one) for one in fields['scenarios'].items() if not _is_hidden(one)]
+    content['scenarios'] = [one for one in scenarios if one['criteria']]
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+    return _HEAD.format(name=rubric.file.name) + text
+
+
+def _shown(scenario: Entry) -> dict[str, Any]:
+    """Return a scenario without its hidden criteria, and without needs of these."""
+    visible = [one for one in scenario.value['criteria'].items() if not _is_hidden(one)]
+    criteria = [_plain(one) for one in visible]
+    names = {one.get('name') for one in criteria}
+    for one in criteria:
+        if one.get('needs') not in names:
+            one.pop('needs', None)
+    return {**_plain(scenario), 'criteria': criteria}
+
+
+def _is_hidden(entry: Entry) -> bool:
+    return 'hidden' in entry.value and entry.value['hidden'].flag()
+
+
+def _plain(entry: Entry) -> Any:
+    """Return the value as it is written; `Entry.plain` turns the text 1e-3 into a number."""
+    if isinstance(entry.value, dict):
+        return {key: _plain(one) for key, one in entry.value.items()}
+    if isinstance(entry.value, list):
+        return [_plain(one) for one in entry.value]
+    return entry.value

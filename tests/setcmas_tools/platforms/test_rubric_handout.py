@@ -1,0 +1,105 @@
+"""What students get to check their laws: no solution, nothing hidden, the same marks."""
+
+import io
+import zipfile
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import check
+from setcmas_tools.grade.rubric import read_rubric, rubric_of_exercise
+from setcmas_tools.platforms.grade_format import make_bundle
+
+RUBRIC = """
+title: A regular polygon  # SECRET comment
+solution: solution.py
+scenarios:
+  - name: five in a ring
+    nb_robots: 5
+    duration: 30
+    criteria:
+      - {name: SECRET one, metric: path_error, at_most: 1, hidden: true}
+      - {name: shape, metric: shape_error, at_most: 0.05, points: 3, needs: SECRET one}
+      - {name: places, metric: end_error, at_most: 0.05, points: 3}
+      - {name: paths, metric: path_error, at_most: 0, none_at: 5, points: 3, needs: shape}
+  - name: SECRET scenario
+    hidden: true
+    nb_robots: 3
+    duration: 10
+    criteria: [{metric: path_error, at_most: 1}]
+"""
+SOLUTION = """
+import numpy as np
+from SECRET_gains import K
+def control(robotNo, nbRobots, poses, t):
+    angle = 2 * np.pi * robotNo / nbRobots
+    return tuple(K * (2 * np.array([np.cos(angle), np.sin(angle)]) - poses[:2, robotNo - 1]))
+"""
+LAW = SOLUTION.replace('from SECRET_gains import K', 'K = 0.5')
+
+
+@pytest.fixture
+def rubric(tmp_path):
+    """The file of a rubric with its solution."""
+    files = {'final.yaml': RUBRIC, 'solution.py': SOLUTION, 'SECRET_gains.py': 'K = 0.5\n'}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path / 'final.yaml'
+
+
+def unpacked(rubric, folder):
+    with zipfile.ZipFile(io.BytesIO(make_bundle('check', read_rubric(rubric)))) as archive:
+        archive.extractall(folder)
+    return folder / f'{rubric.stem}_check' / rubric.name
+
+
+def test_students_check_without_the_solution_and_get_the_same_marks(rubric, tmp_path):
+    theirs = unpacked(rubric, tmp_path / 'theirs')
+    content = {path: path.read_bytes() for path in theirs.parent.rglob('*') if path.is_file()}
+    laws = {'right': LAW, 'next': LAW.replace('* robotNo /', '* (robotNo + 1) /')}
+
+    for path, data in content.items():
+        assert 'SECRET' not in path.name
+        assert b'SECRET' not in data
+        assert b'import' not in data
+    points = {}
+    for name, text in laws.items():
+        (tmp_path / f'{name}.py').write_text(text)
+        own, full = (check(tmp_path / f'{name}.py', one).marks for one in (theirs, rubric))
+        assert own.score == full.score
+        points[name] = [one.points for one in own.scenarios[0].criteria]
+    assert points['right'] == [3, 3, 3]
+    assert points['next'][:2] == [3, 0]  # one place further, the polygon is as regular
+
+
+def test_a_solution_that_students_have_anyway_stays(tmp_path):
+    rubric = rubric_of_exercise('consensus')
+    theirs = unpacked(rubric.file, tmp_path)
+
+    assert read_rubric(theirs).solution == rubric.solution
+    assert [path.name for path in theirs.parent.iterdir()] == ['consensus.yaml']
+
+
+def test_a_solution_that_is_missing_is_reported_as_that(rubric, tmp_path):
+    (tmp_path / 'solution.py').unlink()
+
+    with pytest.raises(SetcmasError) as error:
+        check(lambda *_: (0, 0), rubric)
+
+    assert "line 3: the solution of this rubric, 'solution.py', is missing" in str(error.value)
+    assert 'setcmas grade --make check' in str(error.value)
+
+
+def test_runs_that_are_missing_are_reported(rubric, tmp_path):
+    theirs = unpacked(rubric, tmp_path)
+    (theirs.parent / 'references' / '1' / 'fleet.csv').unlink()
+
+    with pytest.raises(SetcmasError, match=r"no file 'references/1/fleet.csv'"):
+        read_rubric(theirs)
+
+
+def test_nothing_is_handed_out_if_all_is_hidden(rubric):
+    rubric.write_text(RUBRIC.replace('    nb_robots: 5', '    nb_robots: 5\n    hidden: true'))
+
+    with pytest.raises(SetcmasError, match='students can check nothing'):
+        make_bundle('check', read_rubric(rubric))
