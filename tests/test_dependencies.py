@@ -27,6 +27,7 @@ EXTRAS = {
     'setcmas_tools/setcmas_tools/compare/response_fit.py': 'identify',
     'setcmas_tools/setcmas_tools/grade': 'grade',
     'setcmas_tools/setcmas_tools/offline/kernel_confinement.py': 'grade',
+    'setcmas_tools/setcmas_tools/page/document.py': 'report',
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study': 'cluster',
     'docs': 'docs',

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.content import run_content
-from setcmas_tools.page.document import checkbox, document, element, escaped, stage
+from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
 from setcmas_tools.page.run_facts import (
     Facts,
     Listing,
@@ -48,18 +49,39 @@ def check_page(page: Path, overwrite: bool = False) -> None:
         raise SetcmasError(f"'{page}' exists; --overwrite replaces it")
 
 
-def write_report(paths: Sequence[Path], page: Path, warn: Callable[[str], None]) -> None:
+@dataclass(frozen=True)
+class Cover:
+    """What students add to the page of a run.
+
+    Attributes:
+        title: Replaces the title of the run; '' for none.
+        names: Who hands it in; may be empty.
+        answers: Their answers in Markdown; None for none.
+    """
+
+    title: str = ''
+    names: str = ''
+    answers: Path | None = None
+
+
+_NO_COVER = Cover()
+
+
+def write_report(
+    paths: Sequence[Path], page: Path, warn: Callable[[str], None], cover: Cover = _NO_COVER
+) -> None:
     """Write the page of a run, or of two.
 
     Args:
         paths: The runs.
         page: The file.
         warn: Shows warnings.
+        cover: Title, names and answers of students.
 
     Raises:
-        SetcmasError: A run cannot be read, or the file cannot be written.
+        SetcmasError: A run or the answers cannot be read, or the file cannot be written.
     """
-    text = report_page(loaded_pair(paths, warn))
+    text = report_page(loaded_pair(paths, warn), cover)
     try:
         page.write_text(text, encoding='utf-8', errors='replace', newline='\n')
     except OSError as error:
@@ -91,11 +113,12 @@ def _name_of(path: Path) -> str:
     return source.stem.rstrip('_') or source.folder.resolve().name or 'run'
 
 
-def report_page(pair: Pair) -> str:
+def report_page(pair: Pair, cover: Cover = _NO_COVER) -> str:
     """Return the page of a run, or of a run with another one over it."""
     facts, other = facts_of(pair.run), facts_of(pair.other) if pair.other else None
     body = [
-        _header(pair, facts, other),
+        _header(pair, facts, other, cover),
+        *_answers(cover),
         *_failures(facts),
         _stage(pair, facts),
         *_metrics(pair),
@@ -103,14 +126,16 @@ def report_page(pair: Pair) -> str:
         *map(_script, listings(pair.run)),
         *_origin(facts),
     ]
-    return document(pair.run.title, body, run_content(pair.run, pair.other))
+    return document(cover.title or pair.run.title, body, run_content(pair.run, pair.other))
 
 
-def _header(pair: Pair, facts: Facts, other: Facts | None) -> str:
+def _header(pair: Pair, facts: Facts, other: Facts | None, cover: Cover) -> str:
+    titled = f'{pair.run.title}, ' if cover.title else ''
     lines = [
         element('p', pair.name, 'soft'),
-        element('h1', pair.run.title),
-        element('p', facts.line, 'soft'),
+        element('h1', cover.title or pair.run.title),
+        *([element('p', cover.names, 'names')] if cover.names else []),
+        element('p', titled + facts.line, 'soft'),
     ]
     if other and pair.other:
         text = f'compared with {pair.other_name}: {pair.other.title}, {other.line}, '
@@ -122,6 +147,11 @@ def _header(pair: Pair, facts: Facts, other: Facts | None) -> str:
 
 def _quality(well: bool) -> str:
     return 'good' if well else 'bad'
+
+
+def _answers(cover: Cover) -> Iterator[str]:
+    if cover.answers:
+        yield f'<section class="answers">\n{answers_html(cover.answers)}</section>'
 
 
 def _failures(facts: Facts) -> Iterator[str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from processes import refuses
-from report_pages import HOSTILE, LAW
+from report_pages import HOSTILE, LAW, Page
 
 from launch_scripts.cli import main
 from setcmas_tools.offline.engine import simulate
@@ -43,6 +43,20 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, 
     assert '<title>consensus, 3 robots</title>' in (runs / 'well.html').read_text()
     assert main(['report', 'well']) == 2
     assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
+
+
+def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
+    pytest.importorskip('mdit_py_plugins')
+    page, answers = tmp_path / 'page.html', tmp_path / 'answers.md'
+    answers.write_text(f'# Question 1\n\n$x^2$ {HOSTILE}')
+    given = ['--title', 'Lab <2>', '--name', 'Ada & Alan', '--answers', str(answers)]
+    assert main(['report', str(runs / 'well'), '-o', str(page), *given]) == 0
+
+    found = Page(page.read_text())
+    texts = [('title', 'Lab <2>'), ('h1', 'Lab <2>'), ('p', 'Ada & Alan'), ('h2', 'Question 1')]
+    assert {*texts} <= {*found.text}
+    assert [tag for tag, _ in found.elements].count('h1') == 1
+    assert HOSTILE in found.shown
 
 
 @pytest.mark.parametrize(('palette', 'colour'), [('ros1', '#ff0000'), ('okabe-ito', '#0072b2')])
@@ -185,3 +199,42 @@ def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
     assert max(found, key=found.get) == (255, 255, 255)
     for colour in browser.execute_script('return page.robots.map(robot => robot.colour)'):
         assert found[tuple(bytes.fromhex(colour[1:]))] > 20, colour
+
+
+WATCH_PRINT = """
+window.addEventListener('beforeprint', () => {
+  const plane = document.getElementById('plane'), {width, height} = plane, counts = {};
+  const pixels = plane.getContext('2d').getImageData(0, 0, width, height).data;
+  for (let k = 0; k < pixels.length; k += 4) {
+    const bytes = [...pixels.slice(k, k + 3)].map(one => one.toString(16).padStart(2, '0'));
+    const colour = '#' + bytes.join('');
+    counts[colour] = (counts[colour] || 0) + 1;
+  }
+  window.printed = [counts, document.getElementById('now').textContent];
+});
+"""
+SCROLLED = """
+return [...document.querySelectorAll('body *')].filter(one => one.offsetParent
+  && getComputedStyle(one).overflowX === 'auto').map(one => one.outerHTML.slice(0, 200));
+"""
+
+
+@NEEDS_CHROMIUM
+def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser):
+    from selenium.webdriver.common.by import By
+
+    show(browser, folder)
+    browser.execute_script(WATCH_PRINT)
+    browser.execute_cdp_cmd('Page.printToPDF', {})
+
+    counts, time = browser.execute_script('return window.printed')
+    assert time == 't = 5.0 s'  # at the beginning there would be no trails
+    for colour in browser.execute_script('return page.robots.map(robot => robot.colour)'):
+        assert counts.get(colour, 0) > 50, colour
+    assert browser.find_element(By.ID, 'now').text == 't = 0.0 s'
+
+    browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': 'print'})
+    try:
+        assert browser.execute_script(SCROLLED) == []
+    finally:
+        browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': ''})

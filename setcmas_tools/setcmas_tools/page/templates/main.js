@@ -3,7 +3,7 @@
 import {camera, farther, nearer, pan, showAll, steer} from './camera.js';
 import {find} from './canvas.js';
 import {addCharts} from './charts.js';
-import {byNumber, first, isLive, linksAt, robots, run, shapes, times} from './history.js';
+import {byNumber, first, isLive, last, linksAt, robots, run, shapes, times} from './history.js';
 import {addCommands, connect} from './live.js';
 import {robotAt, savePicture} from './plane.js';
 import {back, faster, forth, move, player, redraw, select, start, toBegin, toEnd, toPresent, toggle} from './player.js';
@@ -49,7 +49,19 @@ function followAddress() {
   const asked = /^#t=(-?[\d.]+)$/.exec(location.hash);
   move(asked ? +asked[1] : first());
 }
-for (const kind of ['resize', 'beforeprint']) window.addEventListener(kind, redraw);
+window.addEventListener('resize', redraw);
+// Paper shows the end of a run that is at its beginning, where there are no trails yet.
+let shownBefore = null;
+window.addEventListener('beforeprint', () => {
+  document.body.classList.add('printing');
+  if (!isLive && player.now <= first()) { shownBefore = player.now; player.now = last(); }
+  redraw();
+});
+window.addEventListener('afterprint', () => {
+  document.body.classList.remove('printing');
+  if (shownBefore !== null) { player.now = shownBefore; shownBefore = null; }
+  redraw();
+});
 
 window.page = {camera, linksAt, player, robots, shapes, times};  // for the console
 

@@ -122,6 +122,14 @@ function drawTrails(pen, from, now) {
   if (isShown('ghosts')) others.forEach(robot => drawTrail(pen, robot, from, now, true));
   drawn().forEach(robot => drawTrail(pen, robot, from, now));
 }
+function drawStarts(pen) {
+  for (const {x, y, colour} of robots) {
+    const k = x.findIndex(value => !isNaN(value));
+    if (k < 0) continue;
+    pen.lineWidth = 1.5;
+    disc(pen, x[k], y[k], 4.5, '#fff', colour);
+  }
+}
 // Robots of a colour in one path: fewer calls than one for each robot.
 function drawRobots(pen, shown, times, ghosts) {
   const paths = new Map();
@@ -170,9 +178,11 @@ const halfOf = (metres, times) => times ? times * metres * camera.scale : Math.m
 const isShown = id => !find(id) || find(id).checked;
 const drawn = () => [...robots].reverse();  // those with colours of their own on top
 
-// Grid, trails and what stays in its place are on a canvas of their own, to which a few times a second is added what is new.
+// Grid, trails and what stays in its place are on a canvas of their own, to which a few times a second is added what is new;
+// on paper, they are on that of the robots: Chromium prints one of two canvases.
 const ground = {look: '', t: Infinity, at: 0, wholeAt: 0, ended: 0, pen: null};
-function drawGround(now, length, often) {
+const isPrinting = () => document.body.classList.contains('printing');
+function drawGround(now, length, often, plane) {
   const {x, y, scale, width, height} = camera, clock = performance.now();
   const look = [x, y, scale, width, height, length, isShown('ghosts'), first()].join(), since = ground.t;
   const isSame = often && look === ground.look && now >= since;
@@ -181,11 +191,12 @@ function drawGround(now, length, often) {
   const adds = isSame && !others.length && (onlyGrows || clock - ground.wholeAt < TAILS_MS);
   Object.assign(ground, {look, t: now, at: clock});
   if (!adds) {
-    Object.assign(ground, {pen: sized(find('ground')).pen, wholeAt: clock, ended: endedShapes()});
+    Object.assign(ground, {pen: isPrinting() ? plane : sized(find('ground')).pen, wholeAt: clock, ended: endedShapes()});
     drawGrid(ground.pen, width, height);
     drawWorld(ground.pen);
   }
   if (length) drawTrails(ground.pen, adds ? since : now - length, now);
+  if (isPrinting()) drawStarts(ground.pen);
   drawShapes(ground.pen, now, true, adds ? since : -Infinity);
 }
 
@@ -194,7 +205,7 @@ export function drawPlane(now, selected, often) {
   for (const robot of [...robots, ...others]) robot.pose = poseAt(robot, now, place);
   aim(width, height);
   const times = +find('size').value, length = +find('trails').value;
-  drawGround(now, length, often);
+  drawGround(now, length, often, pen);
   if (length && ground.t < now) drawTrails(pen, ground.t, now);
   if (ground.t < now) drawShapes(pen, now, true, ground.t);
   drawShapes(pen, now, false);
