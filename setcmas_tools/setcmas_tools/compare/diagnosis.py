@@ -11,12 +11,22 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.compare.generic_mistakes import (
+    ANSWERS,
+    FACTORS,
+    POLAR,
+    SAME_TIME,
+    TURNED,
+    polar,
+)
 from setcmas_tools.offline.altered_solutions import (
     CLOSE,
     FROZEN,
+    RIGHT,
     SOLUTION,
     Altered,
     Calls,
@@ -129,7 +139,10 @@ def _also(
 
     def both(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[_Explanation]:
         for name in filter(str.isdigit, _known(calls)):
-            altered = [replace(one, answers={SOLUTION: one.answers[name]}) for one in calls]
+            altered = [
+                replace(one, answers={SOLUTION: one.answers[name], RIGHT: one.solution})
+                for one in calls
+            ]
             for hint, differing in generic(altered):
                 text = f'Two mistakes: {mistakes[int(name)].hint} {hint}'
                 yield _Explanation(text, differing)
@@ -169,72 +182,42 @@ def _tried(
         yield _Explanation(hint, after)
 
 
-_TURNED: tuple[tuple[str, Callable[[Floats, Floats], tuple[Floats, Floats]]], ...] = (
-    (
-        'Your velocities are the opposite of the right ones: check the sign.',
-        lambda vx, vy: (-vx, -vy),
-    ),
-    (
-        'Your velocities are the right ones with both components swapped: return vx, vy, in this '
-        'order.',
-        lambda vx, vy: (vy, vx),
-    ),
-    ('Your velocities are the right ones turned by +90 degrees.', lambda vx, vy: (-vy, vx)),
-    ('Your velocities are the right ones turned by -90 degrees.', lambda vx, vy: (vy, -vx)),
-    ('Only the sign of vx is wrong.', lambda vx, vy: (-vx, vy)),
-    ('Only the sign of vy is wrong.', lambda vx, vy: (vx, -vy)),
-    ('Your velocities are all zero.', lambda vx, vy: (0 * vx, 0 * vy)),
-    ('vx is right, but vy is always zero.', lambda vx, vy: (vx, 0 * vy)),
-    ('vy is right, but vx is always zero.', lambda vx, vy: (0 * vx, vy)),
-    ('vx is right, but vy is the same number as vx.', lambda vx, _: (vx, vx)),
-    ('vy is right, but vx is the same number as vy.', lambda _, vy: (vy, vy)),
-)
-"""Velocities made of both components of the right ones."""
-
-_POLAR = (
-    'You seem to return speed and turn rate. Return vx and vy in the world frame instead: setcmas '
-    'itself converts them to speed and turn rate.'
-)
-_SAME_TIME = (
-    'Your law does what the right one does at t = 0, at every time: it does not use t, the last '
-    'argument of control.'
-)
-
-
 def _generic_laws(calls: Sequence[Calls]) -> Iterator[_Explanation]:
-    yield from _tried(_SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
-    for hint, turned in _TURNED:
+    yield from _tried(SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
+    who, wrong = _wrong_robots(calls)
+    for hint, turned in TURNED:
         answers = [np.stack(turned(*np.moveaxis(one.solution, -1, 0)), -1) for one in calls]
-        yield from _tried(hint, calls, answers, is_multiple=True)
-    for polar in zip(*(_polar(one) for one in calls), strict=True):
-        yield from _tried(_POLAR, calls, polar, is_multiple=True)
+        for one, answer, other in zip(calls, answers, wrong, strict=True):
+            answer[:, ~other] = one.solution[:, ~other]
+        yield from _tried(f'{who}{hint}', calls, answers, is_multiple=True)
+    for returned in zip(*(polar(one) for one in calls), strict=True):
+        yield from _tried(POLAR, calls, returned, is_multiple=True)
 
 
-def _polar(calls: Calls) -> Iterator[Floats]:
-    """Yield speeds with what students return as turn rates: heading error, or direction."""
-    vx, vy = np.moveaxis(calls.solution, -1, 0)
-    speed, direction = np.hypot(vx, vy), np.arctan2(vy, vx)
-    error = np.angle(np.exp(1j * (direction - calls.heading)))
-    komega = calls.scenario.law.komega
-    for length in (speed, np.minimum(speed, calls.limit)):
-        for turn in (error, komega * error, direction, direction - calls.heading):
-            yield np.stack([length, turn], -1)
+def _wrong_robots(calls: Sequence[Calls]) -> tuple[str, list[NDArray[np.bool_]]]:
+    """Return text on which robots differ from the solution; '' and all of them if it varies."""
+    wrong = [one.differs(one.solution).mean(axis=0) > one.may_differ for one in calls]
+    for title, robots in (
+        (
+            'Of all robots, only {} differ{s}. ',
+            [tuple((np.flatnonzero(one) + 1).tolist()) for one in wrong],
+        ),
+        ('Only {} {is} right. ', [tuple((np.flatnonzero(~one) + 1).tolist()) for one in wrong]),
+    ):
+        if robots[0] and len(set(robots)) == 1 and not all(map(np.all, wrong)):
+            return _named(title, robots[0]), wrong
+    return '', [np.ones_like(one) for one in wrong]
 
 
-_ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
-    (
-        'Your condition always holds, so the robots send every time. Compare the direction of the '
-        'comparison with the formula.',
-        np.ones_like,
-    ),
-    ('Your condition never holds: the robots only send their first state.', np.zeros_like),
-    ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
-)
-"""Answers of a condition, made of the right ones; the first that fits counts."""
+def _named(title: str, robots: Sequence[int]) -> str:
+    names = f'robot{"s" * (len(robots) > 1)} {", ".join(map(str, robots))}'
+    return title.format(
+        names, **({'s': '', 'is': 'are'} if len(robots) > 1 else {'s': 's', 'is': 'is'})
+    )
 
 
 def _generic_conditions(calls: Sequence[Calls]) -> Iterator[_Explanation]:
-    for hint, changed in _ANSWERS:
+    for hint, changed in ANSWERS:
         answers = [
             np.stack([changed(one.solution[..., 0]), one.solution[..., 1]], -1) for one in calls
         ]
@@ -262,7 +245,7 @@ def _multiple(calls: Sequence[Calls]) -> Iterator[_Explanation]:
     sizes = [one.own.shape[1] for one in calls]
     known = [place for place, factor in enumerate(factors) if math.isfinite(factor)]
     found = [factors[place] for place in known]
-    for name, of_size in _FACTORS.items():
+    for name, of_size in FACTORS.items():
         if known and min(sizes) > 1 and _are_equal(found, [of_size(sizes[i]) for i in known]):
             text = f'{name}, where N is the number of robots' if 'N' in name else name
             if 'N' in name and len({sizes[place] for place in known}) == 1:
@@ -295,19 +278,6 @@ def _factor(calls: Calls, direction: Floats, start: Floats | None = None) -> flo
     own = calls.own[free] if start is None else calls.own[free] - start[free]
     along = direction[free]
     return float(np.median((own * along).sum(-1) / (along * along).sum(-1)))
-
-
-_FACTORS: dict[str, Callable[[int], float]] = {
-    'N': lambda n: n,
-    '1/N': lambda n: 1 / n,
-    'N-1': lambda n: n - 1,
-    '1/(N-1)': lambda n: 1 / (n - 1),
-    'N/(N-1)': lambda n: n / (n - 1),
-    '(N-1)/N': lambda n: (n - 1) / n,
-    '180/pi': lambda _: 180 / math.pi,
-    'pi/180': lambda _: math.pi / 180,
-}
-"""Factors by name, for fleets of N robots."""
 
 
 def _are_equal(factors: Sequence[float], others: Sequence[float]) -> bool:
@@ -343,8 +313,8 @@ def _constant_hint(name: str, found: float, right: float) -> str:
 def _too_fast(calls: Sequence[Calls]) -> Iterator[_Explanation]:
     """Yield the explanation of a law that is saturated all the time, in the right direction."""
     hint = (
-        'Your velocities have the right directions, but are so large that the robots always move '
-        'at the speed limit: the gain is far too large.'
+        'Your velocities have the right directions, but the robots always move at the speed '
+        'limit, as with a gain that is far too large.'
     )
     yield from _tried(hint, calls, [1e6 * one.solution for one in calls], is_multiple=True)
 
@@ -355,16 +325,17 @@ def _distance(calls: Sequence[Calls]) -> Iterator[_Explanation]:
     sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
     if not sends.any() or sends.all():
         return
-    least = float(np.quantile(gone[sends], 0.01))
+    least = float(gone[sends].min())
     answers = []
     for one in calls:
         answer = np.zeros_like(one.own)
         answer[..., 0] = one.heading >= least
         answers.append(answer)
     right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
+    limit = f'from {right:.2g} m on' if math.isfinite(right) else 'from further on'
     hint = (
         f'Your condition holds from a distance of {least:.2g} m to the last position sent on; the '
-        f'right one from {right:.2g} m on.'
+        f'right one {limit}.'
     )
     yield from _tried(hint, calls, answers)
 
@@ -381,11 +352,7 @@ def _measured(calls: Sequence[Calls], is_condition: bool) -> str:
 
 
 def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
-    differing = np.flatnonzero(calls.differs(calls.solution).mean(axis=0) > calls.may_differ) + 1
-    only = ''
-    if 0 < len(differing) < calls.own.shape[1]:
-        ending = 's' if len(differing) == 1 else ''
-        only = f' Of all robots, only {", ".join(map(str, differing))} differ{ending}.'
+    only = _wrong_robots([calls])[0]
     (vx, vy), seen = calls.own[call, robot], calls.heading[call, robot]
     right = saturated(calls.solution[call, robot], calls.limit)
     text = (
@@ -395,4 +362,4 @@ def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
     if is_condition:
         text = f'it {"sends" if vx else "does not send"}, {seen:.2g} m from the position sent last'
     first = f"In '{calls.name}', robot {robot + 1} first differs from the solution at"
-    return f'{first} t = {calls.t[call]:.1f} s: {text}.{only}'
+    return f'{first} t = {calls.t[call]:.1f} s: {text}. {only}'.rstrip()

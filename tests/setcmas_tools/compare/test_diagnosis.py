@@ -92,7 +92,7 @@ def test_what_nothing_explains_is_measured_and_the_lecturers_own_hint_follows(hi
     when = 'if robotNo == 2 and t > 3: v = v + 0.2\n    return v[0], v[1]'
     [hint] = hints(('return v[0], v[1]', when))
     assert hint.startswith("In 'all', robot 2 first differs from the solution at t = 3.2 s: its")
-    assert hint.endswith('Of all robots, only 2 differs. Read the formula.')
+    assert hint.endswith('Of all robots, only robot 2 differs. Read the formula.')
     [hint] = hints(('return v[0], v[1]', 'return np.random.normal(0, 1, 2)'))
     assert re.match(r"In 'all', robot 1 first differs from the solution at t = 0\.\d s", hint)
 
@@ -126,3 +126,11 @@ def test_only_what_students_see_gives_hints(hints):
 def test_an_impossible_mistake_is_reported_with_its_line(hints, listed, said):
     with pytest.raises(SetcmasError, match=said):
         hints(rubric=f'{RUBRIC}mistakes:\n  - {listed}\n')
+
+
+def test_robots_that_are_right_are_not_blamed(hints):
+    only = '(np.zeros(2) if robotNo == 1 else v)\n    return tuple(v)'
+    [hint] = hints(('return v[0], v[1]', f'v = {only}'))
+    assert hint == 'Of all robots, only robot 1 differs. Your velocities are all zero.'
+    [hint] = hints(('return v[0], v[1]', 'return (v[0], v[1]) if robotNo == 1 else (v[1], v[0])'))
+    assert hint.startswith('Only robot 1 is right. Your velocities are the right ones with both')
