@@ -1,7 +1,6 @@
 """Processes under test: started for real, their output kept, waited for by condition."""
 
 import contextlib
-import ctypes
 import os
 import signal
 import subprocess
@@ -11,6 +10,8 @@ import time
 from pathlib import Path
 from unittest import mock
 
+from forked_modules import CLI, ForkedProcess, ForkServer, die_with_parent
+
 from launch_scripts.cli import main
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
@@ -18,32 +19,42 @@ SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.simulator']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.controller']
 PATIENT_LAB = ('--emulate', '--lab', str(Path(__file__).parent / 'data' / 'patient_lab.yaml'))
 TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
-_LIBC = ctypes.CDLL(None) if sys.platform == 'linux' else None
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""
 
 
-def die_with_parent() -> None:
-    """Have the kernel kill this process, even a stopped one, when the tests are killed."""
-    if _LIBC:
-        _LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+def _module_of(command):
+    """Return the module of ours that a command runs, with its arguments; [] for others."""
+    if command[0] == SETCMAS[0]:
+        return [CLI, *command[1:]]
+    ours = command[1] == '-m' and command[2].startswith('setcmas_')
+    return command[2:] if ours else []
 
 
 class Process:
-    """A command that runs in a session of its own and writes to a log."""
+    """A command that runs in a session of its own and writes to a log.
 
-    def __init__(self, command, log: Path, cwd, env) -> None:
+    With a server, a module of ours is forked from there, unless Python is to start otherwise.
+    """
+
+    def __init__(self, command, log: Path, cwd, env, server: ForkServer | None = None) -> None:
         self.log = log
+        log.touch()
+        env = {**env, 'PYTHONUNBUFFERED': '1'}
+        arguments = _module_of(command)
+        if server and arguments and server.would_import_as(env):
+            self.popen = ForkedProcess(server, arguments, log, cwd, env)
+            return
         with log.open('wb') as file:
             self.popen = subprocess.Popen(
                 command,
                 cwd=cwd,
-                env={**env, 'PYTHONUNBUFFERED': '1'},
+                env=env,
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                preexec_fn=die_with_parent if _LIBC else None,
+                preexec_fn=die_with_parent if sys.platform == 'linux' else None,
             )
 
     @property
