@@ -6,6 +6,7 @@ import base64
 import hashlib
 import importlib.util
 import io
+import re
 import stat
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -42,17 +43,27 @@ _METADATA = ('METADATA', 'entry_points.txt')
 def own_wheel() -> tuple[str, bytes]:
     """Return the name and the content of a wheel of the installed setcmas.
 
-    It is built from the installed files, even of an editable installation, and only depends on
-    them.
-
     Raises:
         SetcmasError: setcmas was not installed by pip.
     """
-    installed = _installed()
-    stem = f'setcmas-{installed.version}'
+    return wheel_of(_installed(), package_folders())
+
+
+def wheel_of(installed: Distribution, folders: Mapping[str, Path]) -> tuple[str, bytes]:
+    """Return the name and the content of a wheel of an installed package of pure Python.
+
+    It is built from the installed files, even of an editable installation, and only depends on
+    them.
+
+    Args:
+        installed: The package.
+        folders: The folders of its Python packages, by name.
+    """
+    name = re.sub(r'[-_.]+', '_', installed.metadata['Name']).lower()
+    stem = f'{name}-{installed.version}'
     files = {
         f'{package}/{path.relative_to(folder).as_posix()}': path.read_bytes()
-        for package, folder in package_folders().items()
+        for package, folder in folders.items()
         for path in sorted(folder.rglob('*'))
         if path.is_file() and '__pycache__' not in path.parts
     }
@@ -99,6 +110,7 @@ class Kit:
         files: Contents by path: the wheel, and the rubric with its files under `rubric/`.
         rubric: Path of the rubric among them.
         options: Further options of `setcmas grade`, such as '--trust'; may be empty.
+        plugins: Names of the wheels of plugins that the rubric uses, also in `files`.
     """
 
     title: str
@@ -106,14 +118,22 @@ class Kit:
     files: Mapping[str, bytes]
     rubric: str
     options: str = ''
+    plugins: tuple[str, ...] = ()
+
+    @property
+    def wheels(self) -> dict[str, bytes]:
+        """All wheels by name, that of setcmas first."""
+        return {name: self.files[name] for name in (self.wheel, *self.plugins)}
 
     def filled_in(self, format_: str) -> dict[str, str]:
         """Return scripts and instructions of a format by name, from its templates."""
         folder = resources.files('setcmas_tools.platforms') / 'templates' / format_
         paths = [path for path in folder.iterdir() if path.name.endswith('.in')]
         texts = {path.name.removesuffix('.in'): path.read_text(encoding='utf-8') for path in paths}
-        for field in ('wheel', 'rubric', 'options'):
-            mark, value = f'[[{field}]]', getattr(self, field)
+        fields = {name: getattr(self, name) for name in ('wheel', 'rubric', 'options')}
+        fields['plugins'] = ''.join(f' ./{name}' for name in self.plugins)
+        for field, value in fields.items():
+            mark = f'[[{field}]]'
             texts = {name: text.replace(mark, value) for name, text in texts.items()}
         return texts
 

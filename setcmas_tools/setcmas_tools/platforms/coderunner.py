@@ -50,11 +50,11 @@ def _picture(scenario: ScenarioMark) -> str:
 
 
 def _bundle(kit: Kit) -> Files:
-    rubric = {path: content for path, content in kit.files.items() if path != kit.wheel}
+    rubric = {path: content for path, content in kit.files.items() if path not in kit.wheels}
     return {
         **kit.filled_in('coderunner'),
         'rubric.zip': archive(rubric),
-        kit.wheel: kit.files[kit.wheel],
+        **kit.wheels,
     }
 
 

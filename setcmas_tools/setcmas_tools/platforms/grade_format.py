@@ -24,6 +24,7 @@ from setcmas_tools.platforms.autograder import (
     package_folders,
     rubric_files,
 )
+from setcmas_tools.platforms.bundled_plugins import plugin_folders, plugin_wheel, used_packages
 from setcmas_tools.platforms.rubric_handout import CHECK, handout
 
 _UTF_8 = '\ufeff'  # shows the encoding to Excel; Moodle and Canvas remove it
@@ -177,8 +178,8 @@ def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
         options: Further options of `setcmas grade` on the platform.
 
     Raises:
-        SetcmasError: The format is unknown or has no bundle, or a file of the rubric is
-            outside its folder.
+        SetcmasError: The format is unknown or has no bundle, a file of the rubric is outside
+            its folder, or a package that it uses cannot be carried.
     """
     if name == CHECK:
         return handout(rubric)
@@ -188,7 +189,17 @@ def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
         known = ', '.join((CHECK, *platforms))
         raise SetcmasError(f"format '{name}' has no bundle; --make must be one of {known}")
     wheel, content = own_wheel()
-    files = rubric_files(rubric.file, rubric.files, package_folders().values())
-    path = f'rubric/{rubric.file.name}'
-    kit = Kit(rubric.title, wheel, {wheel: content, **files}, path, options)
+    packages = used_packages(rubric)
+    plugins = dict(plugin_wheel(package, one) for package, one in packages.items())
+    shipped = [*package_folders().values()]
+    shipped += [folder for one in packages.values() for folder in plugin_folders(one).values()]
+    files = rubric_files(rubric.file, rubric.files, shipped)
+    kit = Kit(
+        rubric.title,
+        wheel,
+        {wheel: content, **plugins, **files},
+        f'rubric/{rubric.file.name}',
+        options,
+        tuple(plugins),
+    )
     return archive(bundle(kit))

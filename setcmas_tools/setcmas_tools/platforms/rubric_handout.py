@@ -14,6 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.platforms.autograder import archive, package_folders, rubric_files
+from setcmas_tools.platforms.bundled_plugins import used_packages
 from setcmas_tools.run.run_tables import RunTables, write_tables
 
 CHECK = 'check'
@@ -24,6 +25,7 @@ _HEAD = """\
 # The visible part of a rubric, made by `setcmas grade --make check`. The paths of the solution are
 # in the folder references. To check a law: setcmas check LAW --rubric {name}
 """
+_NEEDS = '# It needs the packages: {names}\n'
 
 
 def handout(rubric: Rubric) -> bytes:
@@ -93,7 +95,9 @@ def _text(rubric: Rubric, shown: Rubric, is_public: bool) -> str:
     scenarios = [_shown(one) for one in fields['scenarios'].items() if not _is_hidden(one)]
     content['scenarios'] = [one for one in scenarios if one['criteria']]
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
-    return _HEAD.format(name=rubric.file.name) + text
+    packages = ', '.join(used_packages(shown))
+    needs = _NEEDS.format(names=packages) if packages else ''
+    return _HEAD.format(name=rubric.file.name) + needs + text
 
 
 def _shown(scenario: Entry) -> dict[str, Any]:
