@@ -129,15 +129,15 @@ def _grade(
 
     from setcmas_tools.grade.class_grading import grade
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
-    from setcmas_tools.grade.submissions import find_submissions
     from setcmas_tools.offline.kernel_confinement import PrivateMounts
     from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
     from setcmas_tools.platforms.written_files import WrittenFiles
+    from setcmas_tools.submissions.submissions import find_submissions
 
     own = WrittenFiles(folder)
     asked = own.changed()
     _check_overwriting(asked, options)
-    submissions = find_submissions(args.folder, rubric)
+    submissions = find_submissions(args.folder, rubric.function)
     students = [(one.name, one.student) for one in submissions]
     file = find_corrections(args.corrections, args.folder, folder)
     corrections = read_corrections(file, students, rubric) if file else Corrections()

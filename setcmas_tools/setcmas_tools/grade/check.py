@@ -26,13 +26,13 @@ from setcmas_tools.grade.marks import (
     Marks,
     ScenarioMark,
     ScenarioRun,
-    Student,
 )
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.offline_tables import remains
 from setcmas_tools.run.run_info import Outcome, State
+from setcmas_tools.submissions.student import Student
 
 
 def student_view(marks: Marks) -> Marks:

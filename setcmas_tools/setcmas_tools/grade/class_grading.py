@@ -21,20 +21,21 @@ import msgspec
 from tqdm import tqdm
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.scripts.machine_paths import without_paths
 from setcmas_ctrl.scripts.script_errors import safe_text, summarise
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.grade_options import GradeOptions
-from setcmas_tools.grade.likeness import Print, fingerprint, likenesses
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
-from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.child_channel import MachineError
 from setcmas_tools.offline.fork_server import end_with_parent
 from setcmas_tools.offline.host import Host
 from setcmas_tools.offline.kernel_confinement import obstacle
+from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
+from setcmas_tools.submissions.submissions import Submission
 
 Runners = Callable[[Path], LawRunner]
 """Returns the runner of scenarios with a script."""
@@ -56,6 +57,10 @@ class Grader:
             SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
                 machine ends a run (MachineError).
         """
+        marks = replace(self._marks(submission, runs), file=submission.file)
+        return marks.with_messages(without_paths)
+
+    def _marks(self, submission: Submission, runs: Runners) -> Marks:
         rubric, name, student = self.rubric, submission.name, submission.student
         if submission.problem:
             return unmarked(rubric, name, student, Failure(submission.problem))
@@ -89,7 +94,7 @@ def graded(submission: Submission) -> Marks:
     except (OSError, ValueError) as error:
         if isinstance(error, OSError) and error.errno not in _OF_FILE_NAMES:
             raise MachineError from error
-        failure = Failure(f'it cannot be graded: {summarise(error)}')
+        failure = Failure(without_paths(f'it cannot be graded: {summarise(error)}'))
         return unmarked(grader.rubric, submission.name, submission.student, failure)
 
 
@@ -99,7 +104,7 @@ _OF_FILE_NAMES = {errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
 KEPT = 'marks'
 """Folder with the marks of submissions."""
 
-_SANDBOX = 4
+_SANDBOX = 5
 """Version of the sandbox; in earlier ones scripts could leave it, or robots could communicate."""
 
 

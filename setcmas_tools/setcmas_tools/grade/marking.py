@@ -20,12 +20,12 @@ from setcmas_tools.grade.marks import (
     RobotPath,
     ScenarioMark,
     ScenarioRun,
-    Student,
 )
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.submissions.student import Student
 
 _POINTS = 150  # of a path in a picture, at most
 _DECIMALS = 3  # mm

@@ -7,78 +7,20 @@ Equal submissions get equal marks: nothing depends on the clock, the machine or 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.run.run import Run
+from setcmas_tools.submissions.likeness import Similar
+from setcmas_tools.submissions.student import Student as Student
 
 _AROUND = 2  # lines before and after a failed line
 _LONGEST_LINE = 200  # characters of each
 _NEWLINE = re.compile(r'\r\n|\r|\n')  # as in Python; str.splitlines knows more
 _LARGE = 1000  # from here on, numbers have no decimals
-
-
-@dataclass(frozen=True)
-class Student:
-    """The student of a submission, as known from file names; '' for what is unknown.
-
-    Attributes:
-        name: For example 'Ada Lovelace'; may contain anything, so pages must escape it.
-        id: Number or login on the learning platform.
-    """
-
-    name: str
-    id: str = ''
-    email: str = ''
-
-
-_MOODLE = re.compile(r'(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-_CANVAS = re.compile(r'(?P<name>[^_]+)_(LATE_)?(?P<id>\d+)_(?P<number>\d+)_(?P<file>.+)')
-_AGAIN = re.compile(r'-\d+(?=\.\w+$)')
-"""Suffix that Canvas adds to the name of a file that is submitted again."""
-
-
-@dataclass(frozen=True)
-class Identity:
-    """The student and the origin of a file or folder.
-
-    Attributes:
-        student: The student.
-        group: Equal for all files of a submission; '' if the file is a submission by itself.
-        number: Of several files with the same name, the largest number counts.
-        file: The student's own name of the file; '' if unknown.
-    """
-
-    student: Student
-    group: str = ''
-    number: int = 0
-    file: str = ''
-
-
-def identity_of(name: str, stem: str) -> Identity:
-    """Return the identity of a file or folder.
-
-    Moodle uses 'Ada Lovelace_12345_assignsubmission_file_', followed by the file name if it makes
-    no folders; Canvas uses 'lovelaceada_LATE_123_4567_law-1.py'. Other names are used as they are.
-
-    Args:
-        name: The name.
-        stem: The same without a file's suffix.
-    """
-    if found := _MOODLE.fullmatch(name):
-        return Identity(_student(found['name'], found['id']), found['id'], file=found['file'])
-    if found := _CANVAS.fullmatch(name):
-        file = _AGAIN.sub('', found['file'])
-        group = f'{found["name"]}_{found["id"]}'
-        return Identity(_student(found['name'], found['id']), group, int(found['number']), file)
-    return Identity(_student(stem.replace('_', ' '), stem if '@' in stem else ''))
-
-
-def _student(name: str, number: str) -> Student:
-    return Student(name, number, number if '@' in number else '')
 
 
 @dataclass(frozen=True)
@@ -196,14 +138,6 @@ class ScenarioMark:
 
 
 @dataclass(frozen=True)
-class Similar:
-    """Another submission, or 'the built-in law NAME', and its similarity, from 0 to 1."""
-
-    submission: str
-    share: float
-
-
-@dataclass(frozen=True)
 class Correction:
     """Points that a person has added to a mark, or taken, and why.
 
@@ -238,6 +172,7 @@ class Marks:
         unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
         corrections: Changes by a person, in order; stored marks have none.
         digest: Digest of the script with its helper modules, and of the rubric with its files.
+        file: The file that was marked, relative to the folder of the class; '' if there is none.
     """
 
     submission: str
@@ -249,11 +184,21 @@ class Marks:
     similar: tuple[Similar, ...] = ()
     digest: str = ''
     corrections: tuple[Correction, ...] = ()
+    file: str = ''
 
     @property
     def automatic(self) -> float:
         """Total points of all scenarios, before corrections."""
         return _sum(mark.points for mark in self.scenarios)
+
+    def with_messages(self, changed: Callable[[str], str]) -> Marks:
+        """Return the same marks with changed messages of failures."""
+
+        def of(failure: Failure | None) -> Failure | None:
+            return failure and replace(failure, message=changed(failure.message))
+
+        scenarios = tuple(replace(one, failure=of(one.failure)) for one in self.scenarios)
+        return replace(self, failure=of(self.failure), scenarios=scenarios)
 
     @property
     def score(self) -> float:

@@ -6,6 +6,7 @@ import importlib
 import math
 import struct
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -37,6 +38,7 @@ TRIGGERED = struct.Struct('<?')
 
 _LONGEST_TEXT = 1500
 _FOR_SCRIPTS = (
+    'setcmas_ctrl.control.references',
     'setcmas_ctrl.control.saturation',
     'setcmas_ctrl.network',
     'setcmas_ctrl.rviz_marker',
@@ -139,6 +141,10 @@ def import_for_scripts() -> None:
     """Import the modules of setcmas that scripts may import: confined, they cannot read them."""
     for name in _FOR_SCRIPTS:
         importlib.import_module(name)
+    tools = importlib.import_module('setcmas_tools')
+    for name in tools.__all__:
+        with suppress(ImportError):  # an extra is missing
+            getattr(tools, name)
 
 
 def _refusal(error: ControlError) -> Refusal:

@@ -59,6 +59,11 @@ def summary(marks: Marks) -> str:
     return '\n'.join(lines)
 
 
+def marked_file(marks: Marks) -> str:
+    """Return a line that names the marked file; '' if there is none."""
+    return f'File: {marks.file}' if marks.file else ''
+
+
 def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:
     """Yield each criterion with its values and hint; the first also has the failure."""
     failed = [failure_text(scenario.failure)] if scenario.failure else []
@@ -86,7 +91,7 @@ def failure_text(failure: Failure) -> str:
 
 def feedback(marks: Marks) -> str:
     """Return the complete feedback for a student."""
-    lines = [summary(marks)] if summary(marks) else []
+    lines = [line for line in (marked_file(marks), summary(marks)) if line]
     for scenario in marks.scenarios:
         lines.append(_line(scenario.name, scenario.points, scenario.max_points))
         for mark, text in criteria_texts(scenario):

@@ -15,7 +15,8 @@ Cell = str | float
 
 def _csv_files(marks: Sequence[Marks]) -> Files:
     names = names_of(marks)
-    header: list[Cell] = ['student', 'id', 'email', 'submission', 'points', 'of', 'remarks']
+    first = 'student id email submission file points of remarks'
+    header: list[Cell] = [*first.split()]
     for name, mark in _criteria(marks[0]):
         unit = f' ({mark.unit})' if mark.unit else ''
         header += [name, f'{name}: reached{unit}']
@@ -29,7 +30,7 @@ def _csv_files(marks: Sequence[Marks]) -> Files:
 
 def _csv_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
     student = marks.student
-    row: list[Cell] = [student.name, student.id, student.email, marks.submission]
+    row: list[Cell] = [student.name, student.id, student.email, marks.submission, marks.file]
     row += [marks.score, marks.max_score, remark(marks, names)]
     for _, mark in _criteria(marks):
         row += [mark.points, '' if mark.reached is None else mark.reached]

@@ -13,6 +13,7 @@ from setcmas_tools.platforms.grade_format import (
     Files,
     GradeFormat,
     criteria_texts,
+    marked_file,
     result_files,
     summary,
 )
@@ -21,7 +22,7 @@ from setcmas_tools.platforms.grade_format import (
 def _result(marks: Marks) -> dict[str, Any]:
     return {
         'score': marks.score,
-        'output': summary(marks),
+        'output': '\n'.join(filter(None, (marked_file(marks), summary(marks)))),
         'stdout_visibility': 'hidden',
         'tests': [
             {

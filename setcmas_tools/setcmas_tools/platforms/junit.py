@@ -32,7 +32,7 @@ def _files(marks: Sequence[Marks]) -> Files:
 
 
 def _add_suite(suites: Element, marks: Marks) -> None:
-    name = _text(f'{marks.student.name} ({marks.submission})')
+    name = _text(f'{marks.student.name} ({marks.file or marks.submission})')
     suite = SubElement(suites, 'testsuite', name=name, errors='0')
     for one in marks.scenarios:
         for mark in one.criteria:

@@ -1,5 +1,6 @@
 import os
 import signal
+import subprocess
 import time
 
 import psutil
@@ -81,6 +82,20 @@ def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
     monkeypatch.setattr('builtins.input', lambda _: 'y')
     assert main(command) == 0
     assert 'by hand' not in table.read_text()
+
+
+@needs_sandbox
+def test_grades_are_written_even_if_the_output_is_read_no_further(tmp_path):
+    write_class(tmp_path / 'class', ada=LAW)
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = subprocess.run([*SETCMAS, 'grade', 'class', '-R', 'consensus'], cwd=tmp_path,
+                             stdout=writer, stderr=subprocess.PIPE, text=True)  # fmt: skip
+    os.close(writer)
+
+    assert 'Traceback' not in process.stderr
+    assert 'ada.py,10,10' in (tmp_path / 'grades/grades.csv').read_text()
+    assert 'ada.py' in (tmp_path / 'grades/students/ada.html').read_text()
 
 
 @pytest.mark.nightly

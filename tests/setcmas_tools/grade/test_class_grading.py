@@ -13,12 +13,13 @@ from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import unmarked
-from setcmas_tools.grade.marks import Failure, Student
+from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.sandbox import Times
-from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.child_channel import MachineError
 from setcmas_tools.offline.kernel_confinement import obstacle
+from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Submission
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 

@@ -30,7 +30,7 @@ def test_figures_of_a_class():
 def test_a_pair_that_names_each_other_is_one_likeness():
     from dataclasses import replace
 
-    from setcmas_tools.grade.marks import Similar
+    from setcmas_tools.submissions.likeness import Similar
 
     one, other, *_ = graded_class()
     pair = [

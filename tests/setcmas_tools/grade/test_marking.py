@@ -6,8 +6,9 @@ import pytest
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.marks import Marks, ScenarioRun, Student
+from setcmas_tools.grade.marks import Marks, ScenarioRun
 from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.submissions.student import Student
 
 RUBRIC = """\
 solution: leader_follower_formation

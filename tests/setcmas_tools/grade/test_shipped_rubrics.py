@@ -7,8 +7,8 @@ import pytest
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.marks import Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.submissions.student import Student
 
 EXERCISE_NAMES = ['consensus', 'ctc', 'leader_follower_formation', 'nav_wp', 'traj_tracking']
 

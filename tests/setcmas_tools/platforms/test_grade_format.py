@@ -16,7 +16,7 @@ from platform_schemas import SCHEMAS
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.mark_pages import write_pages
-from setcmas_tools.grade.marks import Failure, Student
+from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.platforms.grade_format import (
     GRADE_FORMATS,
@@ -24,6 +24,7 @@ from setcmas_tools.platforms.grade_format import (
     make_bundle,
     write_files,
 )
+from setcmas_tools.submissions.student import Student
 
 RUBRIC = rubric_of_exercise('consensus')
 

@@ -6,9 +6,8 @@ import zipfile
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade import submissions
-from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.submissions import find_submissions, has_function
+from setcmas_tools.submissions import submissions, submitted_files
+from setcmas_tools.submissions.submissions import find_submissions, has_function
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 IMPORTING = b'from maths import f\n' + LAW
@@ -32,8 +31,7 @@ def found(tmp_path, files, name='class'):
         for path, source in files.items():
             (place / path).parent.mkdir(parents=True, exist_ok=True)
             (place / path).write_bytes(source)
-    rubric = rubric_of_exercise('consensus')
-    return {one.name: one for one in find_submissions(place, rubric)}
+    return {one.name: one for one in find_submissions(place, 'control')}
 
 
 @pytest.mark.parametrize('name', ['class', 'class.zip'])
@@ -114,10 +112,47 @@ def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
     assert submission.problem == 'no Python file, only report.pdf'
 
 
-def test_of_several_laws_the_one_that_is_called_as_the_exercise_counts(tmp_path):
-    files = {'ada/a.py': LAW, 'ada/consensus.py': LAW, 'bob.py': LAW}
+@pytest.mark.parametrize(
+    ('names', 'problem'),
+    [
+        (['law.py', 'law_old.py', 'test_law.py'], 'law.py and law_old.py both have'),
+        (['consensus.py', 'law.py'], 'consensus.py and law.py both have'),
+        (['a.py', 'b.py', 'test_law.py', 'v2/c.py'], 'a.py and b.py and v2/c.py all have'),
+    ],
+)
+def test_several_laws_are_named_and_none_is_guessed(tmp_path, names, problem):
+    sources = dict.fromkeys(names, LAW)
+    sources['test_law.py'] = b'from law import control\n\ndef test_it():\n    control()\n'
+    files = {f'ada/{name}': source for name, source in sources.items()}
 
-    assert found(tmp_path, files)['ada'].script == 'consensus.py'
+    ada = found(tmp_path, {**files, 'bob.py': LAW})['ada']
+
+    assert ada.problem.startswith(problem)
+    assert 'leave only the one to be marked in the submission' in ada.problem
+    assert (ada.script, ada.file) == ('', '')
+
+
+@pytest.mark.parametrize(
+    ('files', 'file'),
+    [
+        ({'ada/law.py': LAW, 'ada/test_law.py': b'from law import control\n'}, 'ada/law.py'),
+        ({'ada/tp/law.py': b'control = print\n', 'ada/tp/gains.py': b''}, 'ada/tp/law.py'),
+        ({'ada/main.py': b'import more\n' + LAW, 'ada/more.py': b'import law\n',
+          'ada/law.py': LAW}, 'ada/main.py'),
+        ({'ada.zip': archive({'law.py': LAW})}, 'ada.zip/law.py'),
+        ({'ada.py': LAW}, 'ada.py'),
+    ],
+)  # fmt: skip
+def test_each_submission_names_the_file_to_mark(tmp_path, files, file):
+    one, *_ = found(tmp_path, {**files, 'bob.py': LAW}).values()
+
+    assert one.file == file
+
+
+def test_a_syntax_error_is_named_if_no_other_script_has_the_function(tmp_path):
+    files = {'ada/law.py': b'def control(:\n', 'ada/gains.py': b'', 'bob.py': LAW}
+
+    assert 'law.py, line 1: SyntaxError' in found(tmp_path, files)['ada'].problem
 
 
 def test_links_are_not_followed(tmp_path):
@@ -138,7 +173,7 @@ def test_a_class_of_hard_links_is_refused_as_a_whole(tmp_path):
     shutil.copytree(tmp_path / 'class', tmp_path / 'copy', copy_function=os.link)
 
     with pytest.raises(SetcmasError, match='holds only hard links, as cp -al makes them'):
-        find_submissions(tmp_path / 'copy', rubric_of_exercise('consensus'))
+        find_submissions(tmp_path / 'copy', 'control')
 
 
 def test_a_student_cannot_pass_for_a_folder_of_grades(tmp_path):
@@ -203,7 +238,7 @@ def test_an_entry_with_an_absolute_path_stays_away_from_other_students(tmp_path)
 
 
 def test_a_class_has_a_limit_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(submissions, '_MOST_OF_CLASS', (5, 1 << 20))
+    monkeypatch.setattr(submitted_files, '_MOST_OF_CLASS', (5, 1 << 20))
 
     with pytest.raises(SetcmasError, match='more than 5 files or 1 MB; grade it in parts'):
         found(tmp_path, {f'{k}.py': LAW for k in range(6)})
@@ -221,7 +256,7 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
     with pytest.raises(SetcmasError, match='holds no submissions; it must be a folder'):
         found(tmp_path, {'readme.txt': b''})
     with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
-        find_submissions(tmp_path / 'class/readme.txt', rubric_of_exercise('ctc'))
+        find_submissions(tmp_path / 'class/readme.txt', 'ctc')
 
 
 LAW_of_law_file = b'def control(i, n, poses, t):\n    return 0, 0\n'

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import islice
-
-from setcmas_tools.grade.marks import Similar
 
 _RUN = 8  # syntax tree nodes per compared run
 _MOST_NODES = 20_000  # per script
@@ -19,6 +18,14 @@ _FEWEST = 30  # with fewer runs of nodes, all solutions are similar
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 Print = frozenset[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Similar:
+    """Another submission, or 'the built-in law NAME', and its similarity, from 0 to 1."""
+
+    submission: str
+    share: float
 
 
 def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:

@@ -1,7 +1,7 @@
 import re
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
-from setcmas_tools.grade.likeness import fingerprint, likenesses
+from setcmas_tools.submissions.likeness import fingerprint, likenesses
 
 NAME = 'leader_follower_formation'
 GIVEN = fingerprint([EXERCISES.file(NAME).read_bytes()])

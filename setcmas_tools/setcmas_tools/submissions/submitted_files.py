@@ -1,23 +1,19 @@
-"""Submissions of a class: folders and archives, and their scripts."""
+"""Files of submissions, read from folders and nested zip files within limits."""
 
 from __future__ import annotations
 
-import ast
 import os
 import stat
 import zipfile
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
-from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade.marks import Identity, Student, identity_of
-from setcmas_tools.grade.rubric import Rubric
 
 _LARGEST = 1 << 20  # bytes of a file
 _MOST_NESTED = 3  # zip files in each other
@@ -225,170 +221,3 @@ def _is_wanted(path: PurePosixPath) -> bool:
         or len(part.encode(errors='replace')) > _LONGEST_NAME
         for part in path.parts
     )
-
-
-_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
-_MOST_NAMES = 5
-_MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
-
-
-def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosixPath, str]:
-    """Return the script to mark, or why there is none.
-
-    It is the script that defines the function, 'control' or 'ctc'; of several, the one that no
-    other script imports, preferably with the name of the exercise.
-    """
-    sources = {
-        path: content
-        for path, content in files.items()
-        if path.suffix == '.py' and not isinstance(content, Unread)
-    }
-    none = PurePosixPath()
-    if not sources:
-        return none, _without_script(files)
-    if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
-        limit = _MOST_SOURCE // 1000
-        return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
-    if len(sources) == 1:  # errors are reported when it is loaded
-        return next(iter(sources)), ''
-    scripts = {path: _tree(content) for path, content in sources.items()}
-    fitting = [path for path, tree in scripts.items() if tree and _defines(tree, function)]
-    if not fitting:
-        return none, f'none of its {len(scripts)} scripts has a function {function}'
-    imported = {name for tree in scripts.values() if tree for name in _imports(tree)}
-    fitting = [path for path in fitting if path.stem not in imported] or fitting
-    fitting = [path for path in fitting if path.stem == exercise] or fitting
-    if len(fitting) > 1:
-        names = ' and '.join(sorted(map(str, fitting))[:2])
-        return none, f'{names} both have a function {function}; one script must have it'
-    return fitting[0], ''
-
-
-def _without_script(files: Files) -> str:
-    if unread := [content for content in files.values() if isinstance(content, Unread)]:
-        return unread[0].decode(errors='replace')
-    names = sorted({path.name for path in files})
-    if not names:
-        return 'the submission is empty'
-    more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
-    return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
-
-
-def has_function(content: bytes, function: str) -> bool:
-    """Return whether a script defines a function."""
-    tree = _tree(content) if len(content) <= _MOST_SOURCE else None
-    return tree is not None and _defines(tree, function)
-
-
-def _tree(content: bytes) -> ast.Module | None:
-    try:
-        return ast.parse(content)
-    except _UNREADABLE:
-        return None
-
-
-def _defines(tree: ast.Module, function: str) -> bool:
-    return any(isinstance(one, ast.FunctionDef) and one.name == function for one in tree.body)
-
-
-def _imports(tree: ast.Module) -> set[str]:
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module)
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return found
-
-
-_MOST_FILES = 200
-_OF_ONE = 'submission'  # folder in which autograders put a single student's submission
-_SUFFIXES = ('.py', '.zip', '.ipynb')
-
-_Part = tuple[str, Identity, PurePosixPath, bytes]
-"""Name in the folder of the class, identity, path in the submission, and content of a file."""
-
-
-@dataclass(frozen=True)
-class Submission:
-    """A student's submission.
-
-    Attributes:
-        name: Its file or folder, relative to the folder of the class.
-        student: Its student.
-        script: Name of the script to mark; '' if there is none.
-        files: The script and the files in and below its folder, by relative path.
-        problem: Why there is no script to mark; '' if there is one.
-    """
-
-    name: str
-    student: Student
-    script: str = ''
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    problem: str = ''
-
-
-def find_submissions(place: Path, rubric: Rubric) -> list[Submission]:
-    """Return the submissions in a folder or a zip file, sorted by students' names.
-
-    Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
-    the same student's. A single folder with several scripts is the class itself.
-
-    Raises:
-        SetcmasError: There are none.
-    """
-    found: defaultdict[str, list[_Part]] = defaultdict(list)
-    for path, content in _of_class(handed_in(place), rubric.function).items():
-        top = path.parts[0]
-        is_file = len(path.parts) == 1
-        identity = identity_of(top, path.stem if is_file else PurePosixPath(top).stem)
-        if is_file and not identity.group and path.suffix not in _SUFFIXES:
-            continue  # no student's, such as a list of the class
-        if is_empty(path) and is_file:
-            continue
-        own = PurePosixPath(identity.file or top) if is_file else path.relative_to(top)
-        found[identity.group or top].append((top, identity, own, content))
-    if not found:
-        raise SetcmasError(
-            f"'{place}' holds no submissions; it must be a folder or zip file with a script "
-            'or folder per student'
-        )
-    submissions = [_submission(parts, rubric) for parts in found.values()]
-    return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
-
-
-def _of_class(files: Files, function: str) -> Files:
-    """Return files by path relative to the folder of the class, which may be inside another."""
-    top, *others = {path.parts[0] for path in files} or {_OF_ONE}
-    if others or top == _OF_ONE or identity_of(top, top).group:
-        return files
-    inner = {
-        PurePosixPath(*path.parts[1:]): content
-        for path, content in files.items()
-        if len(path.parts) > (2 if is_empty(path) else 1)
-    }
-    scripts = [path for path in inner if path.suffix == '.py']
-    some = {path.parts[0] for path in scripts if has_function(inner[path], function)}
-    if len(some) > 1 or any(identity_of(path.parts[0], '').group for path in inner):
-        return inner
-    deeper = _of_class(inner, function)
-    return files if deeper is inner else deeper
-
-
-def _submission(parts: list[_Part], rubric: Rubric) -> Submission:
-    ordered = sorted(parts, key=lambda part: part[1].number)
-    newest = [part for part in ordered if not is_empty(part[2])][-_MOST_FILES:]
-    files: Files = {path: content for _, _, path, content in newest}
-    tops = {path: top for top, _, path, _ in newest}
-    last, student = ordered[-1][0], ordered[-1][1].student
-    script, problem = chosen_script(files, rubric.function, rubric.exercise)
-    shown = safe_text(str, tops.get(script, last))
-    if problem:
-        return Submission(shown, student, problem=problem)
-    folder = script.parent
-    neighbours = {
-        path.relative_to(folder).as_posix(): content
-        for path, content in files.items()
-        if path.is_relative_to(folder)
-    }
-    return Submission(shown, student, script.name, neighbours)

@@ -1,0 +1,1 @@
+"""Submissions of a class: files, students, scripts, similarity."""

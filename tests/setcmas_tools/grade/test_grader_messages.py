@@ -1,0 +1,101 @@
+"""Messages of a graded class: what scripts of the docs import works, and no path is shown."""
+
+import re
+import sys
+import sysconfig
+import tempfile
+from pathlib import Path
+
+import pytest
+from sandboxes import forbid_mounts
+
+from setcmas_ctrl.scripts.machine_paths import without_paths
+from setcmas_tools.grade.class_grading import Grader
+from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
+from setcmas_tools.offline.kernel_confinement import obstacle
+from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Submission
+
+DOCS = Path(__file__).parents[3]
+FOR_STUDENTS = ['README.md', *(f'docs/{name}.md' for name in (
+    'tutorial', 'control_scripts', 'communication', 'notebook', 'scenarios', 'grading',
+))]  # fmt: skip
+IMPORT = re.compile(r'^(?:from [a-z_.]+ import [A-Za-z_, ]+|import [a-z_.]+(?: as \w+)?)$', re.M)
+LAW = """
+def control(robotNo, nbRobots, poses, t):
+    p = poses[:2]
+    v = 0.5 * (p.mean(axis=1) - p[:, robotNo - 1])
+    return v[0], v[1]
+"""
+NO_SANDBOX = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+
+
+def shown_imports():
+    texts = ((DOCS / name).read_text() for name in FOR_STUDENTS)
+    return sorted({found for text in texts for found in IMPORT.findall(text)})
+
+
+@pytest.fixture(scope='module', params=['private mounts', 'no mounts'])
+def graded(request, tmp_path_factory):
+    rubric = rubric_of_exercise('consensus')
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as place:
+        grader = Grader(rubric, Times(), confined=True, folder=Path(place))
+        with sandbox(Path(place), confined=True) as host:
+            if request.param == 'no mounts':
+                forbid_mounts(host, tmp_path_factory.mktemp('modules'))
+
+            def marks(source):
+                files = {'law.py': source.encode()}
+                one = Submission('ada', Student('ada'), 'law.py', files, file='ada/law.py')
+                return grader.marks(one, lambda _: SandboxRunner(host, 'law.py', files, Times()))
+
+            yield marks
+
+
+@NO_SANDBOX
+def test_a_script_imports_what_the_docs_show_to_students(graded):
+    lines = shown_imports()
+    guarded = "if __name__ == '__main__':\n    print(simulate('law.py', nb_robots=8))\n"
+
+    marks = graded('\n'.join([*lines, LAW, guarded]))
+
+    assert 'from setcmas_tools import simulate' in lines
+    assert [one.failure for one in marks.scenarios] == [None] * len(marks.scenarios)
+    assert (marks.score, marks.file) == (10, 'ada/law.py')
+
+
+HEADS = {
+    'a law of setcmas': 'from setcmas_ctrl.algorithms import consensus',
+    'setcmas itself': "open(__import__('setcmas_tools').__file__)",
+    'its own file': 'raise ValueError(__file__)',
+    'a traceback': 'import traceback\ntry:\n    1 / 0\nexcept ZeroDivisionError:\n'
+    '    raise ValueError(traceback.format_exc())',
+    'numpy': "import numpy\nnumpy.loadtxt('none.csv')",
+    'Python': 'import sys\nraise ValueError(sys.executable, sys.prefix, sys.path)',
+    'home': "import os\nos.mkdir(os.path.expanduser('~/new'))",
+}
+
+
+@NO_SANDBOX
+@pytest.mark.parametrize('head', HEADS)
+def test_no_message_shows_a_path_of_the_machine(graded, head):
+    (message,) = {one.failure.message for one in graded(f'{HEADS[head]}\n{LAW}').scenarios}
+
+    assert message.startswith('law.py, line')
+    temporary = f'{tempfile.gettempdir()}/setcmas_'
+    for place in (sys.prefix, sys.base_prefix, temporary, DOCS, Path.home()):
+        assert str(place) not in message
+
+
+def test_files_keep_their_place_in_a_package_or_submission():
+    numpy = f'{sysconfig.get_path("purelib")}/numpy/x.py'
+    folder = f'{tempfile.gettempdir()}/setcmas_abcdefgh/setcmas_1234_678/tmpabcd_fgh'
+
+    shown = without_paths(f"'{numpy}', {folder}/lib/geom.py, {sys.prefix}/share/x, /etc/hosts")
+
+    assert shown == "'numpy/x.py', lib/geom.py, …/share/x, /etc/hosts"
+
+
+def test_a_path_that_is_cut_short_is_not_shown():
+    assert without_paths(f'No file {str(Path.home())[:-2]}...') == 'No file …...'
