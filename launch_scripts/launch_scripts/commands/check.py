@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import Check, chosen_rubric, runs_apart
+    from setcmas_tools.grade.check import Check, chosen_rubric, runs_apart, tried
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
     from setcmas_tools.grade.marking import mark
     from setcmas_tools.grade.marks import Student
@@ -57,7 +57,9 @@ def main(args: argparse.Namespace) -> int:
         run = runners_in_lab(rubric, 'check')(script)
     else:
         run = runs_apart(script, rubric, OfflineOptions.of(args).call_timeout)
-    result = Check(mark(rubric, run, script.name, Student(script.name), script))
+    marks = mark(rubric, run, script.name, Student(script.name), script)
+    call_timeout = OfflineOptions.of(args).call_timeout
+    result = Check(marks) if args.emulate else tried(marks, script, rubric, call_timeout)
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
     print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))
@@ -66,4 +68,4 @@ def main(args: argparse.Namespace) -> int:
     if any(one.paths and one.paths[0].own for one in result.marks.scenarios):
         write_picture(result.marks, picture, args.show)
         print(f'your paths over those of the solution: {picture}')
-    return 0 if result.marks.is_full else SCRIPT_FAILED
+    return 0 if result.is_full else SCRIPT_FAILED

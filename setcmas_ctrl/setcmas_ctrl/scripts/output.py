@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
 import threading
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from typing import IO, Any, cast
 
@@ -121,3 +122,50 @@ def named_output() -> Iterator[None]:
         finally:
             stdout.end_lines()
             stderr.end_lines()
+
+
+_SHOWN_ALIKE = 5
+_MOST_SHOWN = 50
+_NUMBERS = re.compile(r'[-+]?(?:\d+\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b)|\s+')
+
+
+class FoldedOutput:
+    """Shows a few of the lines that differ only in numbers, and counts the others."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+        self._begun = ''
+        self._counts: Counter[str] = Counter()
+        self._shown = 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text up to its last line break."""
+        *lines, self._begun = (self._begun + text).split('\n')
+        for line in lines:
+            kind = _NUMBERS.sub('', line)
+            self._counts[kind] += 1
+            if self._counts[kind] <= _SHOWN_ALIKE and self._shown < _MOST_SHOWN:
+                self._shown += 1
+                self._stream.write(f'{line}\n')
+        return len(text)
+
+    def end(self) -> None:
+        """Write the last line, and how many lines are left out."""
+        if self._begun:
+            self.write('\n')
+        if left_out := sum(self._counts.values()) - self._shown:
+            self._stream.write(f'... {left_out:,} more lines like these\n')
+
+
+@contextlib.contextmanager
+def folded_output() -> Iterator[None]:
+    """Fold repeated lines on sys.stdout, inside."""
+    folded = FoldedOutput(sys.stdout)
+    with contextlib.redirect_stdout(cast(IO[str], folded)):
+        try:
+            yield
+        finally:
+            folded.end()

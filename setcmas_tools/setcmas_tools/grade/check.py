@@ -16,6 +16,7 @@ from typing import Any
 
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
+from setcmas_ctrl.scripts.output import folded_output
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
@@ -66,6 +67,8 @@ def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
     return CriterionMark(name, points, most, '', '', None, hidden=True)
 
 
+_CALL_S = 10.0
+_NO_FILE = 'not tried in the sandbox of `setcmas grade`: a function has no file'
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
 _DPI = 55
@@ -78,13 +81,22 @@ class Check:
 
     Attributes:
         marks: The marks.
+        note: What `setcmas grade` would do otherwise, or why that is unknown; '' if nothing.
+        is_safe: Whether it would give at least these points, as far as known.
     """
 
     marks: Marks
+    note: str = ''
+    is_safe: bool = True
 
     def __str__(self) -> str:
         """Return a line per criterion, and hints below missed ones."""
-        return '\n'.join(_lines(self.marks))
+        return '\n'.join([*_lines(self.marks), *([self.note] if self.note else [])])
+
+    @property
+    def is_full(self) -> bool:
+        """Whether it has all points, in `setcmas grade`, too."""
+        return self.marks.is_full and self.is_safe
 
     __repr__ = __str__  # in a terminal, where notebooks show HTML
 
@@ -133,7 +145,19 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
     chosen.check_place(in_lab=False)
     run = runs_here(law if callable(law) else str(script), chosen.function)
     name = script.name if script else getattr(law, '__name__', chosen.function)
-    return Check(mark(chosen, run, name, Student(name), script))
+    marks = mark(chosen, run, name, Student(name), script)
+    return tried(marks, script, chosen) if script else Check(marks, _NO_FILE)
+
+
+def tried(marks: Marks, script: Path, rubric: Rubric, call_timeout: float = _CALL_S) -> Check:
+    """Return the check of a script that has these marks, tried as `setcmas grade` runs it.
+
+    Raises:
+        SetcmasError: A file cannot be read.
+    """
+    from setcmas_tools.grade.trial import trial  # late: a browser has no processes
+
+    return Check(marks, *trial(script, rubric, call_timeout, marks))
 
 
 def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
@@ -147,7 +171,8 @@ def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
     def run(scenario: MarkedScenario) -> ScenarioRun:
         messages: list[str] = []
         try:
-            made = simulate(scenario.of(submission, function), warn=messages.append)
+            with folded_output():
+                made = simulate(scenario.of(submission, function), warn=messages.append)
         except SetcmasError as error:
             return ScenarioRun(None, Failure(str(error)), is_complete=False)
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
@@ -171,7 +196,7 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
     def run(scenario: MarkedScenario) -> ScenarioRun:
         chosen = scenario.of(str(script), rubric.function).found()
         printed = io.StringIO()
-        with redirect_stderr(printed), OfflineRun(chosen) as offline_run:
+        with redirect_stderr(printed), folded_output(), OfflineRun(chosen) as offline_run:
             made = offline_run.result(call_timeout, lambda _: None, lambda _: None)
         if isinstance(made, BrokenRun):
             outcome = Outcome(State.DIED, {}, {}, str(made))

@@ -11,7 +11,13 @@ from pathlib import Path, PurePosixPath
 from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.student import Identity, Student, identity_of
-from setcmas_tools.submissions.submitted_files import Files, Unread, handed_in, is_empty
+from setcmas_tools.submissions.submitted_files import (
+    MOST_FILES,
+    Files,
+    Unread,
+    handed_in,
+    is_empty,
+)
 
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 _MOST_NAMES = 5
@@ -134,7 +140,6 @@ def _imports(tree: ast.Module) -> set[str]:
     return {part for name in found for part in name.split('.')}
 
 
-_MOST_FILES = 200
 _OF_ONE = 'submission'  # folder in which autograders put a single student's submission
 _SUFFIXES = ('.py', '.zip', '.ipynb')
 
@@ -216,7 +221,7 @@ def _of_class(files: Files, function: str) -> Files:
 
 def _submission(parts: list[_Part], function: str) -> Submission:
     ordered = sorted(parts, key=lambda part: part[1].number)
-    newest = [part for part in ordered if not is_empty(part[2])][-_MOST_FILES:]
+    newest = [part for part in ordered if not is_empty(part[2])][-MOST_FILES:]
     files: Files = {path: content for _, _, path, content in newest}
     tops = {path: top for top, _, path, _ in newest}
     last, student = ordered[-1][0], ordered[-1][1].student

@@ -7,12 +7,14 @@ import stat
 import zipfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
+from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_simu.errors import SetcmasError
 
 _LARGEST = 1 << 20  # bytes of a file
@@ -20,6 +22,8 @@ _MOST_NESTED = 3  # zip files in each other
 _MOST_OF_STUDENT = 1000, 1 << 24  # files and bytes
 _LARGEST_ZIP = 1 << 28  # bytes of a submission that is a zip file; its content counts
 _MOST_OF_CLASS = 100_000, 1 << 29
+MOST_FILES = 200
+"""Files of a submission that its script finds: the newest."""
 _LONGEST_NAME = 255  # bytes, of most file systems
 _IGNORED = ('__MACOSX', '__pycache__')
 _BROKEN = (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
@@ -221,3 +225,22 @@ def _is_wanted(path: PurePosixPath) -> bool:
         or len(part.encode(errors='replace')) > _LONGEST_NAME
         for part in path.parts
     )
+
+
+def files_near(script: Path) -> dict[str, bytes]:
+    """Return what a student would submit with a script, by path relative to its folder.
+
+    These are the modules that it imports, and other files in and below the folder, within the
+    limits of a submission.
+    """
+    near = {
+        path.relative_to(script.parent).as_posix(): path.read_bytes()
+        for path in with_helpers(script)
+    }
+    limit = _Limit(MOST_FILES, _MOST_OF_STUDENT[1])
+    with suppress(_TooMuchError, OSError):
+        for entry in _in_folder(script.parent):
+            for path, content in _opened(entry, limit):
+                if not is_empty(path) and not isinstance(content, Unread):
+                    near.setdefault(path.as_posix(), content)
+    return near

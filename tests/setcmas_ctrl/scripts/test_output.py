@@ -5,10 +5,11 @@ import sys
 import textwrap
 import time
 
+import numpy as np
 from control_functions import load_control
 from processes import TIMEOUT_S
 
-from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.output import folded_output, named_output
 
 
 def law(tmp_path, body, robot=2, top=''):
@@ -120,7 +121,7 @@ THREAD_IN_PRINT = """
 import sys, threading
 from pathlib import Path
 from setcmas_ctrl.scripts.loader import load_script
-from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.output import folded_output, named_output
 with named_output():
     script = load_script(Path(sys.argv[1]), 1)
     assert script.inside.wait(120)
@@ -170,3 +171,17 @@ def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys, monkeypatch):
     assert lines[0] == 'tb3_2: 0'
     assert lines[-1] == 'tb3_2: 2000 more lines are not shown'
     assert len(lines) == 10_001
+
+
+def test_lines_that_differ_in_numbers_only_are_folded(capsys):
+    with folded_output():
+        for t in range(750):
+            print('at', t / 5, np.array([t, -t]))
+        print('it is there')
+
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[4:] == [
+        'at 0.8 [ 4 -4]',
+        'a waypoint is reached',
+        '... 745 more lines like these',
+    ]
