@@ -127,12 +127,11 @@ def _grade(
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import grade
+    from setcmas_tools.grade.class_grading import find_submissions, grade
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
     from setcmas_tools.offline.kernel_confinement import PrivateMounts
     from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
     from setcmas_tools.platforms.written_files import WrittenFiles
-    from setcmas_tools.submissions.submissions import find_submissions
 
     own = WrittenFiles(folder)
     asked = own.changed()

@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.util import Finalize
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 import msgspec
@@ -27,15 +27,18 @@ from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark, unmarked
-from setcmas_tools.grade.marks import Failure, LawRunner, Marks
+from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.offline.child_channel import MachineError
 from setcmas_tools.offline.fork_server import end_with_parent
 from setcmas_tools.offline.host import Host
 from setcmas_tools.offline.kernel_confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
+from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submissions import find_submissions as find_submissions
 
 Runners = Callable[[Path], LawRunner]
 """Returns the runner of scenarios with a script."""
@@ -69,7 +72,27 @@ class Grader:
             for path, content in submission.files.items():
                 Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
                 Path(folder, path).write_bytes(content)
-            return mark(rubric, runs(script), name, student, script)
+            return mark(rubric, _in_cells(runs(script), submission), name, student, script)
+
+
+def _in_cells(run: LawRunner, submission: Submission) -> LawRunner:
+    """Return a runner whose failures name the cells of a notebook, if it is one."""
+    notebook, name = submission.notebook, PurePosixPath(submission.file).name
+    if not notebook:
+        return run
+
+    def run_notebook(scenario: MarkedScenario) -> ScenarioRun:
+        done = run(scenario)
+        failure = done.failure
+        if not failure:
+            return done
+        shown = replace(failure, message=in_cells(failure.message, name, notebook))
+        if failure.line and failure.script == submission.script:
+            cell, line = notebook.place(failure.line)
+            shown = shown.at(f'{name}, cell {cell}', line, notebook.cells[cell - 1])
+        return replace(done, failure=shown)
+
+    return run_notebook
 
 
 _own: tuple[Grader, Host]

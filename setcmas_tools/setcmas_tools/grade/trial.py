@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_tools.grade.class_grading import Grader
 from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.marks import Failure, Marks
@@ -30,7 +31,7 @@ def trial(script: Path, rubric: Rubric, call_timeout: float, own: Marks) -> tupl
     """
     if reason := obstacle():
         return _NOT_TRIED + reason, True
-    files = files_near(script)
+    files = files_near(script, with_helpers(script))
     submission = Submission(script.name, Student(''), script.name, files)
     with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as folder:
         times = Times(call_timeout)

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.submissions.notebook import Notebook, read_notebook, script_of
 from setcmas_tools.submissions.student import Identity, Student, identity_of
 from setcmas_tools.submissions.submitted_files import (
     MOST_FILES,
@@ -157,6 +157,7 @@ class Submission:
         script: Name of the script to mark; '' if there is none.
         files: The script and the files in and below its folder, by relative path.
         problem: Why there is no script to mark; '' if there is one.
+        notebook: The cells of the notebook that the script stands for; None for a script.
         file: The file to mark, relative to the folder of the class; '' if there is none.
     """
 
@@ -166,6 +167,7 @@ class Submission:
     files: Mapping[str, bytes] = field(default_factory=dict)
     problem: str = ''
     file: str = ''
+    notebook: Notebook | None = None
 
 
 def find_submissions(place: Path, function: str) -> list[Submission]:
@@ -211,8 +213,9 @@ def _of_class(files: Files, function: str) -> Files:
         for path, content in files.items()
         if len(path.parts) > (2 if is_empty(path) else 1)
     }
-    scripts = [path for path in inner if path.suffix == '.py']
-    some = {path.parts[0] for path in scripts if has_function(inner[path], function)}
+    scripts = {path: inner[path] for path in inner if path.suffix in ('.py', '.ipynb')}
+    _with_scripts(scripts)
+    some = {path.parts[0] for path, one in scripts.items() if has_function(one, function)}
     if len(some) > 1 or any(identity_of(path.parts[0], '').group for path in inner):
         return inner
     deeper = _of_class(inner, function)
@@ -225,9 +228,13 @@ def _submission(parts: list[_Part], function: str) -> Submission:
     files: Files = {path: content for _, _, path, content in newest}
     tops = {path: top for top, _, path, _ in newest}
     last, student = ordered[-1][0], ordered[-1][1].student
+    notebooks = _with_scripts(files)
     script, problem = chosen_script(files, function)
-    shown = safe_text(str, tops.get(script, last))
+    original = next((path for path in notebooks if script_of(path) == script), script)
+    shown = _printable(tops.get(original, last))
     if problem:
+        for path in notebooks:
+            problem = problem.replace(script_of(path).name, path.name)
         return Submission(shown, student, problem=problem)
     folder = script.parent
     neighbours = {
@@ -235,6 +242,31 @@ def _submission(parts: list[_Part], function: str) -> Submission:
         for path, content in files.items()
         if path.is_relative_to(folder)
     }
-    top = tops[script]
-    file = top if PurePosixPath(top).suffix == '.py' else f'{top}/{script}'
-    return Submission(shown, student, script.name, neighbours, file=safe_text(str, file))
+    top = tops.get(original, last)
+    file = top if PurePosixPath(top).suffix in ('.py', '.ipynb') else f'{top}/{original}'
+    return Submission(
+        shown, student, script.name, neighbours, file=_printable(file),
+        notebook=notebooks.get(original),
+    )  # fmt: skip
+
+
+def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
+    """Add the scripts of notebooks to files; return the readable notebooks."""
+    found: dict[PurePosixPath, Notebook] = {}
+    for path, content in [*files.items()]:
+        if path.suffix != '.ipynb' or isinstance(content, Unread):
+            continue
+        try:
+            found[path] = notebook = read_notebook(content)
+        except SetcmasError as error:
+            files[path] = Unread(f'{path.name}: {error}'.encode())
+            continue
+        for name, written in notebook.written.items():
+            files.setdefault(path.with_name(name), written)
+        if notebook.source.strip():
+            files[script_of(path)] = notebook.source.encode(errors='replace')
+    return found
+
+
+def _printable(name: str) -> str:
+    return ''.join(one if one.isprintable() else ascii(one)[1:-1] for one in name)

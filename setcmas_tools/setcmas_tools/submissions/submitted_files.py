@@ -6,7 +6,7 @@ import os
 import stat
 import zipfile
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +14,6 @@ from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
-from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_simu.errors import SetcmasError
 
 _LARGEST = 1 << 20  # bytes of a file
@@ -192,11 +191,13 @@ def _opened(
         _TooMuchError: The limit is reached.
     """
     path, is_zip = entry.path, entry.path.suffix == '.zip'
-    if entry.size > _LARGEST and path.suffix not in ('.py', '.zip'):
+    if entry.size > _LARGEST and path.suffix not in ('.py', '.zip', '.ipynb'):
         limit.take(0)
         yield path, b'larger than 1 MB: left out\n'
         return
-    largest = (limit.size if nested else _LARGEST_ZIP) if is_zip else _LARGEST
+    largest = _LARGEST
+    if is_zip or path.suffix == '.ipynb':  # a notebook also holds its pictures
+        largest = limit.size if nested or not is_zip else _LARGEST_ZIP
     content = entry.read(largest + 1)
     if len(content) > _LARGEST_ZIP:
         raise _TooMuchError
@@ -227,16 +228,13 @@ def _is_wanted(path: PurePosixPath) -> bool:
     )
 
 
-def files_near(script: Path) -> dict[str, bytes]:
+def files_near(script: Path, modules: Iterable[Path]) -> dict[str, bytes]:
     """Return what a student would submit with a script, by path relative to its folder.
 
-    These are the modules that it imports, and other files in and below the folder, within the
+    These are the script and its modules, and other files in and below the folder, within the
     limits of a submission.
     """
-    near = {
-        path.relative_to(script.parent).as_posix(): path.read_bytes()
-        for path in with_helpers(script)
-    }
+    near = {path.relative_to(script.parent).as_posix(): path.read_bytes() for path in modules}
     limit = _Limit(MOST_FILES, _MOST_OF_STUDENT[1])
     with suppress(_TooMuchError, OSError):
         for entry in _in_folder(script.parent):

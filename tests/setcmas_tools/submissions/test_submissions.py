@@ -93,7 +93,7 @@ def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
     [
         ({'a.py': LAW, 'b.py': LAW}, 'a.py and b.py both have a function control'),
         ({'a.py': b'', 'b.py': b''}, 'none of its 2 scripts has a function control'),
-        ({'law.ipynb': b'{}'}, 'no Python file, only law.ipynb'),
+        ({'law.ipynb': b'{}'}, 'law.ipynb: it is not a notebook of Jupyter, or damaged'),
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
         ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),

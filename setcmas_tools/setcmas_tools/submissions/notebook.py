@@ -1,0 +1,175 @@
+"""Notebook with a law: its code cells as one script, and lines of cells in messages."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import Any
+
+import msgspec
+
+from setcmas_simu.errors import SetcmasError
+
+_WRITTEN = re.compile(r'%%writefile\s+([\w-]+\.py)\s*\n')
+_TRANSPARENT = ('%%time', '%%capture')  # the rest of the cell is ordinary code
+_MAGIC = re.compile(r'(\s*)(?:[%!?]|[\w.,\s]+=\s*[%!]|.*\?\s*$)')
+_MOST_MAGICS = 200  # lines of a cell; each takes a further look at it
+_OF_JUPYTER = {'display', 'get_ipython'}
+_LAWS = {'control', 'ctc'}
+_INVALID = (SyntaxError, ValueError, RecursionError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """Code cells of a notebook.
+
+    Magics, shell commands and top-level statements that use setcmas_tools or call the law are
+    left out; all lines keep their numbers.
+
+    Attributes:
+        cells: Source of each code cell.
+        written: Content of the scripts that `%%writefile` cells write, by name.
+    """
+
+    cells: tuple[str, ...]
+    written: dict[str, bytes]
+
+    @property
+    def source(self) -> str:
+        """All cells as one script."""
+        return ''.join(f'{cell}\n' for cell in self.cells)
+
+    def place(self, line: int) -> tuple[int, int]:
+        """Return the code cell, from 1, and the line in it, from a line of the script."""
+        for number, cell in enumerate(self.cells, 1):
+            count = cell.count('\n') + 1
+            if line <= count:
+                return number, line
+            line -= count
+        return len(self.cells), line
+
+
+def read_notebook(content: bytes) -> Notebook:
+    """Return the code cells of a notebook.
+
+    Raises:
+        SetcmasError: It is not a notebook.
+    """
+    try:
+        cells: Any = msgspec.json.decode(content)['cells']
+        sources = [_text(cell['source']) for cell in cells if cell['cell_type'] == 'code']
+    except (msgspec.MsgspecError, RecursionError, KeyError, TypeError, ValueError) as error:
+        raise SetcmasError('it is not a notebook of Jupyter, or damaged') from error
+    written = {found[1]: one[found.end() :] for one in sources if (found := _WRITTEN.match(one))}
+    runs: set[str] = {*_OF_JUPYTER}
+    shown = tuple(_without_runs(_without_magics(one), runs) for one in sources)
+    return Notebook(shown, {name: text.encode() for name, text in written.items()})
+
+
+def _text(source: Any) -> str:
+    text = source if isinstance(source, str) else ''.join(source)
+    return text.replace('\r\n', '\n').replace('\r', '\n')
+
+
+def _without_magics(cell: str) -> str:
+    """Return a cell without its magics and shell commands; a syntax error of its own stays."""
+    lines = cell.split('\n')
+    if lines[0].startswith('%%'):
+        if lines[0].split()[0] not in _TRANSPARENT:
+            return '\n' * (len(lines) - 1)
+        lines[0] = ''
+    for _ in range(_MOST_MAGICS):
+        try:
+            ast.parse('\n'.join(lines))
+        except SyntaxError as error:
+            number = (error.lineno or 0) - 1
+            found = _MAGIC.match(lines[number]) if 0 <= number < len(lines) else None
+            if not found:
+                break
+            while lines[number].endswith('\\') and number + 1 < len(lines):
+                lines[number], number = '', number + 1
+            lines[number] = f'{found[1]}pass'
+        except _INVALID:
+            break
+        else:
+            break
+    return '\n'.join(lines)
+
+
+def _without_runs(cell: str, runs: set[str]) -> str:
+    """Return a cell without its top-level statements that use names of `runs`.
+
+    The names are those that run the law, or result from it; those of the cell are added.
+    """
+    try:
+        tree = ast.parse(cell)
+    except _INVALID:
+        return cell
+    lines = cell.encode().split(b'\n')
+    for node in reversed([one for one in tree.body if _is_run(one, runs)]):
+        first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
+        rest = lines[last][node.end_col_offset :]
+        lines[first : last + 1] = [
+            lines[first][: node.col_offset] + b'pass' + (rest if first == last else b''),
+            *[b''] * (last - first),
+        ]
+    return b'\n'.join(lines).decode()
+
+
+def _is_run(node: ast.stmt, runs: set[str]) -> bool:
+    """Return whether a statement runs a law, or uses the result; adds the names that it binds."""
+    if isinstance(node, (ast.Import, ast.ImportFrom)):
+        module = node.module if isinstance(node, ast.ImportFrom) else node.names[0].name
+        if (module or '').partition('.')[0] == 'setcmas_tools':
+            runs |= {(one.asname or one.name).partition('.')[0] for one in node.names}
+        return False
+    used = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+        if node.name in _LAWS or used & runs:
+            runs.add(node.name)
+        return False
+    bound = set(_bound(node))
+    if not used & runs or bound & _LAWS:
+        runs -= bound - _LAWS
+        return False
+    runs |= bound
+    return True
+
+
+def _bound(node: ast.stmt) -> Iterator[str]:
+    for one in ast.walk(node):
+        if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store):
+            yield one.id
+
+
+def script_of(notebook: PurePosixPath) -> PurePosixPath:
+    """Return the script that stands for a notebook."""
+    return notebook.with_name(f'{notebook.stem}_ipynb.py')
+
+
+def in_cells(text: str, name: str, notebook: Notebook) -> str:
+    """Return a message with cells and lines of a notebook instead of lines of its script.
+
+    Args:
+        text: The message.
+        name: Name of the notebook.
+        notebook: Its cells.
+    """
+    own = script_of(PurePosixPath(name)).name
+    script = re.escape(own)
+
+    def place(found: re.Match[str]) -> str:
+        cell, line = notebook.place(int(found[2]))
+        return f'{name}{found[1]}, cell {cell}, line {line}'
+
+    def quoted(found: re.Match[str]) -> str:
+        _, line = notebook.place(int(found[2]))
+        return f'{found[1]}{line} | '
+
+    if re.search(rf'{script}, line \d{{1,9}}\b', text):
+        text = re.sub(r'(\n +)(\d{1,9}) \| ', quoted, text, count=1)
+    text = re.sub(rf'{script}("?), line (\d{{1,9}})', place, text)
+    return text.replace(own, name)

@@ -1,0 +1,65 @@
+"""Notebooks of students, as scripts."""
+
+import json
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.submissions.notebook import in_cells, read_notebook
+from setcmas_tools.submissions.submissions import find_submissions
+
+CELLS = [
+    '%matplotlib inline\n!pip install \\\n  numpy\nimport numpy as np\n'
+    'from setcmas_tools import simulate, check\nfiles = !ls',
+    'K = 0.5\n\ndef control(i, n, poses, t):\n    """text\n%d"""\n'
+    '    return (K\n    % 2), undefined\n',
+    'run = simulate(control,\n    nb_robots=5)\nK = 0.6\nrun.plot()\ncontrol(1, 2, 0, 0)\nrun',
+    '%%bash\nls | wc',
+    '%%time\nlaw = 1\nnp.zeros?\nif law:\n    %timeit law',
+    'control = np.vectorize(control)',
+]
+
+
+def notebook(*cells):
+    sources = [{'cell_type': 'markdown', 'source': ['# Law']}]
+    sources += [{'cell_type': 'code', 'source': text.splitlines(True)} for text in cells]
+    return json.dumps({'cells': sources, 'nbformat': 4}).encode()
+
+
+def test_magics_and_runs_are_left_out_and_lines_stay():
+    script = read_notebook(notebook(*CELLS)).source
+
+    compile(script, 'law', 'exec')
+    assert script.splitlines()[3] == 'import numpy as np'
+    for kept in ('%d"""', '    % 2)', 'K = 0.6', 'law = 1', 'control = np.vectorize(control)'):
+        assert kept in script
+    for left_out in ('matplotlib', 'pip', 'run', 'control(1', 'wc', '?', 'timeit'):
+        assert left_out not in script
+
+
+def test_messages_name_the_cell_and_its_line():
+    text = 'law_ipynb.py, line 12: NameError: undefined\n    12 | % 2), undefined'
+
+    shown = in_cells(text, 'law.ipynb', read_notebook(notebook(*CELLS)))
+
+    assert shown == 'law.ipynb, cell 2, line 6: NameError: undefined\n    6 | % 2), undefined'
+
+
+def test_a_syntax_error_of_a_cell_stays():
+    assert 'def f(:' in read_notebook(notebook('%time\ndef f(:\n')).source
+
+
+def test_a_notebook_is_a_submission_and_its_written_scripts_are_files(tmp_path):
+    (tmp_path / 'ada.ipynb').write_bytes(notebook(*CELLS[:2]))
+    (tmp_path / 'bob').mkdir()
+    (tmp_path / 'bob' / 'lab.ipynb').write_bytes(notebook(f'%%writefile law.py\n{CELLS[1]}'))
+
+    ada, bob = find_submissions(tmp_path, 'control')
+
+    assert (ada.file, ada.script, ada.problem) == ('ada.ipynb', 'ada_ipynb.py', '')
+    assert (bob.file, bob.script, bob.notebook) == ('bob/law.py', 'law.py', None)
+
+
+def test_a_file_that_is_no_notebook_is_named(tmp_path):
+    with pytest.raises(SetcmasError, match='not a notebook of Jupyter'):
+        read_notebook(b'[' * 100_000)
