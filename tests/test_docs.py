@@ -30,6 +30,7 @@ def site(tmp_path_factory, worker_id):
     return folder
 
 
+@pytest.mark.nightly
 def test_it_fetches_nothing_from_the_network(site):
     for page in site.rglob('*.html'):
         fetched = re.findall(
@@ -58,6 +59,7 @@ def test_pages_fit_a_phone(site):
     assert too_wide == []
 
 
+@pytest.mark.nightly
 def test_formulas_are_mathml(site):
     page = (site / 'control_scripts.html').read_text()
 
@@ -65,12 +67,14 @@ def test_formulas_are_mathml(site):
     assert 'arithmatex' not in page
 
 
+@pytest.mark.nightly
 def test_every_page_is_in_the_navigation(site):
     home = (site / 'index.html').read_text()
     for page in (ROOT / 'docs').rglob('*.md'):
         assert f'href="{page.relative_to(ROOT / "docs").with_suffix(".html")}"' in home
 
 
+@pytest.mark.nightly
 def test_pages_of_old_links_are_there(site):
     for name in ('control_scripts', 'communication', 'lab'):
         assert (ROOT / 'docs' / f'{name}.md').is_file()

@@ -63,9 +63,8 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     assert 'Traceback' not in terminal.text
 
 
-@pytest.mark.parametrize(
-    'signum', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.nightly)]
-)
+@pytest.mark.nightly  # keys do the same
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
 def test_signals_give_the_terminal_back(terminal, signum):
     terminal.wait_for('PAUSED')
     children = psutil.Process(terminal.process.pid).children()

@@ -40,7 +40,9 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, 
 
     assert main(['report', 'well']) == 0
     assert capsys.readouterr().out == 'well.html\n'
-    assert '<title>consensus, 3 robots</title>' in (runs / 'well.html').read_text()
+    page = (runs / 'well.html').read_text()
+    assert '<title>consensus, 3 robots</title>' in page
+    assert_colour(page, '#0072b2')  # of the palette that is chosen by default
     assert main(['report', 'well']) == 2
     assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
 
@@ -59,14 +61,16 @@ def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
     assert HOSTILE in found.shown
 
 
-@pytest.mark.parametrize(('palette', 'colour'), [('ros1', '#ff0000'), ('okabe-ito', '#0072b2')])
-def test_the_palette_is_that_of_the_plane_and_of_the_plots(runs, tmp_path, palette, colour):
+def test_the_palette_is_that_of_the_plane_and_of_the_plots(runs, tmp_path):
     page = tmp_path / 'page.html'
-    assert main(['report', str(runs / 'well'), '-o', str(page), '--palette', palette]) == 0
+    assert main(['report', str(runs / 'well'), '-o', str(page), '--palette', 'ros1']) == 0
+    assert_colour(page.read_text(), '#ff0000')
 
-    text = page.read_text()
-    assert f'"colour":"{colour}"' in text
-    picture = re.search(r'data:image/png;base64,([\w+/=]+)" alt="trajectories', text)[1]
+
+def assert_colour(page, colour):
+    """Robots of the plane and of the plots have a colour."""
+    assert f'"colour":"{colour}"' in page
+    picture = re.search(r'data:image/png;base64,([\w+/=]+)" alt="trajectories', page)[1]
     drawn = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert('RGB'), int)
     assert (np.abs(drawn - [*bytes.fromhex(colour[1:])]).max(axis=2) < 16).any()
 
