@@ -93,7 +93,11 @@ def takes_velocities(condition: Any, name: str) -> bool:
 
 
 class Broadcast:
-    """Decides at each odometry whether one robot sends its state."""
+    """Decides at each odometry whether one robot sends its state.
+
+    Attributes:
+        last: The state sent last; None before the first.
+    """
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
         """Prepare; the first state is always sent.
@@ -106,7 +110,7 @@ class Broadcast:
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
-        self._last: State | None = None
+        self.last: State | None = None
         self._failing = False
 
     @classmethod
@@ -125,9 +129,9 @@ class Broadcast:
         The pose is x, y in m and theta in rad; the forward speed V is in m/s, t in s.
         """
         state = pose, V
-        triggered = self._last is None or self._evaluate(state, self._last, t)
+        triggered = self.last is None or self._evaluate(state, self.last, t)
         if triggered:
-            self._last = state
+            self.last = state
         return triggered
 
     def _evaluate(self, state: State, last: State, t: float) -> bool:

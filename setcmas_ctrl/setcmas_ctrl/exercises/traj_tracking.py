@@ -6,7 +6,7 @@ Goal
 
 Formulas to implement
     r(t) = R (cos(W t), sin(W t))                           (TODO 1)
-    dr/dt, first on paper                                   (TODO 2)
+    dr/dt, first on paper (a difference quotient will do)   (TODO 2)
     v = KP (r - p) + dr/dt                                  (TODO 3)
 
 What to observe

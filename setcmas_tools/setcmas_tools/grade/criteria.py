@@ -6,32 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.compare.formation_shape import shape_distance
-from setcmas_tools.compare.run_distance import distances_between
+from setcmas_tools.compare.solution_comparison import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import measure
-from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
-
-_DIGITS = 9
-
-
-COMPARED = {
-    'path_error': ('m', 'RMS distance to the paths of the solution, at equal times'),
-    'largest_path_error': ('m', 'largest distance to the paths of the solution'),
-    'end_error': ('m', 'largest distance to the ends of the solution'),
-    'shape_error': (
-        'm',
-        'RMS distance to the shape of the solution at the end, wherever, whichever robot',
-    ),
-    'path_ratio': ('', 'length of all paths, as a share of that of the solution'),
-}
-"""Comparisons with the model solution: units and descriptions."""
 
 SAFETY = {
     'safety_stops': '',
@@ -56,56 +37,13 @@ def is_plugins(name: str) -> bool:
     return any(name.startswith(one) for one in own)
 
 
-def figures_of(
-    run: Run, solution: Run | None, with_shape: bool = False
-) -> dict[str, float | None]:
+def figures_of(run: Run) -> dict[str, float | None]:
     """Return the numbers of a run by name; None for missing ones.
 
     Args:
         run: The run; it must have the references of the solution.
-        solution: The run of the model solution; None if there is none.
-        with_shape: Whether to compare shapes, too, which takes longer.
     """
-    if not len(run.counted.t):
-        return {}
-    figures = numbers_of(measure(run, lambda _: None))
-    return figures | (compared(run, solution, with_shape) if solution else {})
-
-
-def compared(run: Run, solution: Run, with_shape: bool = False) -> dict[str, float | None]:
-    """Return comparisons of a run with the model solution's run."""
-    _, apart = distances_between(run, solution)
-    distances = np.array([*apart.values()])
-    if not np.isfinite(distances).any():
-        return dict.fromkeys(COMPARED)
-    lengths = [_length(one.counted_grid) for one in (run, solution)]
-    figures = {
-        'path_error': float(np.sqrt(np.nanmean(distances**2))),
-        'largest_path_error': float(np.nanmax(distances)),
-        'end_error': float(np.nanmax(distances[:, -1])),
-        'path_ratio': lengths[0] / lengths[1] if lengths[1] else None,
-        'shape_error': _shape_error(run, solution) if with_shape else None,
-    }
-    return {
-        name: None if number is None else float(f'{number:.{_DIGITS}g}')
-        for name, number in figures.items()
-    }
-
-
-def _shape_error(run: Run, solution: Run) -> float | None:
-    """Return the distance of the robots to the solution's shape at the end; None if unknown."""
-    own, wanted = (
-        np.column_stack([one.counted_grid.x[:, -1], one.counted_grid.y[:, -1]])
-        for one in (run, solution)
-    )
-    if own.shape != wanted.shape or not np.isfinite([own, wanted]).all():
-        return None
-    return shape_distance(own, wanted)
-
-
-def _length(grid: FleetGrid) -> float:
-    """Return the total path length of all robots in m."""
-    return float(np.nansum(np.hypot(np.diff(grid.x), np.diff(grid.y))))
+    return numbers_of(measure(run, lambda _: None)) if len(run.counted.t) else {}
 
 
 _BOUNDS = ('at_most', 'below', 'at_least', 'above', 'between')

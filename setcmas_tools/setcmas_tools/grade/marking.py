@@ -11,6 +11,7 @@ import numpy as np
 from setcmas_ctrl.scripts.exercise import is_unfilled
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.diagnosis import diagnosis
+from setcmas_tools.compare.solution_comparison import compared
 from setcmas_tools.grade.criteria import Criterion, figures_of
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -24,6 +25,7 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.run.run import Run
+from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.student import Student
 
@@ -100,12 +102,14 @@ def _with_hint(scenario: ScenarioMark, name: str, text: str) -> ScenarioMark:
 
 def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> ScenarioMark:
     solution = rubric.solution_run(scenario)
-    figures: Mapping[str, float | None] = {}
+    figures: dict[str, float | None] = {}
     # If a condition fails, the engine sends the state, so the result is not the student's.
     is_own = rubric.function != CTC or not done.failure
     if done.run and done.is_complete and is_own:
-        with_shape = any(one.metric == 'shape_error' for one in scenario.criteria)
-        figures = figures_of(_with_references_of(done.run, solution), solution, with_shape)
+        figures = figures_of(_with_references_of(done.run, solution))
+        if solution:
+            names = {one.metric for one in scenario.criteria}
+            figures |= compared(names, done.run, solution, *_right(rubric, scenario))
     return ScenarioMark(
         scenario.name,
         _criteria(scenario.criteria, figures, done),
@@ -113,6 +117,13 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         () if scenario.hidden else _paths(done.run, solution),
         scenario.hidden,
     )
+
+
+def _right(rubric: Rubric, scenario: MarkedScenario) -> tuple[Scenario, bool]:
+    """Return the scenario with the solution if known, and whether the solution is a condition."""
+    is_known = rubric.solution or rubric.function == CTC
+    right = scenario.of(rubric.solution, rubric.function) if is_known else scenario.base
+    return right, rubric.function == CTC
 
 
 def _with_references_of(run: Run, solution: Run | None) -> Run:

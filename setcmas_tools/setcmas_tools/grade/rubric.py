@@ -12,7 +12,8 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.criteria import COMPARED, SAFETY, UNITS, figures_of
+from setcmas_tools.compare.solution_comparison import COMPARED
+from setcmas_tools.grade.criteria import SAFETY, UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
     CTC,
@@ -60,6 +61,12 @@ class Rubric:
         return sum(one.points for scenario in self.scenarios for one in scenario.criteria)
 
     @property
+    def compares_answers(self) -> bool:
+        """Whether a criterion asks for the solution's answers."""
+        criteria = (one for scenario in self.scenarios for one in scenario.criteria)
+        return any(one.metric == 'answer_error' for one in criteria)
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """All its files: the rubric itself, the solution, and the files of scenarios.
 
@@ -92,7 +99,7 @@ class Rubric:
             SetcmasError: It lacks the metric of a criterion.
         """
         others = [one.metric for one in scenario.criteria if one.metric not in UNITS]
-        known = figures_of(run, run) if others else {}
+        known = figures_of(run) if others else {}
         for metric in others:
             if metric not in known:
                 raise SetcmasError(
@@ -176,7 +183,7 @@ def read_rubric(path: Path) -> Rubric:
     scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
     if references and (others := {one.name for one in scenarios} - references.keys()):
         raise fields['references'].error(f"references lack scenario '{min(others)}'")
-    return Rubric(
+    rubric = Rubric(
         file=path.resolve(),
         title=fields['title'].text() if 'title' in fields else path.stem,
         scenarios=scenarios,
@@ -186,6 +193,9 @@ def read_rubric(path: Path) -> Rubric:
         mistakes=read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
         references=references,
     )
+    if references and rubric.compares_answers:
+        raise fields['references'].error('references cannot replace the solution of answer_error')
+    return rubric
 
 
 def _references(entry: Entry) -> dict[str, Path]:
@@ -212,6 +222,11 @@ def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedSc
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
         if needing and function == CONTROL and not is_compared:
             raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
+        if 'answer_error' in needing and function == CONTROL and not scenario.knows_all_poses:
+            raise item.error(
+                'answer_error compares laws that know the poses of all robots; leave out the '
+                'options of the communication'
+            )
         scenarios.append(scenario)
     if not scenarios:
         raise entry.mistake('a list with at least one scenario')

@@ -7,7 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.communication_settings import (
+    Communication,
+    CommunicationOptions,
+    chosen_communication,
+)
 from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.script_errors import ErrorReports
@@ -132,3 +136,32 @@ class OfflineCommunication:
         )
         broadcasts = dict.fromkeys(numbers, times)
         return record_of(links, triggers, self._changes.rows, broadcasts)
+
+
+def decisions(
+    options: CommunicationOptions,
+    nb_robots: int,
+    robot: int,
+    times: Floats,
+    states: Floats,
+    sent: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Return whether a robot's condition holds at given times, shape (E,).
+
+    Args:
+        options: The communication, with the condition.
+        nb_robots: Size of the fleet.
+        robot: Number of the robot.
+        times: Times in s, shape (E,).
+        states: x, y in m, theta in rad and the forward speed in m/s, shape (E, 4).
+        sent: Whether the robot has sent its state then, whatever the condition is, shape (E,).
+    """
+    chosen = chosen_communication(nb_robots, options)
+    condition = chosen.broadcast(robot, ErrorReports(lambda _: None))
+    holds = []
+    rows = zip(times.tolist(), states.tolist(), sent.tolist(), strict=True)
+    for t, (x, y, theta, speed), is_sent in rows:
+        last, state = condition.last, ((x, y, theta), speed)
+        holds.append(condition.is_triggered(*state, t))
+        condition.last = state if is_sent else last
+    return np.array(holds)

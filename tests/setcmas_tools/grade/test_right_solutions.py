@@ -1,0 +1,100 @@
+"""Right solutions get all points, in check and in grade, and keep away from the bounds."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+import yaml
+
+from setcmas_tools.grade.check import runs_here
+from setcmas_tools.grade.criteria import Bounds
+from setcmas_tools.grade.marking import mark
+from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
+from setcmas_tools.submissions.student import Student
+
+SCRIPTS = Path(__file__).parents[2] / 'data' / 'exercises'
+AWAY = 0.6
+"""Largest share of an upper bound, and least share of a lower one, that a right solution needs."""
+
+QUICK = {
+    'consensus': ['gradient of the disagreement', 'the Laplacian'],
+    'ctc': ['squares on both sides', 'with velocities'],
+    'leader_follower_formation': ["leader's velocity from its positions", 'slower while it turns'],
+    'nav_wp': ['while loop', 'slower while it turns'],
+    'traj_tracking': ['numerical derivative, backward', 'saturates itself'],
+}
+"""Solutions that are marked in the quick tests: those nearest to a bound, and with other laws."""
+
+
+@cache
+def solutions(exercise):
+    listed = yaml.safe_load((SCRIPTS / exercise / 'right.yaml').read_text())
+    return {one['name']: one['script'] for one in listed}
+
+
+ALL = [
+    pytest.param(exercise, name, marks=() if name in quick else pytest.mark.nightly)
+    for exercise, quick in QUICK.items()
+    for name in solutions(exercise)
+]
+
+
+rubric_of = cache(rubric_of_exercise)
+
+
+def marked(exercise, script, runs=None):
+    rubric = rubric_of(exercise)
+    run = runs or runs_here(str(script), rubric.function)
+    return mark(rubric, run, script.name, Student('Ada'), script)
+
+
+@pytest.fixture
+def script(tmp_path):
+    def script(exercise, name):
+        path = tmp_path / 'law.py'
+        path.write_text(solutions(exercise)[name])
+        return path
+
+    return script
+
+
+@pytest.fixture(scope='session')
+def host(tmp_path_factory):
+    with sandbox(tmp_path_factory.mktemp('right'), confined=True) as one:
+        yield one
+
+
+def use(bounds: Bounds, number: float) -> float:
+    """Return which share of a bound a number uses up."""
+    upper = number / bounds.high
+    return max(upper, bounds.low / number) if bounds.low > 0 else upper
+
+
+@pytest.mark.parametrize('exercise', QUICK)
+def test_there_are_twenty_solutions_of_each_exercise(exercise):
+    assert len(solutions(exercise)) == len(set(solutions(exercise).values())) == 20
+
+
+@pytest.mark.parametrize(('exercise', 'name'), ALL)
+def test_a_right_solution_gets_all_points_and_keeps_away_from_each_bound(exercise, name, script):
+    marks = marked(exercise, script(exercise, name))
+
+    assert marks.is_full
+    assert (marks.score, marks.max_score) == (10, 10)
+    by_scenario = zip(rubric_of(exercise).scenarios, marks.scenarios, strict=True)
+    for scenario, found in by_scenario:
+        assert not found.failure
+        for criterion, one in zip(scenario.criteria, found.criteria, strict=True):
+            assert use(criterion.bounds, one.reached) <= AWAY, (scenario.name, one.name)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize('exercise', QUICK)
+def test_check_and_grade_agree_on_right_solutions(exercise, script, host):
+    for name in [*solutions(exercise)][::4]:
+        path = script(exercise, name)
+        files = {path.name: path.read_bytes()}
+        function = rubric_of(exercise).function
+        runs = SandboxRunner(host, path.name, files, Times(10, 60), function)
+        assert marked(exercise, path, runs).scenarios == marked(exercise, path).scenarios, name
