@@ -17,10 +17,12 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.compare.generic_mistakes import (
     ANSWERS,
+    BODY,
     FACTORS,
     POLAR,
     SAME_TIME,
     TURNED,
+    in_body_frame,
     polar,
 )
 from setcmas_tools.offline.altered_solutions import (
@@ -190,6 +192,9 @@ def _generic_laws(calls: Sequence[Calls]) -> Iterator[_Explanation]:
         for one, answer, other in zip(calls, answers, wrong, strict=True):
             answer[:, ~other] = one.solution[:, ~other]
         yield from _tried(f'{who}{hint}', calls, answers, is_multiple=True)
+    for sign in (1, -1):
+        answers = [in_body_frame(one, sign) for one in calls]
+        yield from _tried(BODY, calls, answers, is_multiple=True)
     for returned in zip(*(polar(one) for one in calls), strict=True):
         yield from _tried(POLAR, calls, returned, is_multiple=True)
 
@@ -334,8 +339,8 @@ def _distance(calls: Sequence[Calls]) -> Iterator[_Explanation]:
     right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
     limit = f'from {right:.2g} m on' if math.isfinite(right) else 'from further on'
     hint = (
-        f'Your condition holds from a distance of {least:.2g} m to the last position sent on; the '
-        f'right one {limit}.'
+        f'Your condition holds from a distance of {least:.2g} m to the last position sent on, '
+        f'as with another THRESHOLD; the right one {limit}.'
     )
     yield from _tried(hint, calls, answers)
 

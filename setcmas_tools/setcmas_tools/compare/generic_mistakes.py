@@ -78,3 +78,15 @@ def polar(calls: Calls) -> Iterator[Floats]:
             yield np.stack([length, komega * turn], -1)
             yield np.stack([length, np.degrees(turn)], -1)
             yield np.stack([length, turn], -1)
+
+
+BODY = (
+    'Your velocities are turned by the heading of the robot. Return vx and vy in the world frame: '
+    'they do not depend on the heading.'
+)
+
+
+def in_body_frame(calls: Calls, sign: int) -> Floats:
+    """Return the right velocities turned by the robots' headings, with a sign."""
+    turned = (calls.solution @ np.array([1, 1j])) * np.exp(1j * sign * calls.heading)
+    return np.stack([turned.real, turned.imag], -1)
