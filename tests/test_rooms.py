@@ -86,6 +86,7 @@ SCENARIOS = [
     'setcmas_expe.test_networks',
     'setcmas_tools.bags.test_damage',
     'setcmas_tools.grade.test_grader_messages',
+    'setcmas_tools.grade.test_mistakes',
     'setcmas_tools.grade.test_right_solutions',
     'setcmas_tools.grade.test_shipped_rubrics',
     'setcmas_tools.run.test_strange_files',
