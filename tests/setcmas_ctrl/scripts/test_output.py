@@ -177,7 +177,7 @@ def test_lines_that_differ_in_numbers_only_are_folded(capsys):
     with folded_output():
         for t in range(750):
             print('at', t / 5, np.array([t, -t]))
-        print('it is there')
+        print('a waypoint is reached')
 
     lines = capsys.readouterr().out.splitlines()
     assert lines[4:] == [
