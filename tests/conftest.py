@@ -75,7 +75,7 @@ def fork_server():
     """A process that has imported the modules of nodes; None where processes cannot be forked."""
     from forked_modules import ForkServer
 
-    server = ForkServer() if hasattr(os, 'pidfd_open') else None
+    server = ForkServer() if hasattr(os, 'pidfd_open') and hasattr(os, 'fork') else None
     yield server
     if server:
         server.close()

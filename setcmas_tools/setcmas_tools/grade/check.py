@@ -158,7 +158,9 @@ def tried(marks: Marks, script: Path, rubric: Rubric, call_timeout: float = _CAL
     try:
         from setcmas_tools.grade.trial import trial
     except ModuleNotFoundError as error:  # in a browser, which has no processes either
-        return Check(marks, f'not tried in the sandbox of `setcmas grade`: {error.name} is missing')
+        return Check(
+            marks, f'not tried in the sandbox of `setcmas grade`: {error.name} is missing'
+        )
     return Check(marks, *trial(script, rubric, call_timeout, marks))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Number
 from setcmas_simu.yaml_entries import Entry, read_entries
+from setcmas_tools.grade.criteria import rounded
 from setcmas_tools.grade.marks import Correction, Marks, Student
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.platforms.lateness import (
@@ -116,7 +117,7 @@ class Corrections:
 
         def add(signature: _Signature, what: str, points: float, is_hidden: bool = False) -> None:
             nonlocal score
-            points = round(max(points, -score), 2)  # no score is below 0
+            points = rounded(max(points, -score))  # no score is below 0
             score += points
             corrections.append(signature.correction(what, points, is_hidden))
 
@@ -124,7 +125,7 @@ class Corrections:
         for one in changes:
             if one.key != 'total':
                 add(one.signature, *_of_criterion(one, marks))
-        if self._curve and round(curved := self._curve(score) - score, 2):
+        if self._curve and rounded(curved := self._curve(score) - score):
             add(self._curve.signature, 'curve', curved)
         if self._late and (taken := self._late[1].taken(marks))[1]:
             add(self._late[0], taken[0], -taken[1])

@@ -65,7 +65,8 @@ def test_mistakes_are_reported_in_one_line_and_nothing_is_written(tmp_path, argu
 
 
 def test_a_script_that_hides_a_built_in_law_is_reported_when_written_and_when_run(tmp_path):
-    written = run_here('new', 'consensus', cwd=tmp_path)
+    # In a process of its own: here, a law that another test loaded may be on Python's path.
+    written = run_setcmas('new', 'consensus', cwd=tmp_path)
     run = run_here('offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 
     assert '--algo consensus now runs this file instead of the built-in law' in written.stdout

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
 EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
-MOST_UNEXPLAINED = 6  # of each exercise: their hint is where the run first differs
+MOST_UNEXPLAINED = 8  # of each exercise: their hint is where the run first differs
 
 
 def mistakes_of(name):
@@ -80,13 +80,16 @@ def complaints(mistake, by_grade, by_check):
         yield f'check: {by_check.score} {messages(by_check)}, grade: {by_grade.score} {hints}'
     if by_grade.is_full is not mistake.get('harmless', False):
         yield f'it gets {by_grade.points_text}'
-    if not (by_grade.unfilled or by_grade.is_full) and len(hints) + bool(failures) != 1:
+    is_explained = bool(hints or failures or by_grade.unfilled or by_grade.is_full)
+    if len(hints) > 1 or not is_explained:
         yield f'not one explanation: {hints} {failures}'
     unclear = is_unexplained(by_grade) or by_grade.unfilled or by_grade.is_full
-    wanted = [] if unclear else mistake['must']
+    wanted = [] if unclear else mistake.get('must', [])
     if wanted and not any(has(text, words) for words in wanted):
         yield f'none of {wanted} in: {text}'
-    yield from (f'{words!r} in: {text}' for words in mistake['must_not'] if has(text, words))
+    yield from (
+        f'{words!r} in: {text}' for words in mistake.get('must_not', []) if has(text, words)
+    )
 
 
 def has(text, words):
@@ -131,6 +134,8 @@ def test_all_mistakes(tmp_path, name):
         complaints_about(mistakes, by_grade, lambda file: marked_here(name, file), tmp_path) == []
     )
     unexplained = [
-        one['name'] for one in mistakes if one['must'] and is_unexplained(by_grade[one['name']])
+        one['name']
+        for one in mistakes
+        if one.get('must') and is_unexplained(by_grade[one['name']])
     ]
     assert len(unexplained) <= MOST_UNEXPLAINED
