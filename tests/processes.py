@@ -110,6 +110,15 @@ def _is_of_a_script(module) -> bool:
     return bool(file) and not str(file).startswith(_INSTALLED)
 
 
+def _is_installed(finder) -> bool:
+    """Return whether a finder of modules is of an installed library, such as importlib_metadata's.
+
+    That one has switched off Python's own: without both, no package is found.
+    """
+    module = sys.modules.get(getattr(finder, '__module__', ''))
+    return str(getattr(module, '__file__', '')).startswith(_INSTALLED)
+
+
 @contextlib.contextmanager
 def restored_process():
     """Restore what commands and scripts change in this process: folder, environment, imports."""
@@ -122,7 +131,8 @@ def restored_process():
         if os.environ != environment:
             os.environ.clear()
             os.environ.update(environment)
-        sys.path[:], sys.meta_path[:] = path, finders
+        added = [one for one in sys.meta_path if one not in finders and _is_installed(one)]
+        sys.path[:], sys.meta_path[:] = path, [*finders, *added]
         for name in sys.modules.keys() - modules:
             if _is_of_a_script(sys.modules[name]):
                 del sys.modules[name]
