@@ -143,7 +143,7 @@ def import_for_scripts() -> None:
         importlib.import_module(name)
     tools = importlib.import_module('setcmas_tools')
     for name in tools.__all__:
-        with suppress(ImportError):  # an extra is missing
+        with suppress(SetcmasError):  # an extra is missing
             getattr(tools, name)
 
 

@@ -1,6 +1,8 @@
 """Robots of a run in the sandbox, which try to reach each other past their links."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -297,3 +299,15 @@ def test_a_law_gains_nothing_by_what_it_tells_its_other_robots(host):
     cheat = run(host, f'{HONEST}{CHEAT}    return poses\n', RING).run
 
     assert np.array_equal(cheat.poses, honest.poses)
+
+
+def test_modules_for_scripts_are_imported_without_the_extra_of_studies():
+    code = (
+        'import sys\n'
+        "sys.modules['simpleeval'] = None\n"
+        'from setcmas_tools.grade.sandboxed_script import import_for_scripts\n'
+        'import_for_scripts()\n'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert done.returncode == 0, done.stderr
