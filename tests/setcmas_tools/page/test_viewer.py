@@ -122,6 +122,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
         def expect(js, value):
             wait_for(lambda: browser.execute_script(js) == value)
 
+        expect('return page.robots.length', 2)
         expect(SHAPES, 'boxes lines')
         expect('return page.linksAt(Infinity).size', 2)
 
