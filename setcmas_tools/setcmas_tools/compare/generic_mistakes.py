@@ -1,54 +1,76 @@
-"""Generic mistakes: what becomes of the right answers, whatever the law or condition is."""
+"""Generic mistakes, whatever the law or condition is, and which of them reproduce a submission."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import Calls
+from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, RIGHT, SOLUTION, Calls
 
-TURNED: tuple[tuple[str, Callable[[Floats, Floats], tuple[Floats, Floats]]], ...] = (
+_LEFT = 0.1
+"""Share of the calls unlike the solution's that an explanation may leave unexplained."""
+_FEWEST = 10  # calls to estimate a factor from
+EQUAL = 0.02  # relative difference of factors
+_AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
+
+YOURS = 'Your velocities'
+"""First words of hints about velocities; also those of some of the robots."""
+
+Turn = Callable[[Floats, Floats], tuple[Floats, Floats]]
+TURNED: tuple[tuple[str, Turn], ...] = (
+    (f'{YOURS} are the opposite of the right ones: check the sign.', lambda vx, vy: (-vx, -vy)),
     (
-        'Your velocities are the opposite of the right ones: check the sign.',
-        lambda vx, vy: (-vx, -vy),
-    ),
-    (
-        'Your velocities are the right ones with both components swapped: return vx, vy, in this '
-        'order.',
+        f'{YOURS} are the right ones with vx and vy swapped: return vx, vy, in this order.',
         lambda vx, vy: (vy, vx),
     ),
-    ('Your velocities are the right ones turned by +90 degrees.', lambda vx, vy: (-vy, vx)),
-    ('Your velocities are the right ones turned by -90 degrees.', lambda vx, vy: (vy, -vx)),
-    ('Only the sign of vx is wrong.', lambda vx, vy: (-vx, vy)),
-    ('Only the sign of vy is wrong.', lambda vx, vy: (vx, -vy)),
-    ('Your velocities are all zero.', lambda vx, vy: (0 * vx, 0 * vy)),
-    ('vx is right, but vy is always zero.', lambda vx, vy: (vx, 0 * vy)),
-    ('vy is right, but vx is always zero.', lambda vx, vy: (0 * vx, vy)),
-    ('vx is right, but vy is the same number as vx.', lambda vx, _: (vx, vx)),
-    ('vy is right, but vx is the same number as vy.', lambda _, vy: (vy, vy)),
+    (
+        f'{YOURS} are the right ones turned by +90 degrees: (-vy, vx) instead of (vx, vy).',
+        lambda vx, vy: (-vy, vx),
+    ),
+    (
+        f'{YOURS} are the right ones turned by -90 degrees: (vy, -vx) instead of (vx, vy).',
+        lambda vx, vy: (vy, -vx),
+    ),
+    (f'{YOURS} have the wrong sign in vx only.', lambda vx, vy: (-vx, vy)),
+    (f'{YOURS} have the wrong sign in vy only.', lambda vx, vy: (vx, -vy)),
+    (f'{YOURS} are all zero.', lambda vx, vy: (0 * vx, 0 * vy)),
+    (f'{YOURS} have the right vx, but vy is always zero.', lambda vx, vy: (vx, 0 * vy)),
+    (f'{YOURS} have the right vy, but vx is always zero.', lambda vx, vy: (0 * vx, vy)),
+    (f'{YOURS} have the right vx, but vy is the same number as vx.', lambda vx, _: (vx, vx)),
+    (f'{YOURS} have the right vy, but vx is the same number as vy.', lambda _, vy: (vy, vy)),
 )
 """Velocities made of both components of the right ones."""
 
 POLAR = (
-    'You seem to return speed and turn rate. Return vx and vy in the world frame instead: setcmas '
-    'itself converts them to speed and turn rate.'
+    f'{YOURS} are speed and turn rate. Return vx and vy in the world frame: setcmas itself '
+    'converts them to speed and turn rate.'
 )
 SAME_TIME = (
-    'Your law does what the right one does at t = 0, at every time: it does not use t, the last '
-    'argument of control.'
+    'Your law does at all times what the right one does at t = 0. Does it use t, the last '
+    'argument of control?'
+)
+TOGETHER = (
+    'Your condition holds for all robots at the same times, wherever they are. Compare the '
+    'distance to p_sent, not the time.'
 )
 
 
 ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
     (
-        'Your condition always holds, so the robots send every time. Compare the direction of the '
-        'comparison with the formula.',
+        'Your condition always holds, so the robots send every time. Is the comparison the right '
+        'way round?',
         np.ones_like,
     ),
-    ('Your condition never holds: the robots only send their first state.', np.zeros_like),
+    (
+        'Your condition never holds, so the robots send only their first state. Does it compare p '
+        'with p_sent, in m?',
+        np.zeros_like,
+    ),
     ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
 )
 """Answers of a condition, made of the right ones; the first that fits counts."""
@@ -56,15 +78,12 @@ ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
 
 FACTORS: dict[str, Callable[[int], float]] = {
     'N': lambda n: n,
-    '1/N': lambda n: 1 / n,
     'N-1': lambda n: n - 1,
-    '1/(N-1)': lambda n: 1 / (n - 1),
     'N/(N-1)': lambda n: n / (n - 1),
-    '(N-1)/N': lambda n: (n - 1) / n,
+    'N squared': lambda n: n * n,
     '180/pi': lambda _: 180 / math.pi,
-    'pi/180': lambda _: math.pi / 180,
 }
-"""Factors by name, for fleets of N robots."""
+"""Factors by name, above 1, for fleets of N robots; they multiply or divide."""
 
 
 def polar(calls: Calls) -> Iterator[Floats]:
@@ -81,8 +100,8 @@ def polar(calls: Calls) -> Iterator[Floats]:
 
 
 BODY = (
-    'Your velocities are turned by the heading of the robot. Return vx and vy in the world frame: '
-    'they do not depend on the heading.'
+    f'{YOURS} are turned by the heading of the robot. Return vx and vy in the world frame: they '
+    'do not depend on the heading.'
 )
 
 
@@ -90,3 +109,237 @@ def in_body_frame(calls: Calls, sign: int) -> Floats:
     """Return the right velocities turned by the robots' headings, with a sign."""
     turned = (calls.solution @ np.array([1, 1j])) * np.exp(1j * sign * calls.heading)
     return np.stack([turned.real, turned.imag], -1)
+
+
+class Explanation(NamedTuple):
+    """A possible hint, and the number of calls of all scenarios that do not agree with it."""
+
+    hint: str
+    differing: int
+
+
+def relative_to(calls: Calls, answers: Floats) -> Calls:
+    """Return calls with other answers in place of the solution's."""
+    return replace(calls, answers={SOLUTION: answers, RIGHT: calls.solution})
+
+
+def second_mistake(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:
+    """Yield explanations with a mistake before each."""
+    for hint, differing in found:
+        text = f'Two mistakes: {first} With that corrected, {hint[0].lower()}{hint[1:]}'
+        yield Explanation(text, differing)
+
+
+def tried(
+    hint: str, calls: Sequence[Calls], answers: Sequence[Floats | None], is_multiple: bool = False
+) -> Iterator[Explanation]:
+    """Yield an explanation if its answers are those of the submission in all scenarios.
+
+    Multiples of the solution are not compared where the solution is in its dead band.
+    """
+    before = after = 0
+    for one, theirs in zip(calls, answers, strict=True):
+        if theirs is None:
+            return
+        counted = one.is_known if is_multiple else np.ones(one.own.shape[:2], dtype=bool)
+        differing = int((one.differs(theirs) & counted).sum())
+        if differing > one.may_differ * max(1, counted.sum()):
+            return
+        after += differing
+        before += int((one.differs(one.solution) & counted).sum())
+    if before >= _FEWEST and after <= _LEFT * before:
+        yield Explanation(hint, after)
+
+
+def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by velocities that are turned, swapped, zero or without t."""
+    yield from tried(SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
+    for hint, turned in TURNED:
+        yield from tried(hint, calls, _turned(calls, turned), is_multiple=True)
+    for sign in (1, -1):
+        answers = [in_body_frame(one, sign) for one in calls]
+        yield from tried(BODY, calls, answers, is_multiple=True)
+    for returned in zip(*(polar(one) for one in calls), strict=True):
+        yield from tried(POLAR, calls, returned, is_multiple=True)
+
+
+def _turned(calls: Sequence[Calls], turned: Turn) -> list[Floats]:
+    return [np.stack(turned(*np.moveaxis(one.solution, -1, 0)), -1) for one in calls]
+
+
+def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that always or never holds, or is the opposite."""
+    for hint, changed in ANSWERS:
+        answers = [
+            np.stack([changed(one.solution[..., 0]), one.solution[..., 1]], -1) for one in calls
+        ]
+        found = [*tried(hint, calls, answers)]
+        if found:
+            yield from found
+            return
+
+
+def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by a factor that has a name, otherwise by another constant."""
+    found = [*multiple(calls)]
+    yield from found or _constants(calls)
+
+
+def multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation by a factor that has a name."""
+    factors = [_factor(one, one.solution) for one in calls]
+    sizes = [one.scenario.nb_robots for one in calls]
+    known = [place for place, factor in enumerate(factors) if math.isfinite(factor)]
+    found = [factors[place] for place in known]
+    for name, of_size in FACTORS.items():
+        for power in (1, -1):
+            wanted = [of_size(size) ** power for size in sizes if size > 1]
+            if len(wanted) < len(sizes) or not known:
+                return
+            if _are_equal(found, [wanted[place] for place in known]):
+                names = [name, ', where N is the number of robots'] if 'N' in name else [name, '']
+                if 'N' in name and len({sizes[place] for place in known}) == 1:
+                    # It may be another number.
+                    names = [f'{of_size(sizes[known[0]]):.3g}', f' ({name} for N robots)']
+                yield from _by_factors(calls, wanted, *names)
+
+
+def plain_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation by any factor, the same in all scenarios."""
+    found = [_factor(one, one.solution) for one in calls]
+    known = [factor for factor in found if math.isfinite(factor) and factor]
+    if known and _are_equal(known, known[:1] * len(known)):
+        size = abs(known[0])
+        yield from _by_factors(calls, known[:1] * len(calls), f'{max(size, 1 / size):.3g}')
+
+
+def _by_factors(
+    calls: Sequence[Calls], factors: Sequence[float], name: str, explained: str = ''
+) -> Iterator[Explanation]:
+    answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
+    size = 'large' if abs(factors[0]) > 1 else 'small'
+    ways = (
+        'the right directions, but are' if factors[0] > 0 else 'the opposite directions, and are'
+    )
+    hint = f'{YOURS} have {ways} {name} times too {size}{explained}.'
+    yield from tried(hint, calls, answers, is_multiple=True)
+
+
+def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by turned or swapped velocities that are too large or small as well."""
+    for hint, turned in TURNED[1:6]:
+        altered = [relative_to(*each) for each in zip(calls, _turned(calls, turned), strict=True)]
+        yield from second_mistake(hint, [*_scaled_by_name(altered)])
+
+
+def _scaled_by_name(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    found = [*multiple(calls)]
+    yield from found or plain_multiple(calls)
+
+
+def shares(
+    calls: Sequence[Calls], starts: Sequence[Floats], steps: Sequence[Floats]
+) -> list[float]:
+    """Return the x for which all submissions are start + x * step; nothing if it varies."""
+    each = zip(calls, steps, starts, strict=True)
+    known = [share for share in (_factor(*one) for one in each) if math.isfinite(share)]
+    return known[:1] if known and _are_equal(known, known[:1] * len(known)) else []
+
+
+def _factor(calls: Calls, direction: Floats, start: Floats | None = None) -> float:
+    """Return the x for which the submission is start + x * direction; NaN if unknown.
+
+    Where the submission is saturated, only its direction is known.
+    """
+    moves = np.hypot(direction[..., 0], direction[..., 1]) > CLOSE / 10
+    free = calls.is_free & moves
+    if free.sum() >= _FEWEST:
+        own = calls.own[free] if start is None else calls.own[free] - start[free]
+        along = direction[free]
+        return float(np.median((own * along).sum(-1) / (along * along).sum(-1)))
+    if start is None:
+        return math.nan
+    across = _cross(calls.own, direction)
+    known = calls.is_known & (np.abs(across) > CLOSE * calls.limit)
+    if known.sum() < _FEWEST:
+        return math.nan
+    return float(np.median(-_cross(calls.own, start)[known] / across[known]))
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross products of vectors, shape (..., 2)."""
+    products: Floats = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return products
+
+
+def _are_equal(factors: Sequence[float], others: Sequence[float]) -> bool:
+    return bool(np.allclose(factors, others, rtol=EQUAL, atol=1e-6))
+
+
+def _constants(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by another value of a constant, in which the law must be affine."""
+    for name in set.intersection(*(set(one.values) for one in calls)):
+        steps = [one.answers[name] - one.solution for one in calls]
+        found = [1 + share for share in shares(calls, [one.solution for one in calls], steps)]
+        plain = [one for one in (0.0, -1.0) if not (found and _are_equal([one], found))]
+        ratios = plain + found
+        value = calls[0].values[name]
+        for ratio in ratios:
+            answers = [
+                one.solution + (ratio - 1) * step for one, step in zip(calls, steps, strict=True)
+            ]
+            hint = _constant_hint(name, value * ratio, value)
+            yield from tried(hint, calls, answers, is_multiple=True)
+
+
+def _constant_hint(name: str, found: float, right: float) -> str:
+    if abs(found) < EQUAL * abs(right):
+        return f'Your robots move as if {name} were 0: the term with {name} has no effect.'
+    if abs(found + right) < EQUAL * abs(right):
+        return f'The term with {name} has the wrong sign; the rest is right.'
+    return f'Your robots move as if {name} were {found:.3g}, not {right:g}; the rest is right.'
+
+
+def too_fast(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a law that is saturated all the time, in the right direction."""
+    hint = (
+        'Your velocities have the right directions, but the robots always move at the speed '
+        'limit, as with a gain that is far too large.'
+    )
+    yield from tried(hint, calls, [1e6 * one.solution for one in calls], is_multiple=True)
+
+
+def other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition with another distance than the right one."""
+    gone = np.concatenate([one.heading.ravel() for one in calls])
+    sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
+    if not sends.any() or sends.all():
+        return
+    least = float(gone[sends].min())
+    answers = []
+    for one in calls:
+        answer = np.zeros_like(one.own)
+        answer[..., 0] = one.heading >= least
+        answers.append(answer)
+    right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
+    wanted = f'it must hold from {right:.2g} m on' if math.isfinite(right) else 'that is too early'
+    hint = (
+        f'Your condition holds as soon as the robot is {least:.2g} m away from the position sent '
+        f'last; {wanted}. Check THRESHOLD and its unit.'
+    )
+    if least < _AT_ONCE_M:
+        hint = (
+            'Your condition holds as soon as the robot has moved at all. Do you compare the '
+            'distance with THRESHOLD?'
+        )
+    yield from tried(hint, calls, answers)
+
+
+def same_times(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that holds for all robots at the same times."""
+    answers = [
+        np.repeat(np.median(one.own, axis=1, keepdims=True), one.own.shape[1], axis=1)
+        for one in calls
+    ]
+    if all(one.own.shape[1] > 2 for one in calls):
+        yield from tried(TOGETHER, calls, answers)

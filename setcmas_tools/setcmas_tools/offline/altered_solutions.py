@@ -45,11 +45,13 @@ class Mistake:
         hint: Text for the student.
         change: Parts of the solution's source, and what replaces them.
         script: A whole script instead; '' for changes.
+        term: What the change leaves out, for hints about its factor; '' for none.
     """
 
     hint: str
     change: Mapping[str, str] = field(default_factory=dict)
     script: str = ''
+    term: str = ''
 
     def source(self, solution: Path | None) -> str:
         """Return the source of the altered solution."""
@@ -69,14 +71,15 @@ def read_mistakes(entry: Entry, solution: Path | None) -> tuple[Mistake, ...]:
 
 
 def _mistake(entry: Entry, solution: Path | None) -> Mistake:
-    fields = entry.fields(('change', 'script', 'hint'))
+    fields = entry.fields(('change', 'script', 'hint', 'term'))
     if 'hint' not in fields or ('change' in fields) == ('script' in fields):
         raise entry.mistake('a mistake with a hint, and with change: {OLD: NEW} or a script')
     hint = ' '.join(fields['hint'].text().split())
     if 'script' in fields:
         mistake = Mistake(hint, script=fields['script'].text())
     else:
-        mistake = Mistake(hint, _changes(fields['change'], solution))
+        term = fields['term'].text() if 'term' in fields else ''
+        mistake = Mistake(hint, _changes(fields['change'], solution), term=term)
     try:
         compile(mistake.source(solution), '', 'exec')
     except (SyntaxError, ValueError) as error:
@@ -135,7 +138,8 @@ def altered_solutions(
         found.append(Altered(FROZEN, solution, is_frozen=True))
         found += [Altered(name, solution, name, is_kept=True) for name in _constants(solution)]
     for number, one in enumerate(mistakes):
-        found.append(_written(str(number), one.source(solution), solution, folder))
+        altered = _written(str(number), one.source(solution), solution, folder)
+        found.append(replace(altered, is_kept=bool(one.term)))
     return found
 
 
@@ -215,6 +219,12 @@ class Calls:
     def is_free(self) -> NDArray[np.bool_]:
         """Where, in addition, the submission is not saturated."""
         return self.is_known & (_lengths(self.own) < _SATURATED * self.limit)
+
+    def of_robots(self, which: NDArray[np.bool_]) -> Calls:
+        """Return the calls of some of the robots; which has the shape (N,)."""
+        answers = {name: each[:, which] for name, each in self.answers.items()}
+        heading = self.heading[:, which]
+        return replace(self, own=self.own[:, which], heading=heading, answers=answers)
 
     def differs(self, answers: Floats) -> NDArray[np.bool_]:
         """Return where answers differ from those of the submission, shape (calls, N)."""

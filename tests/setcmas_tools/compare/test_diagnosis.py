@@ -76,10 +76,11 @@ def hints(tmp_path):
         ('v[0], v[1]', 'np.hypot(*v), np.arctan2(v[1], v[0])', 'speed and turn rate'),
         ('v[0], v[1]', 'v[0], 0', 'vy is always zero'),
         ('v[0], v[1]', '0, 0', 'all zero'),
-        (' / nbRobots', '', 'multiplied by N, where N is'),
-        ('/ nbRobots', '/ (nbRobots - 1)', 'multiplied by N/(N-1), where N is'),
+        (' / nbRobots', '', 'N times too large, where N is'),
+        ('/ nbRobots', '/ (nbRobots - 1)', 'N/(N-1) times too large, where N is'),
         ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
         ('v -= K', 'v -= 40 * K', 'far too large'),
+        ('v[0], v[1]', '0.4 * v[1], 0.4 * v[0]', 'With that corrected, your velocities have the'),
     ],
 )
 def test_a_mistake_is_explained_by_the_run_that_it_reproduces(hints, old, new, said):
@@ -92,7 +93,7 @@ def test_what_nothing_explains_is_measured_and_the_lecturers_own_hint_follows(hi
     when = 'if robotNo == 2 and t > 3: v = v + 0.2\n    return v[0], v[1]'
     [hint] = hints(('return v[0], v[1]', when))
     assert hint.startswith("In 'all', robot 2 first differs from the solution at t = 3.2 s: its")
-    assert hint.endswith('Of all robots, only robot 2 differs. Read the formula.')
+    assert hint.endswith('This affects only robot 2. Read the formula.')
     [hint] = hints(('return v[0], v[1]', 'return np.random.normal(0, 1, 2)'))
     assert re.match(r"In 'all', robot 1 first differs from the solution at t = 0\.\d s", hint)
 
@@ -104,6 +105,14 @@ def test_a_lecturers_mistake_is_recognised_unless_another_does_the_same(hints):
     assert hints(two, rubric=RUBRIC + listed) == ['Only two.']
     assert 'first differs' in hints(two, rubric=RUBRIC + listed + other)[0]
     assert 'opposite' in hints(('v -=', 'v +='), rubric=RUBRIC + listed)[0]
+
+
+def test_a_term_with_a_wrong_factor_is_named(hints):
+    term = "mistakes:\n  - {change: {' - p[:, j]': ''}, hint: Add p_j., term: p_j}\n"
+    [hint] = hints((' - p[:, j]', ' - 0.5 * p[:, j]'), rubric=RUBRIC + term)
+    assert hint == 'In your law, p_j is 2 times too small; the rest is right.'
+    [hint] = hints((' - p[:, j]', ' + p[:, j]'), rubric=RUBRIC + term)
+    assert hint == 'In your law, p_j has the wrong sign; the rest is right.'
 
 
 def test_only_what_students_see_gives_hints(hints):
@@ -131,6 +140,8 @@ def test_an_impossible_mistake_is_reported_with_its_line(hints, listed, said):
 def test_robots_that_are_right_are_not_blamed(hints):
     only = '(np.zeros(2) if robotNo == 1 else v)\n    return tuple(v)'
     [hint] = hints(('return v[0], v[1]', f'v = {only}'))
-    assert hint == 'Of all robots, only robot 1 differs. Your velocities are all zero.'
+    assert hint == 'The velocities of robot 1 are all zero.'
     [hint] = hints(('return v[0], v[1]', 'return (v[0], v[1]) if robotNo == 1 else (v[1], v[0])'))
-    assert hint.startswith('Only robot 1 is right. Your velocities are the right ones with both')
+    assert hint.startswith(
+        'The velocities of all robots but robot 1 are the right ones with vx and'
+    )
