@@ -31,12 +31,17 @@ COMPARED = {
     'path_ratio': ('', 'length of all paths, as a share of that of the solution'),
     'path_distance': ('m', 'largest distance of a path to that of the solution, at any times'),
     'answer_error': ('', "share by which a law's answers differ from those of the solution"),
+    'direction_error': ('°', "angle between a law's velocities and those of the solution"),
 }
 """Comparisons with the model solution: units and descriptions."""
+
+OF_ANSWERS = ('answer_error', 'direction_error')
+"""Comparisons that need the solution itself, not only its run."""
 
 _DIGITS = 9
 _DECIMALS = 6  # fewer than the last bits, in which machines and sandboxes differ
 _LEAST_M_S = 0.05  # slower velocities do not count: laws may have dead bands
+_STILL_M_S = 1e-3  # slower velocities have no direction
 _EARLY_S = 1e-6  # a state at the time of a call is known to it
 
 
@@ -64,6 +69,7 @@ def compared(
         'path_ratio': lambda: _ratio(run, solution),
         'path_distance': lambda: _path_distance(run, solution),
         'answer_error': lambda: _answer_error(run, right, of_condition),
+        'direction_error': lambda: None if of_condition else _direction_error(run, right),
     }
     numbers = {name: functions[name]() for name in COMPARED if name in names}
     return {
@@ -144,16 +150,46 @@ def _velocity_error(run: Run, right: Scenario) -> float | None:
     The median leaves freedom in moments such as turns, and when a law changes its target.
     None without commands, or if the solution fails, where its own run does not lead.
     """
-    if not run.commands:
-        return None
-    errors = []
-    for robot, law in zip(run.robots, load_laws(right.law, len(run.robots)), strict=True):
+    errors = [_relative(own, wanted, right.law.vnom) for own, wanted in _velocities(run, right)]
+    return max(errors, default=None)
+
+
+def _direction_error(run: Run, right: Scenario) -> float | None:
+    """Return the median angle between velocities in degrees, its mean over the robots.
+
+    It does not depend on gains. None as for `_velocity_error`.
+    """
+    angles = [_angle(own, wanted) for own, wanted in _velocities(run, right)]
+    return round(float(np.mean(angles)), _DECIMALS) if angles else None
+
+
+def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
+    """Return a robot's velocities and those of the solution, shape (C, 2), of each robot.
+
+    Empty without commands, or if the solution fails.
+    """
+    pairs = []
+    laws = load_laws(right.law, len(run.robots)) if run.commands else []
+    for robot, law in zip(run.robots, laws, strict=bool(laws)):
+        assert run.commands
         own = run.commands.of(robot)
         wanted = answers(law, own.t, _poses(run, own.t))
         if wanted is None:
-            return None
-        errors.append(_relative(np.column_stack([own.vx, own.vy]), wanted, right.law.vnom))
-    return max(errors)
+            return []
+        pairs.append((np.column_stack([own.vx, own.vy]), wanted))
+    return pairs
+
+
+def _angle(own: Floats, wanted: Floats) -> float:
+    """Return the median angle between velocities in degrees, both of shape (C, 2).
+
+    Calls at which the solution is slow do not count; a robot without a velocity is wrong by 180.
+    """
+    cross = own[:, 0] * wanted[:, 1] - own[:, 1] * wanted[:, 0]
+    apart = np.degrees(np.abs(np.arctan2(cross, np.sum(own * wanted, axis=1))))
+    apart[np.hypot(*own.T) < _STILL_M_S] = 180.0
+    counted = apart[np.hypot(*wanted.T) > _LEAST_M_S]
+    return float(np.median(counted)) if len(counted) else 0.0
 
 
 def _relative(own: Floats, wanted: Floats, vnom: float) -> float:

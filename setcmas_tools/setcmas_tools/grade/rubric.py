@@ -12,7 +12,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.compare.solution_comparison import COMPARED
+from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import SAFETY, UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
@@ -64,7 +64,7 @@ class Rubric:
     def compares_answers(self) -> bool:
         """Whether a criterion asks for the solution's answers."""
         criteria = (one for scenario in self.scenarios for one in scenario.criteria)
-        return any(one.metric == 'answer_error' for one in criteria)
+        return any(one.metric in OF_ANSWERS for one in criteria)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -194,7 +194,9 @@ def read_rubric(path: Path) -> Rubric:
         references=references,
     )
     if references and rubric.compares_answers:
-        raise fields['references'].error('references cannot replace the solution of answer_error')
+        raise fields['references'].error(
+            'references cannot replace the solution, which answers are compared with'
+        )
     return rubric
 
 
@@ -222,9 +224,10 @@ def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedSc
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
         if needing and function == CONTROL and not is_compared:
             raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
-        if 'answer_error' in needing and function == CONTROL and not scenario.knows_all_poses:
+        of_answers = [name for name in needing if name in OF_ANSWERS]
+        if of_answers and function == CONTROL and not scenario.knows_all_poses:
             raise item.error(
-                'answer_error compares laws that know the poses of all robots; leave out the '
+                f'{of_answers[0]} compares laws that know the poses of all robots; leave out the '
                 'options of the communication'
             )
         scenarios.append(scenario)

@@ -47,7 +47,9 @@ def handout(rubric: Rubric) -> bytes:
     if not is_public and rubric.solution in files:
         raise SetcmasError(f"a visible scenario needs the solution '{rubric.solution}' as a file")
     if not is_public and shown.compares_answers:
-        raise SetcmasError('answer_error needs the solution itself; use path_error, or hide it')
+        raise SetcmasError(
+            'answer_error and direction_error need the solution itself; use path_error, or hide it'
+        )
     found = rubric_files(rubric.file, files, package_folders().values())
     references = {} if is_public else _references(shown)
     places = {f'rubric/{path}': content for path, content in references.items()}

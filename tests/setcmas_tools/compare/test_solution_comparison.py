@@ -1,9 +1,12 @@
-"""Distances of paths whatever the timing."""
+"""Distances of paths whatever the timing, and angles between velocities whatever the gain."""
 
 import numpy as np
 import pytest
 
-from setcmas_tools.compare.solution_comparison import frechet_distance
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.compare.solution_comparison import compared, frechet_distance
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.scenario.scenario import Scenario
 
 CORNER = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], float)
 
@@ -22,3 +25,20 @@ CORNER = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], float)
 def test_paths_are_compared_in_space(other, distance):
     assert frechet_distance(CORNER, other) == pytest.approx(distance)
     assert frechet_distance(other, CORNER) == pytest.approx(distance)
+
+
+@pytest.mark.parametrize(
+    ('turned_by', 'gain', 'degrees'), [(0, 3, 0), (20, 1, 20), (180, 0.2, 180), (0, 0, 180)]
+)
+def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
+    def law(robotNo, nbRobots, poses, t):
+        positions = poses[0] + 1j * poses[1]
+        velocity = gain * (positions.mean() - positions[robotNo - 1])
+        velocity *= np.exp(1j * np.radians(turned_by))
+        return velocity.real, velocity.imag
+
+    right = Scenario.of(str(ALGORITHMS.file('consensus')), nb_robots=3, duration=3)
+    run, solution = simulate(right.replace(algo=law)), simulate(right)
+
+    found = compared(['direction_error'], run, solution, right, of_condition=False)
+    assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
 EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
+POINTS = yaml.safe_load((EXERCISES / 'points.yaml').read_text())
 MOST_UNEXPLAINED = 0  # of each exercise: their hint is where the run first differs
 
 
@@ -113,11 +114,24 @@ def complaints_about(mistakes, by_grade, marks_of, folder):
     return found
 
 
+def unfair(name, by_grade):
+    """Return the mistakes that do not get what a lecturer would give."""
+    known = {
+        mistake: by_grade[mistake].score for mistake in POINTS.get(name, {}) if mistake in by_grade
+    }
+    return [
+        f'{mistake}: {score} of {POINTS.get(name, {})[mistake]}'
+        for mistake, score in known.items()
+        if not POINTS.get(name, {})[mistake][0] <= score <= POINTS.get(name, {})[mistake][1]
+    ]
+
+
 @pytest.mark.parametrize('name', NAMES)
 def test_a_mistake_of_each_exercise(tmp_path, name):
     mistakes = mistakes_of(name)[:1]
     by_grade = graded(name, mistakes, tmp_path)
 
+    assert unfair(name, by_grade) == []
     assert (
         complaints_about(mistakes, by_grade, lambda file: check(file, name).marks, tmp_path) == []
     )
@@ -133,6 +147,8 @@ def test_all_mistakes(tmp_path, name):
     assert (
         complaints_about(mistakes, by_grade, lambda file: marked_here(name, file), tmp_path) == []
     )
+    assert POINTS.get(name, {}).keys() <= by_grade.keys()
+    assert unfair(name, by_grade) == []
     unexplained = [
         one['name']
         for one in mistakes

@@ -108,5 +108,5 @@ def test_nothing_is_handed_out_if_all_is_hidden(rubric):
 def test_tables_cannot_replace_a_solution_whose_answers_are_compared(rubric):
     rubric.write_text(RUBRIC.replace('metric: path_error', 'metric: answer_error'))
 
-    with pytest.raises(SetcmasError, match='answer_error needs the solution itself'):
+    with pytest.raises(SetcmasError, match='answer_error and direction_error need the solution'):
         make_bundle('check', read_rubric(rubric))
