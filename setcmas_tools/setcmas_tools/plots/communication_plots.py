@@ -164,8 +164,7 @@ def draw_instants(figure: Figure, run: Run) -> None:
         axes.set_ylabel(f'robot {robot}', rotation=0, ha='right', va='center')
         axes.grid(axis='y', visible=False)
     panels[0].set_title('Communication instants (1: state sent)')
-    if marks := time_axis(panels, table.t[0], table.t[-1]):
-        legend(panels[0], marks)
+    legend(panels[0], time_axis(panels, table.t[0], table.t[-1]))
 
 
 def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:

@@ -162,8 +162,10 @@ def robot_handles(robots: list[int]) -> list[Artist]:
 
 
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:
-    """Put the legend outside the axes: to the right, or above in a paper's column."""
+    """Put a legend, if it has entries, outside the axes: right, or above in a paper's column."""
     entries = list(handles)
+    if not entries:
+        return
     lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
     if _paper.get() == 'column':
         longest = max(map(len, lines))

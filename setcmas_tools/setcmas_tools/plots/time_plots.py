@@ -75,9 +75,7 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
     axes.plot(grid.t, values, color='0.15', scaley=False)
     if np.isfinite(values).any():
         axes.set_ylim(0.7 * np.nanmin(values), 1.4 * np.nanmax(values))
-    marks = time_axis([axes], table.t[0], table.t[-1])
-    if marks:
-        legend(axes, marks)
+    legend(axes, time_axis([axes], table.t[0], table.t[-1]))
 
 
 def _errors(run: Run) -> Errors | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -95,8 +95,15 @@ def find_run(path: Path) -> RunSource:
         path: The folder of a run, the folder of its CSV files, a fleet.csv, or a bag.
 
     Raises:
-        SetcmasError: There is no run.
+        SetcmasError: There is no run, or the folder cannot be read.
     """
+    try:
+        return _found(path)
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
+
+
+def _found(path: Path) -> RunSource:
     if path.is_file():
         if path.suffix in _BAG_ENDINGS:
             return RunSource(path.resolve().parent, bag=path)
@@ -126,6 +133,19 @@ def _is_bag(path: Path) -> bool:
 
 
 _PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
+
+
+def remove_parts(folder: Path, parts: Iterable[str]) -> None:
+    """Remove files and folders by their names in a folder; of a link, only the link.
+
+    Raises:
+        OSError: One cannot be removed.
+    """
+    for target in (folder / part for part in parts):
+        if target.is_dir() and not target.is_symlink():
+            shutil.rmtree(target)
+        else:
+            target.unlink(missing_ok=True)
 
 
 class RunFolder:
@@ -203,7 +223,7 @@ class RunFolder:
         """
         with self._writing():
             self.path.mkdir(parents=True, exist_ok=True)
-            self._empty()
+            remove_parts(self.path, _PARTS)
             self.write_info(info)
             for given in self._inputs:
                 given.write_to(self.path / given.folder)
@@ -234,16 +254,8 @@ class RunFolder:
     def discard(self) -> None:
         """Remove the parts of a run that did not start."""
         with suppress(OSError):
-            self._empty()
+            remove_parts(self.path, _PARTS)
             self.path.rmdir()  # stays if the user has files of their own in it
-
-    def _empty(self) -> None:
-        for part in _PARTS:
-            target = self.path / part
-            if target.is_dir():
-                shutil.rmtree(target)
-            else:
-                target.unlink(missing_ok=True)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

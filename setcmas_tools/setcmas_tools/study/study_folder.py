@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.run_folder import remove_parts
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import builtins_of, this_origin
 from setcmas_tools.scenario.scenario_files import INPUTS
@@ -17,13 +17,7 @@ from setcmas_tools.study import study_files, study_table
 from setcmas_tools.study.study_files import StudyInfo, read_info, write_info
 from setcmas_tools.study.study_plan import Plan
 
-_PARTS = (
-    INPUTS,
-    study_table.FILE_NAME,
-    study_table.ROWS,
-    'plots',
-    study_files.FILE_NAME,
-)
+_PARTS = (INPUTS, study_table.FILE_NAME, study_table.ROWS, 'plots', study_files.FILE_NAME)
 
 
 @contextmanager
@@ -52,8 +46,8 @@ def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> None:
     """
     wanted = replace(plan.info, origin=this_origin())
     with written(folder):
-        if overwrite:
-            _empty(folder)
+        if overwrite and (folder / study_files.FILE_NAME).is_file():
+            remove_parts(folder, _PARTS)
         _refuse_others(folder)
         earlier = read_info(folder)
         if earlier and (name := _difference(earlier, wanted)):
@@ -79,16 +73,6 @@ def _refuse_others(folder: Path) -> None:
             f"output '{folder}' holds {', '.join(taken)} but no {study_files.FILE_NAME}, so it is "
             'not a study; choose another folder'
         )
-
-
-def _empty(folder: Path) -> None:
-    if not (folder / study_files.FILE_NAME).is_file():
-        return
-    for part in _PARTS:
-        if (folder / part).is_dir():
-            shutil.rmtree(folder / part)
-        else:
-            (folder / part).unlink(missing_ok=True)
 
 
 def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:

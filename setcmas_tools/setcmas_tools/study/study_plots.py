@@ -56,7 +56,7 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
             places = [place + _BETWEEN_BARS for place in places]
     if metric == SUCCESS:
         axes.set_ylim(-0.02, 1.02)
-    legend(axes, axes.get_legend_handles_labels()[0] if split else [])
+    legend(axes, axes.get_legend_handles_labels()[0])
     _note(axes, study, metric)
 
 
@@ -71,7 +71,7 @@ def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
         rows = list(group.rows)
         name = ', '.join(f'{name} = {_word(value)}' for name, value in group.values.items())
         axes.plot(values[rows], numbers[rows], '.', color=colour, label=name)
-    legend(axes, axes.get_lines() if split else [])
+    legend(axes, axes.get_legend_handles_labels()[0])
     _note(axes, study, metric, 'one point per run')
 
 

@@ -37,7 +37,7 @@ class StudyTable:
 
         Raises:
             OSError: The file cannot be read or written.
-            SetcmasError: Another process is writing it.
+            SetcmasError: Another process is writing it, or it is damaged.
         """
         self._file: IO[bytes] = (folder / ROWS).open('a+b')
         _lock(self._file, folder)
@@ -46,7 +46,7 @@ class StudyTable:
         end = 0
         for place, line in self._lines():
             if line.endswith(b'\n'):  # the last line is incomplete if the study was killed
-                self._places[msgspec.json.decode(line, type=Row).run] = place
+                self._places[_row(line, self._file, folder).run] = place
                 end = place + len(line)
         self._file.truncate(end)
         self._file.seek(end)
@@ -104,6 +104,17 @@ class StudyTable:
         for line in self._file:
             yield place, line
             place += len(line)
+
+
+def _row(line: bytes, file: IO[bytes], folder: Path) -> Row:
+    try:
+        return msgspec.json.decode(line, type=Row)
+    except msgspec.DecodeError as error:
+        file.close()
+        raise SetcmasError(
+            f"'{folder / ROWS}' is damaged ({error}); delete the line "
+            f"'{line[:40].decode(errors='replace').rstrip()}', and its run is made again"
+        ) from error
 
 
 def _lock(file: IO[bytes], folder: Path) -> None:

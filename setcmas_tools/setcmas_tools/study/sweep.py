@@ -63,7 +63,10 @@ def sweep(
         SetcmasError: An argument is invalid, or the folder holds something else.
     """
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
-    chosen = SweepOptions(seeds=seeds, **{name: options.pop(name) for name in own})
+    given = {name: options.pop(name) for name in own}
+    if given.get('cases'):
+        given['cases'] = Path(given['cases'])
+    chosen = SweepOptions(seeds=seeds, **given)
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     options |= {name: value for name, value in sizes.items() if value is not None}
     if isinstance(scenario, Scenario):

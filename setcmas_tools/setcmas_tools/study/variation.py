@@ -153,7 +153,8 @@ class Draw:
     second: float
 
     def __str__(self) -> str:
-        return f'{self.kind}:{self.first:g}:{self.second:g}'
+        low, high = (repr(bound).removesuffix('.0') for bound in (self.first, self.second))
+        return f'{self.kind}:{low}:{high}'  # all digits: the runs are repeated from this text
 
     def numbers(self, count: int, *seed: int) -> list[float]:
         """Return random numbers; equal seeds give equal numbers."""

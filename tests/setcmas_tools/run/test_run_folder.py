@@ -1,5 +1,7 @@
 """Where the outputs of a run go by default."""
 
+from pathlib import Path
+
 import pytest
 
 from setcmas_simu.errors import SetcmasError
@@ -43,6 +45,7 @@ def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
     for name in ('bag', 'csv', 'plots', 'mine'):
         (tmp_path / name).mkdir()
     (tmp_path / 'run.yaml').touch()
+    (tmp_path / 'layouts').symlink_to(tmp_path / 'mine')
 
     RunFolder(tmp_path).create(RunInfo())
 
@@ -131,3 +134,8 @@ def test_recordings_that_differ_in_their_kind_only_share_nothing(tmp_path):
     (tmp_path / 'lab.db3').touch()
     found = [find_run(tmp_path / name).plots.name for name in ('lab', 'lab.mcap', 'lab.db3')]
     assert found == ['lab_plots', 'lab.mcap_plots', 'lab.db3_plots']
+
+
+def test_a_path_that_the_system_refuses_is_reported():
+    with pytest.raises(SetcmasError, match='cannot be read: File name too long'):
+        find_run(Path('a' * 300))

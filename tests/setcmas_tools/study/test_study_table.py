@@ -55,3 +55,10 @@ def test_a_table_goes_on_behind_the_last_whole_row(tmp_path):
         table.finish(CASES)
 
     assert (tmp_path / 'runs.csv').read_text() == TEXT
+
+
+def test_a_damaged_row_is_reported_with_what_to_do(tmp_path):
+    (tmp_path / ROWS_FILE).write_bytes(b'{"run": 1, "sta\n')
+
+    with pytest.raises(SetcmasError, match=r"runs\.jsonl' is damaged .*; delete the line"):
+        StudyTable(tmp_path)

@@ -140,6 +140,7 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
     )
 
+    assert not study.plot('disagreement', paper='column').axes[0].get_legend()
     axes = study.plot('disagreement').axes[0]
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
     assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
@@ -161,7 +162,7 @@ def test_a_mistake_in_a_file_of_cases_has_its_line(tmp_path, law, text, told):
     (tmp_path / 'cases.csv').write_text(text)
 
     with pytest.raises(SetcmasError, match=rf"^cases '.*cases.csv', {told}"):
-        sweep(law, 3, 8, cases=tmp_path / 'cases.csv', vary={'delay': [0, 0.1]})
+        sweep(law, 3, 8, cases=str(tmp_path / 'cases.csv'), vary={'delay': [0, 0.1]})
 
 
 def test_functions_and_what_they_are_called():

@@ -77,7 +77,10 @@ def test_draws_follow_their_distribution_the_seed_and_the_name():
     many = np.array(draw.numbers(4000, 1))
 
     assert draw == Draw('loguniform', 0.1, 10.0)
-    assert parse_variation('K', str(draw), 0) == draw
+    for text in ('loguniform:0.1:10', 'uniform:0.123456789:2345678.5', 'normal:-1e-7:3'):
+        assert parse_variation('K', str(parse_variation('K', text, 0)), 0) == parse_variation(
+            'K', text, 0
+        )
     assert 0.1 <= many.min() < 0.11
     assert 9 < many.max() <= 10
     assert np.mean(many < 1) == pytest.approx(0.5, abs=0.03)
