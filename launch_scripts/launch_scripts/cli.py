@@ -132,7 +132,7 @@ def main(arguments: list[str] | None = None) -> int:
         with kept_terminal():
             return int(copy_context().run(args.main, args))  # a palette is of this command only
     except SetcmasError as error:
-        print(f'setcmas {arguments[0]}: {error}', file=sys.stderr)
+        print(f'{" ".join(["setcmas", *arguments[:1]])}: {error}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
@@ -164,7 +164,6 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     if wanted:
         _check_verb(parser, wanted)
     args, unknown = parser.parse_known_args(arguments)
-    args.arguments = arguments[arguments.index(wanted) + 1 :] if wanted else []
     if unknown:
         _refuse(args.parser if args.verb else parser, unknown[0])
     if not args.verb:

@@ -177,13 +177,14 @@ def test_completion_of_verbs_options_and_values(tmp_path):
     assert complete('setcmas simu --model wa') == ['waffle']
 
 
-def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path):
-    command = f'mkdir gone && cd gone && rmdir ../gone && {SETCMAS[0]} csv_to_plot ../out'
+@pytest.mark.parametrize(('verb', 'shown'), [('csv_to_plot ../out', ' csv_to_plot'), ('', '')])
+def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path, verb, shown):
+    command = f'mkdir gone && cd gone && rmdir ../gone && {SETCMAS[0]} {verb}'
     result = subprocess.run(
         ['sh', '-c', command], cwd=tmp_path, capture_output=True, text=True, check=False
     )
 
     assert result.returncode == 2
     assert result.stderr == (
-        'setcmas csv_to_plot: the current folder was removed; change to another folder\n'
+        f'setcmas{shown}: the current folder was removed; change to another folder\n'
     )

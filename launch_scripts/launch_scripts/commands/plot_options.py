@@ -35,14 +35,24 @@ def print_evaluation(
 ) -> str:
     """Plot and measure a run, and compare it with an earlier one; return its folders as text."""
     # Imported late: help texts, and the start of the robots, do not wait for matplotlib.
-    from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.plots.evaluation import evaluate
 
     look = PlotSettings(tuple(args.format), args.palette)
     evaluation = evaluate(run, folder.plots if args.plots else None, look, folder.metrics, warn)
     with suppress(OSError):  # the terminal may be closed; the work is done
-        print(evaluation, *([comparison_line(folder.path, earlier)] if earlier else []), sep='\n')
+        print(evaluation)
+        if earlier:
+            print(_comparison(folder.path, earlier))
     return folder.summary(len(evaluation.plots))
+
+
+def _comparison(folder: Path, earlier: Path) -> str:
+    from setcmas_tools.compare.run_distance import comparison_line
+
+    try:
+        return comparison_line(folder, earlier)
+    except SetcmasError as error:  # the earlier run may have no results
+        return f'not compared with {earlier}: {error}'
 
 
 BEST = 'best'

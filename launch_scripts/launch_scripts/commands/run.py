@@ -120,11 +120,7 @@ def _concluded(
     if outcome is None:
         folder.discard()
         return status
-    info = replace(
-        info,
-        outcome=outcome,
-        failures=folder.failures or None,
-    )
+    info = replace(info, outcome=outcome, failures=folder.failures or None)
     folder.write_info(info)
     if not folder.bag.exists():
         return status or 1

@@ -31,6 +31,11 @@ class Errors:
     label: str
     values: Mapping[int, Floats]
 
+    @property
+    def unit(self) -> str:
+        """The unit at the end of the label, such as 'm' of 'distance (m)'; '' if it has none."""
+        return self.label.rpartition('(')[2][:-1] if self.label.endswith(')') else ''
+
 
 class Task(TaskNames):
     """A task; a package adds one with an object of its own subclass under the task's name.

@@ -172,7 +172,7 @@ def curves(run: Run) -> list[Curve]:
     known = task_of(run, ignore)
     errors = known[0].errors(run, known[1]) if known and len(run.counted.t) else None
     if errors:
-        found.append(Curve(errors.title, 'm', grid.t, errors.values))
+        found.append(Curve(errors.title, errors.unit, grid.t, errors.values))
     return found
 
 

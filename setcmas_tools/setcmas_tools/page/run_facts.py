@@ -63,7 +63,7 @@ def facts_of(run: Run) -> Facts:
     """Return the facts of a run."""
     info = run.info
     duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
-    start = f'{round(duration, 1):g} s', (info.started or '').replace('T', ' ').partition('+')[0]
+    start = f'{round(duration, 1):g} s', (info.started or '')[:19].replace('T', ' ')
     kept = {key: value for key, value in flat(info.parameters).items() if value not in (None, [])}
     outcome = str(run.outcome).partition('\n')[0]
     return Facts(

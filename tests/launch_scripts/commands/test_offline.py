@@ -1,3 +1,4 @@
+import shutil
 import signal
 import threading
 
@@ -75,6 +76,10 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     other = offline(tmp_path, '--from', 'first', '--duration', '2', '--output', 'other')
     assert 'compared with first: this run is 0 m apart (RMS), at most 0 m (' in other.stdout
     assert 'setcmas compare shows the metrics' in other.stdout
+    shutil.rmtree(tmp_path / 'first' / 'csv')
+    unfinished = offline(tmp_path, '--from', 'first', '--output', 'third')
+    assert unfinished.returncode == 0
+    assert 'not compared with first: there is no fleet.csv' in unfinished.stdout
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from runs import run_of
 
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
+from setcmas_tools.measures.task import Errors
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import (
     FLEET,
@@ -128,7 +129,8 @@ def test_they_equal_the_metrics():
 def test_a_task_has_errors():
     error = curves(simulate('traj_tracking', 1, 30.0))[-1]
 
-    assert error.name == 'Tracking error'
+    assert (error.name, error.unit) == ('Tracking error', 'm')
+    assert Errors('Heading error', 'heading error (rad)', {}).unit == 'rad'
     assert error.values[1][-1] < 0.1 * error.values[1].max()
 
 

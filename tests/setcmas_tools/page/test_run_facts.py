@@ -20,7 +20,7 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run):
         ['setcmas', 'run', '--algo', 'my law.py'],
         failed_run.outcome,
         {'nb_robots': 3, 'range': None, 'set': {'K': 1}, 'seed': 7},
-        started='2026-11-21T16:02:11+0000',
+        started='2026-11-21T16:02:11-0500',
         origin=this_origin(),
     )
     facts = facts_of(Run(failed_run.tables, info))
