@@ -62,10 +62,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **kwargs: Any) -> None:
         """Create the parser; arguments as for ArgumentParser."""
-        defaults: dict[str, Any] = {
-            'formatter_class': _help_formatter,
-            'allow_abbrev': False,
-        }
+        defaults: dict[str, Any] = {'formatter_class': _help_formatter, 'allow_abbrev': False}
         super().__init__(**(defaults | kwargs))
 
     def error(self, message: str) -> NoReturn:

@@ -41,12 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Write the page; return the exit status."""
-    from setcmas_tools.page.report_file import (
-        Cover,
-        check_page,
-        page_named_after,
-        write_report,
-    )
+    from setcmas_tools.page.report_file import Cover, check_page, page_named_after, write_report
 
     if len(args.runs) > 2:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')

@@ -13,9 +13,7 @@ from setcmas_simu.reports.reports import Ready
 
 
 def run_in_foreground(
-    name: str,
-    command: Sequence[str],
-    companions: Sequence[tuple[str, Sequence[str]]] = (),
+    name: str, command: Sequence[str], companions: Sequence[tuple[str, Sequence[str]]] = ()
 ) -> int:
     """Run a process, and its companions if any, until Ctrl-C; return the exit status."""
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:

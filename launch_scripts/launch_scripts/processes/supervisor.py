@@ -113,9 +113,7 @@ class Supervisor:
         return child
 
     def run(
-        self,
-        until: Callable[[], bool] = lambda: False,
-        on_tick: Callable[[], None] = lambda: None,
+        self, until: Callable[[], bool] = lambda: False, on_tick: Callable[[], None] = lambda: None
     ) -> None:
         """Show output until a condition holds.
 

@@ -144,11 +144,7 @@ class RecordedTopic:
 
     def _subscribe(self) -> None:
         self._subscription = self._node.create_subscription(
-            self._class,
-            self.name,
-            lambda _: None,
-            self._qos(),
-            raw=True,
+            self._class, self.name, lambda _: None, self._qos(), raw=True
         )
 
     def _qos(self) -> QoSProfile:

@@ -1,4 +1,4 @@
-"""Browser that shows a served page: where it finds the page, and when it is opened."""
+"""Browser that shows a served page: the address of the page, and when to open it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 HOST = '127.0.0.1'
 PORT = 8080
 _RECONNECT_S = 2.5
-"""How long a page that is still open from the last time gets to come back by itself."""
+"""Time in s for a page left open by an earlier run to reconnect by itself."""
 
 
 def palette_option() -> Any:
@@ -56,7 +56,7 @@ class BrowserOptions(Options):
 
     @property
     def needs_token(self) -> bool:
-        """Whether the page is for those only who know its whole address."""
+        """Whether only people with the whole address, and its token, may open the page."""
         return not (self.is_local or self.read_only)
 
 
@@ -79,7 +79,7 @@ def may_open_windows(environment: Mapping[str, str], platform: str) -> bool:
 
 
 class Opener:
-    """Opens the page in a browser, unless a browser shows it soon."""
+    """Opens the page in a browser unless one reconnects first."""
 
     def __init__(self, url: str) -> None:
         self._url = url
@@ -87,7 +87,7 @@ class Opener:
         self._opened = not may_open_windows(os.environ, sys.platform)
 
     def look(self, is_shown: bool) -> None:
-        """Open the page, if it is time to and no browser shows it."""
+        """Open the page if no browser shows it and the time to reconnect is over."""
         self._opened = self._opened or is_shown
         if not self._opened and time.monotonic() - self._begin > _RECONNECT_S:
             self._opened = True

@@ -33,7 +33,7 @@ _MOST_DRAWINGS = 8_000
 
 
 def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
-    """Return everything that the page draws of a run, and of another one over it."""
+    """Return all data of a page with a run, and possibly a second one drawn over it."""
     history = RunHistory(run)
     t = common_times(history)
     return page_content(

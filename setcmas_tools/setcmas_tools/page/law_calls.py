@@ -1,4 +1,4 @@
-"""Calls of control laws on a page: what they wanted, what became of it, what robots knew."""
+"""Calls of control laws on a page: wanted velocities, their outcomes, known poses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _OVERRULED = {
 }
 
 Outcome = tuple[str, str]
-"""What became of the velocity that a law wanted: a kind, for the colour, and a sentence."""
+"""Outcome of a wanted velocity: a kind, for its colour, and a sentence."""
 
 
 def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
@@ -153,11 +153,11 @@ _Event = tuple[float, int, Any]
 
 
 class Knowledge:
-    """What robots knew at the calls of their laws.
+    """Poses that robots knew when their laws were called.
 
     Without a record of communication each robot knows the newest poses of all. With one, the same
-    links that the controllers use are played again: what was sent when, and which robot received
-    it, is in the record, and the random numbers follow from the seed.
+    links that the controllers use are played again: the record has the times at which states were
+    sent, and their receivers; the random numbers follow from the seed.
     """
 
     def __init__(self, history: RunHistory) -> None:

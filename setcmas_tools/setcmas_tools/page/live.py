@@ -24,7 +24,7 @@ LOST_S = 1.5
 FORGOTTEN_S = 30.0
 """Silence in s from which a robot is not shown any more."""
 GRACE_S = 3.0
-"""A run that ends takes its topics away one by one; their contents stay with it."""
+"""Time in s after which contents of vanished topics go; those of a run vanish one by one."""
 OK, WARN, ERROR = 0, 1, 2
 """Levels, as of diagnostic_msgs/DiagnosticStatus."""
 CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))

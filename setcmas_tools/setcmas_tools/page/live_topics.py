@@ -69,11 +69,7 @@ class LiveTopics:
             PolledTopic(node, String, topics.TASK, self._on_task, qos.LATCHED),
             diagnosed(self._on_diagnostics, _EVENTS),
             PolledTopic(
-                node,
-                Float32MultiArray,
-                topics.COMMUNICATION_GRAPH,
-                self._on_graph,
-                _GRAPHS,
+                node, Float32MultiArray, topics.COMMUNICATION_GRAPH, self._on_graph, _GRAPHS
             ),
         ]
 

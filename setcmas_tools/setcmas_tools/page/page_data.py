@@ -13,7 +13,7 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.models import shape_of, symbol
 
 SCALE = 10_000
-"""How many units of a packed number are 1: a tenth of a millimetre is kept."""
+"""Units of a packed number per m, rad or s: positions keep a tenth of a millimetre."""
 
 Packed = list[int | None]
 
@@ -33,7 +33,7 @@ def page_content(**known: Any) -> dict[str, Any]:
 
 
 def look_entry(robot: int, model: str, nb_robots: int) -> dict[str, Any]:
-    """Return name, colour and outline of a robot; one unit of its outline is so many metres."""
+    """Return name, colour and outline of a robot, and the size in m of a unit of the outline."""
     outline = symbol(model)
     true_m = np.ptp(np.array(shape_of(model).outline), axis=0)
     return {
@@ -53,7 +53,7 @@ def colour_code(colour: Sequence[float]) -> str:
 
 
 def packed(values: Floats | Sequence[float]) -> Packed:
-    """Return K numbers as differences to the known one before, in 1/`SCALE`; None for NaN."""
+    """Return K numbers as differences from the last known one, in 1/`SCALE`; None for NaN."""
     numbers = np.asarray(values, dtype=float)
     known = np.flatnonzero(np.isfinite(numbers))
     steps = np.diff(np.round(numbers[known] * SCALE).astype(np.int64), prepend=0).tolist()
@@ -64,7 +64,7 @@ def packed(values: Floats | Sequence[float]) -> Packed:
 
 
 def changes(values: Sequence[object]) -> list[tuple[int, object]]:
-    """Return at which places a value begins, and the value, for a column that seldom changes."""
+    """Return the changes of a column that seldom changes: index and new value of each."""
     return [
         (place, value)
         for place, value in enumerate(values)

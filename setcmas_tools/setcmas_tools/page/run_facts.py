@@ -41,7 +41,7 @@ class Facts:
         outcome: How it ended.
         well: Whether it is complete.
         detail: More about the outcome.
-        failures: What went wrong in scripts.
+        failures: Failures of scripts.
         links: Whether there is a record of communication.
         command: The command line; empty if there was none.
         origin: What it was made with, by name.
@@ -88,13 +88,13 @@ def _origin(run: Run) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Mark:
-    """What went wrong in a line, for some robots.
+    """A failure of a script, for all robots that failed alike.
 
     Attributes:
-        robots: Which, in words.
-        t: When first, in s.
-        when: From when until when, in words.
-        text: What went wrong, in a line.
+        robots: The robots, in words.
+        t: Time of the first failure in s.
+        when: Its period, in words.
+        text: The error, in a line.
         place: File and line, in words; empty if they are not known.
     """
 
@@ -111,18 +111,13 @@ class Listing:
     """A script.
 
     Attributes:
-        what: What it is, and for which robots.
-        lines: Its lines with what went wrong in each.
+        what: Its role, and the robots that it is for.
+        lines: Its lines, each with its failures.
     """
 
     name: str
     what: str
     lines: list[tuple[str, list[Mark]]]
-
-    @property
-    def failed(self) -> bool:
-        """Whether something went wrong in it."""
-        return any(marks for _, marks in self.lines)
 
 
 def listings(run: Run) -> list[Listing]:
@@ -189,12 +184,12 @@ def first_line(failure: ScriptFailure) -> str:
 
 @dataclass(frozen=True)
 class Pair:
-    """A run and another one, which may be missing.
+    """A run, and possibly a second one.
 
     Attributes:
-        name: What the run is called.
-        other_name: What the other one is called; empty if there is none.
-        warn: Shows what cannot be measured or drawn.
+        name: Name of the run.
+        other_name: Name of the second run; empty without one.
+        warn: Shows metrics and plots that fail.
     """
 
     name: str
@@ -205,7 +200,7 @@ class Pair:
 
     @cached_property
     def shifted(self) -> Shifted | None:
-        """How far the other run is from this one; None if no robot is in both."""
+        """Distance of the second run from this one; None if no robot is in both."""
         if self.other is None:
             return None
         try:
@@ -216,7 +211,7 @@ class Pair:
 
     @property
     def headline(self) -> str:
-        """The same in words; empty if there is none."""
+        """That distance in words; empty without a second run."""
         return f'{self.other_name} {self.shifted}' if self.shifted else ''
 
     @property
@@ -226,7 +221,7 @@ class Pair:
 
     @property
     def departures(self) -> Table | None:
-        """When each robot departs from its simulation, if one run is an experiment."""
+        """Times at which robots depart from their simulation, if one run is an experiment."""
         if self.other is None or self.shifted is None:
             return None
         return departures(self.run, self.other, self.shifted)

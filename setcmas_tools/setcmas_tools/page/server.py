@@ -36,7 +36,7 @@ LIVE = '/live'
 _PORTS_TRIED = 50
 _MOST_VIEWERS = 100
 _MOST_WAITING = 100
-"""Messages for a slow browser; with more, its connection is closed, and it comes back."""
+"""Messages queued for a slow browser; beyond, its connection is closed, and it reconnects."""
 _MOST_ASKED = 100
 _LARGEST_BYTES = 256
 _HANDSHAKE_S = 5.0
@@ -74,9 +74,9 @@ class PageServer:
     """Serves a page from a thread of its own.
 
     Attributes:
-        url: Where this machine finds the page.
+        url: Address of the page on this machine.
         query: End of its address: its token, if it needs one.
-        actions: Asked for by buttons; whoever started the server takes them out.
+        actions: Requests from buttons, for the process that started the server.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class PageServer:
             text: The page.
             host: The address.
             port: The port.
-            needs_token: Whether the page is for those only who know the token in its address.
+            needs_token: Whether only people with the token may open the page.
             feed: Messages of a live page.
             takes_actions: Whether the buttons of a live page command robots.
 
@@ -125,11 +125,11 @@ class PageServer:
         return bool(self._viewers)
 
     def send(self, messages: Sequence[Mapping[str, Any]]) -> None:
-        """Send messages to all browsers, at some time soon; returns at once."""
+        """Send messages to all browsers soon; return at once."""
         self._loop.call_soon_threadsafe(self._send, messages)
 
     def stop(self) -> None:
-        """Stop to serve."""
+        """Stop serving."""
         self._loop.call_soon_threadsafe(self._stopping.set)
         self._thread.join()
         self._loop.close()
@@ -187,7 +187,7 @@ class PageServer:
             self._viewers.pop(connection, None)
 
     def _take(self, message: str | bytes) -> bool:
-        """Put an action into the queue; returns whether the message was one."""
+        """Queue the action in a message; return whether it has one."""
         if not self._takes_actions or isinstance(message, bytes):
             return False
         try:
@@ -208,7 +208,7 @@ class PageServer:
 
 
 def announce(server: PageServer, options: BrowserOptions) -> None:
-    """Print where the page is found, and who else may press its buttons."""
+    """Print the address of the page, and who else may press its buttons."""
     taken = '' if server.port == options.port else f' (port {options.port} is taken)'
     print(f'browser view: {server.url}{taken}', flush=True)
     if options.host in EVERYWHERE:
@@ -360,7 +360,7 @@ def _check(error: OSError, host: str, port: int) -> None:
 
 
 def network_urls(port: int, query: str = '') -> list[str]:
-    """Return where other machines find a page that is served at all addresses."""
+    """Return the addresses of a page, served at all of them, for other machines."""
     found = network_addresses()
     named = [f'{address_url(address, port)}{query} ({name})' for name, address in found.items()]
     return named or [address_url(_way_out(), port) + query]

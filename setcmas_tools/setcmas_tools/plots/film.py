@@ -32,7 +32,7 @@ from setcmas_tools.plots.trajectories import (
     fit_plane,
     symbols,
 )
-from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable, on_grid
+from setcmas_tools.run.fleet_motion import SAME_TIME_S, FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.run import Run
 
 _ROBOT_SIZE = 0.022  # share of the visible width
@@ -41,7 +41,6 @@ _FLASH_S = 0.5  # in the film's time
 _FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and end
 _FLASH_COLOUR = (0.9, 0.45, 0.0)
 _JOINT = 2  # positions by which pieces of a trail overlap
-_SAME_TIME_S = 1e-6
 
 
 class FilmFrames:
@@ -134,7 +133,7 @@ class FilmFrames:
         self._axes.draw_artist(self._drawn.trails)
         if k == 0:
             return
-        between = self._grid.t[k - 1] - _SAME_TIME_S, self._grid.t[k] + _SAME_TIME_S
+        between = self._grid.t[k - 1] - SAME_TIME_S, self._grid.t[k] + SAME_TIME_S
         begin, end = np.searchsorted(self._trail_t, between)
         self._edges.set_segments(list(self._trail_positions[:, begin:end]))
         self._trails.set_segments(list(self._trail_positions[:, max(0, begin - _JOINT) : end]))
@@ -260,8 +259,8 @@ def animate(
     check_style(look.palette, None)
     path = folder / f'{_NAME}.{kind}'
     rate = film_writers.rate_of(kind) / look.speed
-    grid = on_grid(from_first_command(run.table), rate)
-    trails = on_grid(from_first_command(run.table), rate * max(1, math.ceil(look.speed)))
+    table = from_first_command(run.table)
+    grid, trails = on_grid(table, rate), on_grid(table, rate * max(1, math.ceil(look.speed)))
     film_writers.check_length(kind, len(grid.t))
     hidden = None if progress else True  # None: hidden unless in a terminal
     with plot_style(look.palette):

@@ -64,10 +64,7 @@ def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
 
 
 def plot(
-    run: Run,
-    folder: Path,
-    look: PlotSettings = _LOOK,
-    warn: Callable[[str], None] = print,
+    run: Run, folder: Path, look: PlotSettings = _LOOK, warn: Callable[[str], None] = print
 ) -> list[Path]:
     """Write the plots that apply to a run.
 

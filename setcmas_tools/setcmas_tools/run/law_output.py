@@ -183,7 +183,7 @@ class DrawingRecord:
             start: The time that is t = 0, in s.
         """
         moved = [d._replace(t=d.t - start) for d in self._drawings] if start else self._drawings
-        return sorted(moved, key=itemgetter(0, 1))  # by time, then by robot
+        return sorted(moved, key=itemgetter(0, 1))
 
 
 class DrawnOverTime:

@@ -83,9 +83,7 @@ class Run:
         if source.fleet_csv:
             tables = read_tables(source.fleet_csv)
         else:
-            from setcmas_tools.run.run_samples import (
-                read_bag,  # the readers of bags take their time
-            )
+            from setcmas_tools.run.run_samples import read_bag  # late: rosbags loads slowly
 
             tables = read_bag(Path(path), warn)
         try:

@@ -37,6 +37,15 @@ class Group:
     values: Mapping[str, Any]
     rows: Sequence[int]
 
+    def __str__(self) -> str:
+        """Return the values, such as 'K = 2, graph = ring'."""
+        return ', '.join(f'{name} = {shown(value)}' for name, value in self.values.items())
+
+
+def shown(value: object) -> str:
+    """Return a value as text, numbers with 4 digits."""
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
+
 
 def runs_in_words(count: int, kind: str = '') -> str:
     """Return '1 run' or '20 runs', or runs of a kind: '3 broken runs'."""
@@ -65,7 +74,6 @@ def quantiles(values: Floats, *shares: float) -> Floats:
 
 
 _FIGURE = 'setcmas_tools.study.study_plots:figure'
-_SUMMARY = 'setcmas_tools.study.study:summary'
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -240,7 +248,7 @@ class Study:
     @property
     def summary(self) -> str:
         """Medians over seeds of each case as a table; of all runs if there are too many cases."""
-        return str(tool(_SUMMARY)(self))
+        return summary(self)
 
     def __repr__(self) -> str:
         varied = f', {", ".join(self.names)} varied' if self.names else ''
@@ -269,12 +277,8 @@ def summary(study: Study) -> str:
     metrics = [name for name in _FIRST if name in study.metrics] or study.metrics[:4]
     heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in metrics)]
     heads += ['success'] if study.plan.info.success else []
-    rows = [[_cell(value) for value in _summed_up(study, group, metrics)] for group in groups]
+    rows = [[shown(value) for value in _summed_up(study, group, metrics)] for group in groups]
     return str(Table(rows, heads, 'r'))
-
-
-def _cell(value: object) -> str:
-    return f'{value:.4g}' if isinstance(value, float) else str(value)
 
 
 def _summed_up(study: Study, group: Group, metrics: Sequence[str]) -> list[Any]:

@@ -17,7 +17,7 @@ from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, legend, plot_style, save_in
-from setcmas_tools.study.study import Study, median, quantiles, runs_in_words
+from setcmas_tools.study.study import Study, median, quantiles, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_folder import written
 from setcmas_tools.study.success import CONFIDENCE, share_of
@@ -45,13 +45,12 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
         inside = set(line.rows)
         rows = [[row for row in group.rows if row in inside] for group in study.groups(by)]
         low, middle, high = np.array([_spread(study, metric, one, success) for one in rows]).T
-        name = ', '.join(f'{name} = {_word(value)}' for name, value in line.values.items())
         if _is_scale(study, by):
-            axes.plot(places, middle, 'o-', color=colour, label=name)
+            axes.plot(places, middle, 'o-', color=colour, label=str(line))
             axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
         else:
             axes.errorbar(
-                places, middle, _bars(low, middle, high), None, 'o', color=colour, label=name
+                places, middle, _bars(low, middle, high), None, 'o', color=colour, label=str(line)
             )
             places = [place + _BETWEEN_BARS for place in places]
     if metric == SUCCESS:
@@ -69,8 +68,7 @@ def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
     colours = _colours(len(list(study.groups(*split))))
     for colour, group in zip(colours, study.groups(*split), strict=True):
         rows = list(group.rows)
-        name = ', '.join(f'{name} = {_word(value)}' for name, value in group.values.items())
-        axes.plot(values[rows], numbers[rows], '.', color=colour, label=name)
+        axes.plot(values[rows], numbers[rows], '.', color=colour, label=str(group))
     legend(axes, axes.get_legend_handles_labels()[0])
     _note(axes, study, metric, 'one point per run')
 
@@ -100,7 +98,7 @@ def draw_map(
     )
     picture.colorbar(image, ax=axes, label=_label(metric))
     for axis, name, known in ((axes.xaxis, by[0], along), (axes.yaxis, by[1], up)):
-        axis.set_ticks(np.arange(len(known)) + 0.5, [_word(value) for value in known])
+        axis.set_ticks(np.arange(len(known)) + 0.5, [shown(value) for value in known])
         axis.set_label_text(name)
     axes.grid(False)
     _note(axes, study, metric, 'median of the runs')
@@ -132,8 +130,7 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
     for index, (group, colour) in enumerate(zip(groups, _colours(len(groups)), strict=True)):
         if seen[index]:
             bars = {'xerr': spread[0][:, [index]], 'yerr': spread[1][:, [index]]}
-            label = f'{by} = {_word(group.values[by])}'
-            axes.errorbar(x[index], y[index], fmt='o', color=colour, label=label, **bars)
+            axes.errorbar(x[index], y[index], fmt='o', color=colour, label=str(group), **bars)
     legend(axes, axes.get_legend_handles_labels()[0])
     _note(axes, study, 'settling_time')
 
@@ -143,7 +140,7 @@ def _axis(axes: Axes, study: Study, name: str) -> Any:
     values = [group.values[name] for group in study.groups(name)]
     axes.set_xlabel(name)
     if not _is_scale(study, name):
-        axes.set_xticks(range(len(values)), [_word(value) for value in values])
+        axes.set_xticks(range(len(values)), [shown(value) for value in values])
         axes.set_xlim(-0.5, len(values) - 0.5)  # also where nothing is drawn
         return list(range(len(values)))
     low, high = min(values), max(values)
@@ -177,10 +174,6 @@ def _second(study: Study, by: str) -> list[str]:
 
 def _colours(count: int) -> list[Any]:
     return list(colormaps[_SHADES](np.linspace(0.0, 0.85, max(count, 1))))
-
-
-def _word(value: Any) -> str:
-    return f'{value:.4g}' if isinstance(value, float) else str(value)
 
 
 def _title(metric: str) -> str:

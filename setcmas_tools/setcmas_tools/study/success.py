@@ -62,10 +62,7 @@ class Success:
 
 
 def check_columns(
-    expression: str,
-    names: Collection[str],
-    metrics: Collection[str] = (),
-    option: str = 'success',
+    expression: str, names: Collection[str], metrics: Collection[str] = (), option: str = 'success'
 ) -> None:
     """Check that an expression is valid, and only has columns that the study may have.
 
