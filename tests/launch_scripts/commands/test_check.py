@@ -37,12 +37,12 @@ def test_a_failure_is_reported_with_the_line_of_the_script(tmp_path):
     (tmp_path / 'r.yaml').write_text(RUBRIC)
     (tmp_path / 'law.py').write_text(LAW)
     arguments = ('check', 'law.py', '-R', 'r.yaml')
-    hanging = run_here(*arguments, '--call-timeout', '3', cwd=tmp_path)
+    hanging = run_here(*arguments, '--call-timeout', '1', cwd=tmp_path)
     (tmp_path / 'law.py').write_text(LAW.replace('while', 'if'))
     failing = run_here(*arguments, cwd=tmp_path)
     assert (hanging.returncode, failing.returncode) == (1, 1)
     assert (
-        '  tb3_1: control has not returned for 3 s (--call-timeout) at law.py, line'
+        '  tb3_1: control has not returned for 1 s (--call-timeout) at law.py, line'
         in hanging.stdout
     )
     assert "  tb3_2 at t = 0.0 s: law.py, line 4: NameError: name 'undefined'" in failing.stdout

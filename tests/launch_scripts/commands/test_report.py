@@ -61,6 +61,7 @@ def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
     assert HOSTILE in found.shown
 
 
+@pytest.mark.nightly
 def test_the_palette_is_that_of_the_plane_and_of_the_plots(runs, tmp_path):
     page = tmp_path / 'page.html'
     assert main(['report', str(runs / 'well'), '-o', str(page), '--palette', 'ros1']) == 0
@@ -169,6 +170,7 @@ def test_a_browser_shows_the_run_at_any_time(folder, browser):
     assert browser.get_log('browser') == []
 
 
+@pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_a_selected_robot_is_described_and_space_plays(folder, browser):
     from browser import wait_for
@@ -183,6 +185,7 @@ def test_a_selected_robot_is_described_and_space_plays(folder, browser):
     wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')
 
 
+@pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
     from browser import wait_for
@@ -223,6 +226,7 @@ return [...document.querySelectorAll('body *')].filter(one => one.offsetParent
 """
 
 
+@pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser):
     from selenium.webdriver.common.by import By

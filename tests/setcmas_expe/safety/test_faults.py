@@ -67,6 +67,7 @@ def test_the_bridge_is_killed(experiment):
     assert 'bridge' in experiment.output()
 
 
+@pytest.mark.nightly
 def test_the_terminal_is_closed(experiment):
     fault = experiment.close_terminal()
 

@@ -56,6 +56,7 @@ def kept(folder):
     return {(file.name, file.stat().st_mtime_ns) for file in (folder / KEPT).iterdir()}
 
 
+@pytest.mark.nightly
 def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_changed(tmp_path):
     one = grade(tmp_path / 'one', SCRIPTS, jobs=1)
     two = grade(tmp_path / 'two', SCRIPTS, jobs=2)

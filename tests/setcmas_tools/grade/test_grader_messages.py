@@ -36,7 +36,10 @@ def shown_imports():
     return sorted({found for text in texts for found in IMPORT.findall(text)})
 
 
-@pytest.fixture(scope='module', params=['private mounts', 'no mounts'])
+@pytest.fixture(
+    scope='module',
+    params=['private mounts', pytest.param('no mounts', marks=pytest.mark.nightly)],
+)
 def graded(request, tmp_path_factory):
     rubric = rubric_of_exercise('consensus')
     with tempfile.TemporaryDirectory(prefix='setcmas_') as place:

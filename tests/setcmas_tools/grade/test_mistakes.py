@@ -126,7 +126,9 @@ def unfair(name, by_grade):
     ]
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize(
+    'name', [NAMES[0], *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES[1:])]
+)
 def test_a_mistake_of_each_exercise(tmp_path, name):
     mistakes = mistakes_of(name)[:1]
     by_grade = graded(name, mistakes, tmp_path)

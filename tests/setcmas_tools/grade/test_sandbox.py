@@ -261,7 +261,7 @@ def test_a_submission_that_ends_its_process_ends_its_run_alone(host, tmp_path, n
 
 
 @pytest.mark.parametrize('name', WRITES)
-@pytest.mark.parametrize('mounts', [True, False])
+@pytest.mark.parametrize('mounts', [True, pytest.param(False, marks=pytest.mark.nightly)])
 def test_a_submission_cannot_fill_the_disk(tmp_path, mounts, name):
     body, message = WRITES[name]
     with sandbox(tmp_path, confined=True) as host:

@@ -244,8 +244,12 @@ ONLY_WITH_MOUNTS = (
 """Channels that need a view of the file system of one's own, as docs/grading.md says."""
 
 
+QUICK = [('private mounts', 'open files'), ('no mounts', 'other system calls')]
 PLACES = [('private mounts', channel) for channel in CHANNELS]
 PLACES += [('no mounts', channel) for channel in CHANNELS if channel not in ONLY_WITH_MOUNTS]
+PLACES = [
+    pytest.param(*place, marks=() if place in QUICK else pytest.mark.nightly) for place in PLACES
+]
 
 
 @pytest.fixture(scope='module', params=['private mounts'])

@@ -97,6 +97,7 @@ def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
     assert len(view.output().splitlines()) == 1, view.output()
 
 
+@pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_markers_links_broadcasts_and_lost_robots(start, peer):
     from browser import open_browser, wait_for

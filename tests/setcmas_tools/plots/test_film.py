@@ -94,12 +94,14 @@ def test_texts_next_to_the_plane_have_room(run):
             assert (frame(film, number)[:, -2:] == 255).all()  # a white edge
 
 
+@pytest.mark.nightly
 def test_equal_runs_give_equal_films(run):
     first = animate(run(2), kind='gif', speed=16.0).read_bytes()
 
     assert animate(run(2), kind='gif', speed=16.0).read_bytes() == first
 
 
+@pytest.mark.nightly
 def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
     path = animate(run(2))
 

@@ -42,7 +42,8 @@ def test_a_fleet_csv_on_its_own(tmp_path):
     assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'somewhere_plots'
 
 
-@pytest.mark.parametrize('paper', [pytest.param(None, marks=pytest.mark.nightly), 'column'])
+@pytest.mark.nightly
+@pytest.mark.parametrize('paper', [None, 'column'])
 def test_vector_formats_embed_their_fonts(run, paper):
     paths = plot(run(2), formats=['pdf', 'svg'], paper=paper)
 

@@ -47,6 +47,7 @@ EXPECTED = {
 }
 
 
+@pytest.mark.nightly
 def test_a_script_harms_its_own_run_alone(tmp_path):
     (tmp_path / 'law.py').write_text(SCRIPT)
     study = sweep(
