@@ -26,7 +26,7 @@ def test_a_copy_of_a_law_has_all_points_and_a_picture(tmp_path):
     run_here('new', 'my_law', '--from', 'nav_wp', cwd=tmp_path)
     result = run_here('check', 'my_law', '--rubric', 'nav_wp', cwd=tmp_path)
     assert (result.returncode, result.stderr) == (0, '')
-    assert '✓ 2/2  it reaches the first waypoint: waypoints_reached 11 (wanted' in result.stdout
+    assert '✓ 1/1  it reaches the first waypoint: waypoints_reached 11 (wanted' in result.stdout
     assert result.stdout.endswith(
         '10 of 10 points\nyour paths over those of the solution: my_law_check.png\n'
     )

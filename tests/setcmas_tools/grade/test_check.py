@@ -21,14 +21,14 @@ def control(robotNo, nbRobots, poses, t):
 def test_a_function_is_checked_and_shown_in_a_notebook():
     result = check(control, 'traj_tracking')
     page = result._repr_html_()
-    assert result.marks.score == 3
-    assert '✓ 3/3  it runs after the point: tracking_error 0.5 m' in str(result)
+    assert result.marks.score == 5.09
+    assert '✓ 4/4  it runs after the point: tracking_error 0.5 m' in str(result)
     assert 'Your velocity is KP (r - p) alone' in str(result)
     assert 'src="data:image/png;base64,' in page
     assert '&lt;' not in page
     assert '<pre' in page
     assert repr(result) == str(result)  # in IPython, outside of notebooks
-    assert repr(result.marks) == 'Marks(Trajectory tracking, control, 3 of 10 points)'
+    assert repr(result.marks) == 'Marks(Trajectory tracking, control, 5.09 of 10 points)'
     assert len(repr(result.marks.scenarios[0])) < 3000
 
 

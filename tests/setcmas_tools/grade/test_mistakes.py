@@ -115,15 +115,15 @@ def complaints_about(mistakes, by_grade, marks_of, folder):
 
 
 def unfair(name, by_grade):
-    """Return the mistakes that do not get what a lecturer would give."""
-    known = {
-        mistake: by_grade[mistake].score for mistake in POINTS.get(name, {}) if mistake in by_grade
+    """Return the mistakes that get other points than a lecturer would give, and those points."""
+    scores = {mistake: by_grade[mistake].score for mistake in POINTS[name] if mistake in by_grade}
+    too_little = POINTS['too little'][name]
+    return {
+        mistake: (score, least, most)
+        for mistake, score in scores.items()
+        for least, most in [POINTS[name][mistake]]
+        if not least <= score <= most and not (mistake in too_little and score < least)
     }
-    return [
-        f'{mistake}: {score} of {POINTS.get(name, {})[mistake]}'
-        for mistake, score in known.items()
-        if not POINTS.get(name, {})[mistake][0] <= score <= POINTS.get(name, {})[mistake][1]
-    ]
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_a_mistake_of_each_exercise(tmp_path, name):
     mistakes = mistakes_of(name)[:1]
     by_grade = graded(name, mistakes, tmp_path)
 
-    assert unfair(name, by_grade) == []
+    assert unfair(name, by_grade) == {}
     assert (
         complaints_about(mistakes, by_grade, lambda file: check(file, name).marks, tmp_path) == []
     )
@@ -149,8 +149,8 @@ def test_all_mistakes(tmp_path, name):
     assert (
         complaints_about(mistakes, by_grade, lambda file: marked_here(name, file), tmp_path) == []
     )
-    assert POINTS.get(name, {}).keys() <= by_grade.keys()
-    assert unfair(name, by_grade) == []
+    assert POINTS[name].keys() <= by_grade.keys()
+    assert unfair(name, by_grade) == {}
     unexplained = [
         one['name']
         for one in mistakes

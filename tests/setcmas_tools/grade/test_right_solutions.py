@@ -14,7 +14,7 @@ from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.submissions.student import Student
 
 SCRIPTS = Path(__file__).parents[2] / 'data' / 'exercises'
-AWAY = 0.6
+AWAY = 1 / 1.5
 """Largest share of an upper bound, and least share of a lower one, that a right solution needs."""
 
 QUICK = {
