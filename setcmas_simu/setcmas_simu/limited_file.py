@@ -1,11 +1,13 @@
-"""Files that may come from a stranger: regular ones of limited size."""
+"""Files that may come from a stranger, read within limits; files written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 from setcmas_simu.errors import SetcmasError
 
@@ -35,6 +37,22 @@ def read_limited(path: Path, most: int) -> bytes:
     if len(content) > most:  # files in /proc have size 0
         raise _too_large(path, most)
     return content
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[IO[str]]:
+    """Open a text file (UTF-8) for writing; it replaces `path` at the end, if all went well.
+
+    Raises:
+        OSError: It cannot be written, such as on a full disk.
+    """
+    part = path.with_name(f'.{path.name}.part')
+    try:
+        with part.open('w', encoding='utf-8', newline='') as file:
+            yield file
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 _AT_ONCE = getattr(os, 'O_NONBLOCK', 0)  # Windows has no such pipes

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.limited_file import read_limited
+from setcmas_simu.limited_file import read_limited, written_whole
 
 # Such as 1e-3, which is a text in YAML 1.1.
 _EXPONENT = re.compile(r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+')
@@ -205,9 +205,7 @@ def write_yaml(content: Mapping[str, Any], path: Path) -> None:
     text = yaml.safe_dump(
         dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
     )
-    part = path.with_name(f'.{path.name}.part')
-    with part.open('w', encoding='utf-8', newline='\n') as file:
+    with written_whole(path) as file:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
-    part.replace(path)

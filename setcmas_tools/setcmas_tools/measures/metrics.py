@@ -14,6 +14,7 @@ import yaml
 from setcmas_ctrl.control.references import TASKS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.table import Table
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
@@ -200,7 +201,8 @@ def write_yaml(metrics: Metrics, path: Path) -> None:
     """Write metrics with 6 significant digits, or raise SetcmasError."""
     text = yaml.dump(as_dict(metrics), Dumper=_Dumper, sort_keys=False, width=98)
     try:
-        path.write_text(text, encoding='utf-8', newline='\n')
+        with written_whole(path) as file:
+            file.write(text)
     except OSError as error:
         raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import written_whole
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
 from setcmas_tools.page.run_facts import (
@@ -83,7 +84,8 @@ def write_report(
     """
     text = report_page(loaded_pair(paths, warn), cover)
     try:
-        page.write_text(text, encoding='utf-8', errors='replace', newline='\n')
+        with written_whole(page) as file:
+            file.write(text.encode(errors='replace').decode())
     except OSError as error:
         raise SetcmasError(f"'{page}' cannot be written: {error.strerror}") from error
 

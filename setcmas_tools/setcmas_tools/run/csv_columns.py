@@ -15,7 +15,7 @@ import numpy as np
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import MAX_ROBOTS
-from setcmas_simu.limited_file import open_limited
+from setcmas_simu.limited_file import open_limited, written_whole
 
 ALL = 'all'
 """The receiver of a broadcast."""
@@ -116,11 +116,9 @@ class CsvFile:
         """
         columns = self.columns + (self.further if further else ())
         line = ','.join(f'{{:{column.cells.form}}}' for column in columns) + '\n'
-        part = path.with_name(f'{path.name}.part')
-        with part.open('w', encoding='utf-8', newline='') as file:
+        with written_whole(path) as file:
             file.write(f'{_header(columns)}\n')
             file.writelines(line.format(*row) for row in rows)
-        part.replace(path)
 
     def read(self, path: Path) -> list[Any] | None:
         """Return the values of each column, arrays or lists of text; None if there is no file.

@@ -13,7 +13,7 @@ import numpy as np
 from setcmas_ctrl.control.references import References
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.limited_file import read_limited
+from setcmas_simu.limited_file import read_limited, written_whole
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
 from setcmas_tools.run.csv_columns import (
     ALL,
@@ -82,8 +82,8 @@ def write_tables(tables: RunTables, folder: Path) -> None:
         rows = _rows(safety.t, safety.robot, safety.state, safety.overruled)
         SAFETY.write(folder / SAFETY.name, rows)
     if tables.references:
-        text = f'{tables.references.encoded()}\n'
-        (folder / TASK_FILE).write_text(text, encoding='utf-8', newline='\n')
+        with written_whole(folder / TASK_FILE) as file:
+            file.write(f'{tables.references.encoded()}\n')
 
 
 def read_tables(fleet_csv: Path) -> RunTables:

@@ -13,6 +13,7 @@ from typing import IO, Any
 import msgspec
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import written_whole
 from setcmas_tools.study.study_cases import CaseTable
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_row import Row
@@ -79,8 +80,7 @@ class StudyTable:
             OSError: A file cannot be written.
         """
         columns = _in_order({name for row in self._rows() for name in row.numbers})
-        part = self._folder / f'.{FILE_NAME}.part'
-        with part.open('w', encoding='utf-8', newline='') as file:
+        with written_whole(self._folder / FILE_NAME) as file:
             lines = csv.writer(file, lineterminator='\n')
             lines.writerow(['run', *cases.names, 'seed', *OUTCOME, *columns])
             for row in self._rows():
@@ -90,7 +90,6 @@ class StudyTable:
                 lines.writerow([row.run, *map(_text, own.values()), *state, *map(_text, numbers)])
             file.flush()
             os.fsync(file.fileno())
-        part.replace(self._folder / FILE_NAME)
 
     def _rows(self) -> Iterator[Row]:
         """Yield the rows ordered by run, one by one from the file."""

@@ -210,3 +210,18 @@ def test_metrics_of_a_task_are_checked_alike(monkeypatch):
         "task 'height' of package my-lab 1.0, its metric wrong, returned a val"
     )
     assert second.startswith("task 'broken' of package my-lab 1.0 failed: ZeroDivisionError")
+
+
+def test_a_full_disk_leaves_the_earlier_file(tmp_path):
+    resource = pytest.importorskip('resource')
+    path, metrics = tmp_path / 'metrics.yaml', metrics_module.measure(run_of(table((T, 0, 0))))
+    path.write_text('earlier')
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20, hard))
+    try:
+        with pytest.raises(SetcmasError, match='cannot be written: File too large'):
+            write_yaml(metrics, path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+    assert [(one.name, one.read_text()) for one in tmp_path.iterdir()] == [(path.name, 'earlier')]
