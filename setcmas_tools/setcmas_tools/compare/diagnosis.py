@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -14,16 +15,17 @@ from numpy.typing import NDArray
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.compare.generic_mistakes import (
     EQUAL,
+    TWO,
     YOURS,
     Explanation,
     generic_conditions,
     generic_laws,
-    multiple,
     other_distance,
     plain_multiple,
     relative_to,
     same_times,
     scaled,
+    scaled_by_name,
     second_mistake,
     shares,
     too_fast,
@@ -43,6 +45,7 @@ from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
 _TIED = 0.005  # share of all calls by which the better one must be better
+_OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 
 
 class Diagnosis(NamedTuple):
@@ -115,9 +118,11 @@ def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
 
 
 def _two_mistakes(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> str:
-    """Return the hints of two mistakes that together explain a submission; '' for none."""
-    groups = (_both_listed, _also(generic_laws), _also(multiple), _also(plain_multiple))
-    return next(filter(None, (_best(calls, group(calls, mistakes)) for group in groups)), '')
+    """Return the hints of the two mistakes that together explain a submission; '' if unclear."""
+    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
+    found = [*_both_listed(strict, mistakes), *_also(generic_laws)(strict, mistakes)]
+    multiples = _also(scaled_by_name)(strict, mistakes)
+    return _best(strict, found + [*multiples][:1])  # the others are multiples of the first
 
 
 def _both_listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
@@ -125,7 +130,7 @@ def _both_listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterato
         if ' ' in name:
             one, other = (mistakes[int(number)].hint for number in name.split())
             answers = [each.answers[name] for each in calls]
-            yield from tried(f'Two mistakes: {one} {other}', calls, answers)
+            yield from tried(f'{TWO} {one} {other}', calls, answers)
 
 
 def _also(
@@ -143,7 +148,8 @@ def _also(
 
 def _known(calls: Sequence[Calls]) -> list[str]:
     """Return the names of the altered solutions that are not given up in any scenario."""
-    return sorted(set.intersection(*(set(one.answers) for one in calls)))
+    found = set.intersection(*(set(one.answers) for one in calls))
+    return sorted(found, key=lambda name: (len(name), name))
 
 
 def _listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
@@ -190,16 +196,22 @@ def _terms(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Expl
             for factor in shares(calls, rest, steps):
                 both = zip(rest, steps, strict=True)
                 answers = [each + factor * step for each, step in both]
-                yield from tried(_term_hint(term, factor), calls, answers)
+                yield from tried(_term_hint(term, factor, calls[0].values), calls, answers)
 
 
-def _term_hint(term: str, factor: float) -> str:
+def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
     sign = ' has the wrong sign, and' if factor < 0 else ''
     size = abs(factor)
     if abs(size - 1) < EQUAL:
         return f'In your law, {term} has the wrong sign; the rest is right.'
     ratio = f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
-    return f'In your law, {term}{sign} is {ratio}; the rest is right.'
+    question = '; the rest is right.'
+    for name, value in constants.items():
+        if value % 1 and abs(size * value - 1) < EQUAL:
+            question = f': is {name} missing?'
+        elif value % 1 and abs(size / value - 1) < EQUAL:
+            question = f': does {name} multiply it, too?'
+    return f'In your law, {term}{sign} is {ratio}{question}'
 
 
 def _measured(calls: Sequence[Calls], is_condition: bool) -> str:

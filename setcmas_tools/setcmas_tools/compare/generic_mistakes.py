@@ -21,6 +21,10 @@ _AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
 
+_OPPOSITE = 'the opposite directions'
+TWO = 'Probably two mistakes:'
+"""First words of hints about two mistakes."""
+
 Turn = Callable[[Floats, Floats], tuple[Floats, Floats]]
 TURNED: tuple[tuple[str, Turn], ...] = (
     (f'{YOURS} are the opposite of the right ones: check the sign.', lambda vx, vy: (-vx, -vy)),
@@ -35,6 +39,10 @@ TURNED: tuple[tuple[str, Turn], ...] = (
     (
         f'{YOURS} are the right ones turned by -90 degrees: (vy, -vx) instead of (vx, vy).',
         lambda vx, vy: (vy, -vx),
+    ),
+    (
+        f'{YOURS} are the opposite of the right ones, with vx and vy swapped.',
+        lambda vx, vy: (-vy, -vx),
     ),
     (f'{YOURS} have the wrong sign in vx only.', lambda vx, vy: (-vx, vy)),
     (f'{YOURS} have the wrong sign in vy only.', lambda vx, vy: (vx, -vy)),
@@ -126,7 +134,7 @@ def relative_to(calls: Calls, answers: Floats) -> Calls:
 def second_mistake(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:
     """Yield explanations with a mistake before each."""
     for hint, differing in found:
-        text = f'Two mistakes: {first} With that corrected, {hint[0].lower()}{hint[1:]}'
+        text = f'{TWO} {first} With that corrected, {hint[0].lower()}{hint[1:]}'
         yield Explanation(text, differing)
 
 
@@ -181,11 +189,11 @@ def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
 
 def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by a factor that has a name, otherwise by another constant."""
-    found = [*multiple(calls)]
+    found = [*_multiple(calls)]
     yield from found or _constants(calls)
 
 
-def multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+def _multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield the explanation by a factor that has a name."""
     factors = [_factor(one, one.solution) for one in calls]
     sizes = [one.scenario.nb_robots for one in calls]
@@ -218,22 +226,23 @@ def _by_factors(
 ) -> Iterator[Explanation]:
     answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
     size = 'large' if abs(factors[0]) > 1 else 'small'
-    ways = (
-        'the right directions, but are' if factors[0] > 0 else 'the opposite directions, and are'
-    )
+    ways = 'the right directions, but are' if factors[0] > 0 else f'{_OPPOSITE}, and are'
     hint = f'{YOURS} have {ways} {name} times too {size}{explained}.'
     yield from tried(hint, calls, answers, is_multiple=True)
 
 
 def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by turned or swapped velocities that are too large or small as well."""
-    for hint, turned in TURNED[1:6]:
+    for hint, turned in TURNED[1:7]:
         altered = [relative_to(*each) for each in zip(calls, _turned(calls, turned), strict=True)]
-        yield from second_mistake(hint, [*_scaled_by_name(altered)])
+        found = scaled_by_name(altered)
+        # A negative factor is a positive factor of the opposite turn.
+        yield from second_mistake(hint, [one for one in found if _OPPOSITE not in one.hint])
 
 
-def _scaled_by_name(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    found = [*multiple(calls)]
+def scaled_by_name(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation by a factor that has a name, otherwise by any factor."""
+    found = [*_multiple(calls)]
     yield from found or plain_multiple(calls)
 
 
@@ -303,8 +312,8 @@ def _constant_hint(name: str, found: float, right: float) -> str:
 def too_fast(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield the explanation of a law that is saturated all the time, in the right direction."""
     hint = (
-        'Your velocities have the right directions, but the robots always move at the speed '
-        'limit, as with a gain that is far too large.'
+        f'{YOURS} have the right directions, but are always at the speed limit. Is the gain far '
+        'too large, or the length of the velocity fixed?'
     )
     yield from tried(hint, calls, [1e6 * one.solution for one in calls], is_multiple=True)
 

@@ -79,7 +79,7 @@ def hints(tmp_path):
         (' / nbRobots', '', 'N times too large, where N is'),
         ('/ nbRobots', '/ (nbRobots - 1)', 'N/(N-1) times too large, where N is'),
         ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
-        ('v -= K', 'v -= 40 * K', 'far too large'),
+        ('v -= K', 'v -= 40 * K', 'always at the speed limit'),
         ('v[0], v[1]', '0.4 * v[1], 0.4 * v[0]', 'With that corrected, your velocities have the'),
     ],
 )
@@ -109,8 +109,10 @@ def test_a_lecturers_mistake_is_recognised_unless_another_does_the_same(hints):
 
 def test_a_term_with_a_wrong_factor_is_named(hints):
     term = "mistakes:\n  - {change: {' - p[:, j]': ''}, hint: Add p_j., term: p_j}\n"
-    [hint] = hints((' - p[:, j]', ' - 0.5 * p[:, j]'), rubric=RUBRIC + term)
-    assert hint == 'In your law, p_j is 2 times too small; the rest is right.'
+    [hint] = hints((' - p[:, j]', ' - 0.4 * p[:, j]'), rubric=RUBRIC + term)
+    assert hint == 'In your law, p_j is 2.5 times too small; the rest is right.'
+    [hint] = hints((' - p[:, j]', ' - K * p[:, j]'), rubric=RUBRIC + term)
+    assert hint.endswith('p_j is 2 times too small: does K multiply it, too?')
     [hint] = hints((' - p[:, j]', ' + p[:, j]'), rubric=RUBRIC + term)
     assert hint == 'In your law, p_j has the wrong sign; the rest is right.'
 
