@@ -7,7 +7,7 @@ law gets all points.
 
 Examples:
   setcmas new my_law --from consensus --exercise     then fill in the parts marked TODO
-  setcmas check my_law.py
+  setcmas check my_law.py                            or law.ipynb, a notebook
   setcmas check my_law.py --rubric final.yaml --show
   setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab
 """
@@ -20,7 +20,6 @@ from pathlib import Path
 
 from launch_scripts.commands.grade import RUBRIC
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
-from setcmas_ctrl.scripts.loader import find_script
 from setcmas_tools.run.run_folder import OfflineOptions
 
 _ASCII = str.maketrans('✓✗', '+-')
@@ -28,7 +27,7 @@ _ASCII = str.maketrans('✓✗', '+-')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument('law', metavar='LAW', help='your script, such as my_law.py')
+    parser.add_argument('law', metavar='LAW', help='your script or notebook, such as my_law.py')
     rubric = 'exercise or rubric file to check against (default: the one named in the script)'
     parser.add_argument('--rubric', '-R', metavar=RUBRIC, help=rubric)
     picture = 'picture (default: LAW_check.png)'
@@ -41,25 +40,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import Check, chosen_rubric, runs_apart, tried
+    from setcmas_tools.grade.check import Check, chosen_rubric, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
-    from setcmas_tools.grade.marking import mark
-    from setcmas_tools.grade.marks import Student
 
-    script = find_script(args.law)
-    rubric = chosen_rubric(script, args.rubric).shown()
-    rubric.check_place(args.emulate)
-    picture = args.output or Path(f'{script.stem}_check.png')
-    check_picture(picture)
-    if args.emulate:
-        from launch_scripts.processes.emulated_runs import runners_in_lab
-
-        run = runners_in_lab(rubric, 'check')(script)
-    else:
-        run = runs_apart(script, rubric, OfflineOptions.of(args).call_timeout)
-    marks = mark(rubric, run, script.name, Student(script.name), script)
     call_timeout = OfflineOptions.of(args).call_timeout
-    result = Check(marks) if args.emulate else tried(marks, script, rubric, call_timeout)
+    with opened(args.law) as law:
+        rubric = chosen_rubric(law.script, args.rubric).shown()
+        rubric.check_place(args.emulate)
+        picture = args.output or Path(f'{Path(law.name).stem}_check.png')
+        check_picture(picture)
+        if args.emulate:
+            from launch_scripts.processes.emulated_runs import runners_in_lab
+
+            result = Check(law.marks(rubric, runners_in_lab(rubric, 'check')(law.script)))
+        else:
+            marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
+            result = law.tried(marks, rubric, call_timeout)
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
     print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))

@@ -8,16 +8,16 @@ import io
 import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import redirect_stderr
+from contextlib import contextmanager, redirect_stderr
 from dataclasses import dataclass, replace
 from itertools import dropwhile, takewhile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_ctrl.scripts.output import folded_output
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError, did_you_mean, needs
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
@@ -34,6 +34,9 @@ from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.offline_tables import remains
 from setcmas_tools.run.run_info import Outcome, State
 from setcmas_tools.submissions.student import Student
+
+if TYPE_CHECKING:
+    from setcmas_tools.submissions.submissions import Submission
 
 
 def student_view(marks: Marks) -> Marks:
@@ -68,7 +71,10 @@ def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
 
 
 _CALL_S = 10.0
-_NO_FILE = 'not tried in the sandbox of `setcmas grade`: a function has no file'
+_NO_FILE = (
+    'not tried in the sandbox of `setcmas grade`, because a function has no file; save the '
+    'notebook and use `setcmas check NOTEBOOK.ipynb`'
+)
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
 _DPI = 55
@@ -130,38 +136,93 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
 
         from setcmas_tools import check
 
-            check('my_law.py')                # by the exercise that it names
+            check('my_law.py')                # by the exercise that it names, or a notebook
             check(control, 'consensus')       # a function in a notebook
 
     Args:
-        law: A script, or a function `control` or `ctc`. It runs in this process.
+        law: A script, a notebook, or a function `control` or `ctc`. It runs in this process.
         rubric: An exercise or a file; by default the exercise that the script names.
 
     Raises:
-        SetcmasError: The law or rubric does not exist, or the law does not load.
+        SetcmasError: The law or rubric does not exist, or cannot be read.
     """
-    script = None if callable(law) else find_script(str(law))
-    chosen = chosen_rubric(script, rubric).shown()
-    chosen.check_place(in_lab=False)
-    run = runs_here(law if callable(law) else str(script), chosen.function)
-    name = script.name if script else getattr(law, '__name__', chosen.function)
-    marks = mark(chosen, run, name, Student(name), script)
-    return tried(marks, script, chosen) if script else Check(marks, _NO_FILE)
+    if callable(law):
+        chosen = chosen_rubric(None, rubric).shown()
+        chosen.check_place(in_lab=False)
+        name = getattr(law, '__name__', chosen.function)
+        run = runs_here(law, chosen.function)
+        return Check(mark(chosen, run, name, Student(name)), _NO_FILE)
+    with opened(str(law)) as own:
+        chosen = chosen_rubric(own.script, rubric).shown()
+        chosen.check_place(in_lab=False)
+        return own.tried(own.marks(chosen, runs_here(str(own.script), chosen.function)), chosen)
 
 
-def tried(marks: Marks, script: Path, rubric: Rubric, call_timeout: float = _CALL_S) -> Check:
-    """Return the check of a script that has these marks, tried as `setcmas grade` runs it.
+@dataclass(frozen=True)
+class OwnLaw:
+    """A student's own law.
+
+    Attributes:
+        name: Its script or notebook.
+        script: The script, or that of the notebook's cells.
+        notebook: The notebook as a submission; None for a script.
+    """
+
+    name: str
+    script: Path
+    notebook: Submission | None = None
+
+    def marks(self, rubric: Rubric, run: LawRunner) -> Marks:
+        """Return its marks; messages name the cells of a notebook."""
+        if self.notebook:
+            from setcmas_tools.grade.class_grading import named_cells
+
+            run = named_cells(run, self.notebook)
+        return mark(rubric, run, self.name, Student(self.name), self.script)
+
+    def tried(self, marks: Marks, rubric: Rubric, call_timeout: float = _CALL_S) -> Check:
+        """Return the check with these marks, tried as `setcmas grade` runs the law.
+
+        Raises:
+            SetcmasError: A file cannot be read.
+        """
+        try:
+            from setcmas_tools.grade.trial import submission_of, trial
+        except ModuleNotFoundError as error:  # in a browser, which has no processes either
+            return Check(
+                marks, f'not tried in the sandbox of `setcmas grade`: {error.name} is missing'
+            )
+        submission = self.notebook or submission_of(self.script)
+        return Check(marks, *trial(submission, rubric, call_timeout, marks))
+
+
+@contextmanager
+def opened(law: str) -> Iterator[OwnLaw]:
+    """Open a script, by path or name, or a notebook.
 
     Raises:
-        SetcmasError: A file cannot be read.
+        SetcmasError: There is none, or it cannot be read.
     """
+    path = Path(law)
+    if path.suffix != '.ipynb' or not path.is_file():
+        script = find_script(law)
+        yield OwnLaw(script.name, script)
+        return
+    with needs('grade'):
+        from setcmas_tools.submissions.notebook import in_cells
+        from setcmas_tools.submissions.submissions import submitted_notebook
     try:
-        from setcmas_tools.grade.trial import trial
-    except ModuleNotFoundError as error:  # in a browser, which has no processes either
-        return Check(
-            marks, f'not tried in the sandbox of `setcmas grade`: {error.name} is missing'
-        )
-    return Check(marks, *trial(script, rubric, call_timeout, marks))
+        submission = submitted_notebook(path)
+    except OSError as error:
+        raise SetcmasError(f"'{law}' cannot be read: {error.strerror}") from error
+    with submission.unpacked() as script:
+        try:
+            yield OwnLaw(path.name, script, submission)
+        except SetcmasError as error:
+            if not submission.notebook:
+                raise
+            message = in_cells(str(error), path.name, submission.notebook)
+            raise SetcmasError(message) from error
 
 
 def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:

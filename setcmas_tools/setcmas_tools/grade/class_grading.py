@@ -67,15 +67,11 @@ class Grader:
         rubric, name, student = self.rubric, submission.name, submission.student
         if submission.problem:
             return unmarked(rubric, name, student, Failure(submission.problem))
-        with TemporaryDirectory(dir=self.folder) as folder:
-            script = Path(folder, submission.script)
-            for path, content in submission.files.items():
-                Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
-                Path(folder, path).write_bytes(content)
-            return mark(rubric, _in_cells(runs(script), submission), name, student, script)
+        with submission.unpacked(self.folder) as script:
+            return mark(rubric, named_cells(runs(script), submission), name, student, script)
 
 
-def _in_cells(run: LawRunner, submission: Submission) -> LawRunner:
+def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
     """Return a runner whose failures name the cells of a notebook, if it is one."""
     notebook, name = submission.notebook, PurePosixPath(submission.file).name
     if not notebook:

@@ -154,8 +154,10 @@ def _criteria(
 def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRun) -> str:
     """Return why a run has no value of a metric; '' if unknown."""
     if done.failure:
-        where = f' in line {done.failure.line}' if done.failure.line else ''
-        return f'the script failed{where}'
+        cell = done.failure.script.partition(', ')[2]
+        line = f'line {done.failure.line}' if done.failure.line else ''
+        where = ', '.join(part for part in (cell, line) if part)
+        return f'the script failed in {where}' if where else 'the script failed'
     if done.run is None:
         return 'it did not run'
     if (figures.get('path_length') or 0.0) < _STILL_M:

@@ -20,25 +20,38 @@ from setcmas_tools.submissions.submitted_files import files_near
 _NOT_TRIED = 'not tried in the sandbox of `setcmas grade`, which may refuse it: '
 
 
-def trial(script: Path, rubric: Rubric, call_timeout: float, own: Marks) -> tuple[str, bool]:
-    """Return note and `is_safe` of a `Check`, from a script with the files in its folder.
+def submission_of(script: Path) -> Submission:
+    """Return what a student would submit with a script: also the files in its folder.
+
+    Raises:
+        SetcmasError: A module in the folder is too large.
+        OSError: A file cannot be read.
+    """
+    files = files_near(script, with_helpers(script))
+    return Submission(script.name, Student(script.name), script.name, files)
+
+
+def trial(
+    submission: Submission, rubric: Rubric, call_timeout: float, own: Marks
+) -> tuple[str, bool]:
+    """Return note and `is_safe` of a `Check`.
 
     Args:
-        script: The script.
+        submission: The script or notebook, with the files near it.
         rubric: The rubric.
         call_timeout: As of `Times`, in s.
         own: Its marks outside the sandbox.
     """
     if reason := obstacle():
         return _NOT_TRIED + reason, True
-    files = files_near(script, with_helpers(script))
-    submission = Submission(script.name, Student(''), script.name, files)
     with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as folder:
         times = Times(call_timeout)
         grader = Grader(rubric, times, confined=True, folder=Path(folder))
         try:
             with sandbox(Path(folder), confined=True) as host:
-                run = SandboxRunner(host, script.name, files, times, rubric.function)
+                run = SandboxRunner(
+                    host, submission.script, submission.files, times, rubric.function
+                )
                 marks = grader.marks(submission, lambda _: run)
         except MachineError as error:
             return f'{_NOT_TRIED}{error}', True

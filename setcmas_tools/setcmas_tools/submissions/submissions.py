@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.notebook import Notebook, read_notebook, script_of
@@ -15,6 +17,7 @@ from setcmas_tools.submissions.submitted_files import (
     MOST_FILES,
     Files,
     Unread,
+    files_near,
     handed_in,
     is_empty,
 )
@@ -168,6 +171,36 @@ class Submission:
     problem: str = ''
     file: str = ''
     notebook: Notebook | None = None
+
+    @contextmanager
+    def unpacked(self, parent: Path | None = None) -> Iterator[Path]:
+        """Write the files to a new folder in `parent`; yield the path of the script."""
+        with TemporaryDirectory(dir=parent, prefix='setcmas_', ignore_cleanup_errors=True) as new:
+            for path, content in self.files.items():
+                Path(new, path).parent.mkdir(parents=True, exist_ok=True)
+                Path(new, path).write_bytes(content)
+            yield Path(new, self.script)
+
+
+def submitted_notebook(path: Path) -> Submission:
+    """Return the submission that a notebook is, with the files near it.
+
+    Raises:
+        SetcmasError: It is not a notebook, or has no law.
+        OSError: It cannot be read.
+    """
+    own = {PurePosixPath(path.name): path.read_bytes()}
+    notebooks = _with_scripts(own)
+    script, problem = chosen_script(own, 'control')
+    if problem and not (of_condition := chosen_script(own, 'ctc'))[1]:
+        script, problem = of_condition
+    if problem:
+        raise SetcmasError(problem.replace(script_of(PurePosixPath(path.name)).name, path.name))
+    files = {**files_near(path, [path]), **{str(one): content for one, content in own.items()}}
+    is_cells = script == script_of(PurePosixPath(path.name))
+    notebook = notebooks[PurePosixPath(path.name)] if is_cells else None
+    file = path.name if is_cells else script.name
+    return Submission(path.name, Student(path.name), script.name, files, '', file, notebook)
 
 
 def find_submissions(place: Path, function: str) -> list[Submission]:

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools import check
 from setcmas_tools.submissions.notebook import in_cells, read_notebook
 from setcmas_tools.submissions.submissions import find_submissions
 
@@ -63,3 +64,34 @@ def test_a_notebook_is_a_submission_and_its_written_scripts_are_files(tmp_path):
 def test_a_file_that_is_no_notebook_is_named(tmp_path):
     with pytest.raises(SetcmasError, match='not a notebook of Jupyter'):
         read_notebook(b'[' * 100_000)
+
+
+RUBRIC = """\
+solution: nav_wp
+scenarios: [{name: short, duration: 1, criteria: [{metric: path_error, at_most: 0.1}]}]
+"""
+LAW = """\
+import math
+from gains import K
+def control(i, n, poses, t):
+    return (K, 0) if t < 0.5 else (unknown, 0)
+check(control, 'nav_wp')
+"""
+
+
+def test_a_notebook_is_checked_with_the_files_near_it_and_errors_name_its_cell(tmp_path):
+    (tmp_path / 'gains.py').write_text('K = 0.5\n')
+    (tmp_path / 'other.py').write_text('def control(i, n, poses, t):\n    return 0, 0\n')
+    (tmp_path / 'rubric.yaml').write_text(RUBRIC)
+    (tmp_path / 'law.ipynb').write_bytes(notebook('from setcmas_tools import check', LAW))
+
+    result = check(tmp_path / 'law.ipynb', tmp_path / 'rubric.yaml')
+
+    assert result.marks.submission == 'law.ipynb'
+    assert "law.ipynb, cell 2, line 4: NameError: name 'unknown'" in str(result)
+    assert '_ipynb' not in str(result)
+    assert result.note == '' or result.note.startswith('not tried')
+
+    (tmp_path / 'law.ipynb').write_bytes(notebook('K = 1', LAW.replace('gains', 'loss')))
+    again = check(tmp_path / 'law.ipynb', tmp_path / 'rubric.yaml')
+    assert 'law.ipynb, cell 2, line 2: ModuleNotFoundError' in str(again)
