@@ -14,7 +14,6 @@ import contextlib
 import math
 import os
 import socket
-import struct
 import sys
 import time
 from dataclasses import dataclass
@@ -273,10 +272,9 @@ class CmdVelGuard(FleetNode):
         self._reports.publish(report.message(name, self._surroundings.cmd_vel))
 
     def _on_wheels(self, message: bytes) -> None:
-        with contextlib.suppress(struct.error):  # cut short by another process
-            odometry = messages.read_odometry(message)
-            if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
-                self._obedience.measure(odometry.V, odometry.omega, self._now)
+        odometry = messages.read_odometry(message)
+        if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
+            self._obedience.measure(odometry.V, odometry.omega, self._now)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         V, omega = velocities(message)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import struct
 import time
 
 from geometry_msgs.msg import TwistStamped
@@ -209,12 +207,11 @@ class CmdVelBridge(FleetNode):
         self._received = self._oldest
 
     def _on_wheels(self, message: bytes) -> None:
-        with contextlib.suppress(struct.error):  # cut short by another process
-            odometry = messages.read_odometry(message)
-            if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
-                self._rolls = odometry.V, odometry.omega
-                self.wheels = odometry.V, self._now
-                self._obedience.measure(*self._rolls, self._now)
+        odometry = messages.read_odometry(message)
+        if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
+            self._rolls = odometry.V, odometry.omega
+            self.wheels = odometry.V, self._now
+            self._obedience.measure(*self._rolls, self._now)
 
     def _on_battery(self, message: BatteryState) -> None:
         self.battery = self._scale.percent(message.percentage)

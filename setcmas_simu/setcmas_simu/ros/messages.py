@@ -74,8 +74,9 @@ class EncodedOdometry(NamedTuple):
 
 def read_stamp(data: bytes) -> int:
     """Return the time in ns at the start of an encoded message, such as its header's."""
-    is_little = data[1] & 1
-    seconds, nanoseconds = struct.unpack_from('<iI' if is_little else '>iI', data, _ORIGIN)
+    seconds, nanoseconds = struct.unpack_from(
+        '<iI' if data[1:2] == b'\1' else '>iI', data, _ORIGIN
+    )
     return int(seconds) * 10**9 + int(nanoseconds)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import struct
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -23,6 +25,7 @@ class _NeverCalledBack(CallbackGroup):
 
 
 _POLLED = _NeverCalledBack()
+_UNREADABLE = (struct.error, rclpy_implementation.RMWError)
 
 
 class PolledTopic:
@@ -42,12 +45,14 @@ class PolledTopic:
     ) -> None:
         """Subscribe to a topic; the depth of its profile bounds the queue.
 
-        With `encoded`, messages are passed on as bytes (see module `messages`).
+        With `encoded`, messages are passed on as bytes (see module `messages`); those that
+        another process has cut short are left out.
         """
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
         self._encoded = encoded
+        self._unreadable = _UNREADABLE if encoded else ()
         self.subscription = node.create_subscription(
             kind, name, on_message, profile, callback_group=_POLLED
         )
@@ -55,7 +60,8 @@ class PolledTopic:
     def take(self) -> None:
         """Pass on pending messages."""
         for message in self._messages():
-            self._on_message(message)
+            with contextlib.suppress(*self._unreadable):
+                self._on_message(message)
 
     def close(self) -> None:
         """Unsubscribe."""

@@ -9,6 +9,7 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
 from ros_peer import position, twist, twist_stamped
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
@@ -97,6 +98,18 @@ def test_commands_that_are_no_numbers_stop_a_robot_for_now_and_are_reported_once
     peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.5)
     assert abs(position(odometry[-1])[0]) < 1.0
     assert simulator.output().count('tb3_1 stops: its command') == 1
+
+
+def test_a_command_that_its_sender_cut_short_is_ignored(start, peer):
+    start(*SIMU, '--nb-robots', '1')
+    odometry = peer.odometry(1)
+    publisher = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
+    for size in (40, 14):
+        publisher.publish(serialize_message(twist_stamped(0.2, 0.0))[:size])
+        peer.wait_for_new(odometry, 3)
+    publisher.publish(twist_stamped(0.5, 0.0))
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
 
 
 def test_a_robot_can_listen_to_plain_twist(start, peer):
