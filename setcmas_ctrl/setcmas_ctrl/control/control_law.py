@@ -141,7 +141,7 @@ def checked_velocity(result: Any) -> Velocity:
         ValueError: It is not two finite numbers; the message says what it is instead.
     """
     if result is None:
-        raise ValueError('control returned None: is a return missing?')
+        raise ValueError('control returned None (is a return missing?)')
     try:
         array = _asarray(result)
     except StopCall:

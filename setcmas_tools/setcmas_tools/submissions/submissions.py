@@ -57,7 +57,7 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
         each = 'both' if len(fitting) == 2 else 'all'
         return none, (
             f'{names} {each} have a function {function}; leave only the one to be marked in the '
-            'submission, and run the same command again'
+            'submission'
         )
     return fitting[0], ''
 
