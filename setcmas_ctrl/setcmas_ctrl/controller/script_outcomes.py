@@ -18,22 +18,25 @@ from setcmas_simu.reports.reports import Ended, Failed
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.ros.process import RosProcess
 
+_SWALLOWED_S = 0.5
+
 
 def end_stuck_script(
     process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
 ) -> None:
-    """Make a stop signal end a script's call; `stop` is called before the process is killed."""
-    signals = 0
+    """Make a stop signal end a script's call.
+
+    If the script swallows the exception, the process ends soon, after a call of `stop`.
+    """
+
+    def end() -> None:
+        stop()
+        os._exit(1)
 
     def on_stop_signal() -> None:
-        nonlocal signals
-        signals += 1
-        if watch.running_s == 0:
-            return
-        if signals > 1:
-            stop()
-            os._exit(1)
-        raise StopCall
+        if watch.running_s:
+            watch.end_within(_SWALLOWED_S, end)
+            raise StopCall
 
     process.on_stop_signal = on_stop_signal
 

@@ -97,6 +97,7 @@ class CallWatch:
         self._stuck: _Call | None = None
         self.slow = SlowCalls(warn)
         self._counting = False
+        self._last: tuple[_Call, float, Callable[[], None]] | None = None
         self._caller = threading.get_ident()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
@@ -137,6 +138,11 @@ class CallWatch:
         call = self._call
         return time.monotonic() - call.started if call else 0.0
 
+    def end_within(self, seconds: float, end: Callable[[], None]) -> None:
+        """Call `end`, in the monitor's thread, if the current call is still running then."""
+        if call := self._call:
+            self._last = call, time.monotonic() + seconds, end
+
     def close(self) -> None:
         """Stop the monitor."""
         self._closed.set()
@@ -148,6 +154,8 @@ class CallWatch:
             if call and call != self._stuck and self.running_s > self._stuck_s:
                 self._stuck = call
                 self._report(call)
+            if self._last and self._last[0] is call and time.monotonic() > self._last[1]:
+                self._last[2]()
 
     def _report(self, call: _Call) -> None:
         described = call.described()

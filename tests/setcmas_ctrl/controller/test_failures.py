@@ -55,27 +55,29 @@ def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer,
     assert process.end() == 1
 
 
-def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, script):
+@pytest.mark.parametrize('signals', [[signal.SIGINT], [signal.SIGINT, signal.SIGTERM]])
+def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, script, signals):
     law = script(
         """
         def control(robotNo, nbRobots, poses, t):
-            while True:
+            while t > 1:
                 try:
                     while True:
                         pass
                 except BaseException:
                     pass
+            return 0.3, 0
         """
     )
-    start(*SIMU, '--nb-robots', '1')
-    command = peer.cmd_vel(1)
+    start(*SIMU, '--nb-robots', '1', '--cmd-timeout', '1000')  # it keeps the last command
+    odometry = peer.odometry(1)
     process = start(*CTRL, '--algo', law)
     process.wait_for_output('has not returned')
-    peer.wait_for(lambda: peer.node.count_publishers('/tb3_1/cmd_vel'))
-    process.popen.send_signal(signal.SIGINT)
-    process.popen.send_signal(signal.SIGTERM)
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.2)
+    for signum in signals:
+        process.popen.send_signal(signum)
 
-    peer.wait_for(lambda: command and velocity(command[-1]) == (0.0, 0.0))
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     assert process.wait() != 0
 
 
