@@ -252,7 +252,7 @@ class PoseTrack:
         if fault in (JUMPED, LIFTED) and self._has_settled(pose, now):
             # The floor does not rise; but a person may have held the robot at its first pose.
             self._z = sample.position[2]
-            self._height = min(self._z, self._height or self._z)
+            self._height = self._z if self._height is None else min(self._z, self._height)
             self._reach.start(pose, now - lateness)
             fault = LIFTED if self._is_lifted() else None
         if fault:

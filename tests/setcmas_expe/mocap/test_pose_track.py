@@ -263,6 +263,13 @@ def test_two_poses_a_second_are_too_few(tracker):
     assert SLOW in tracker.track.rejected
 
 
+def test_a_lifted_robot_is_found_where_the_usual_height_is_exactly_zero(tracker):
+    tracker.z = 0.0
+    tracker.feed(1.0)
+    tracker.z, tracker.paused = 0.2, True
+    assert tracker.feed(1.5) == 0
+
+
 def test_poses_of_a_lifted_robot_are_rejected_until_it_is_set_down(tracker):
     tracker.feed(1.0)
     tracker.z = 0.2
