@@ -81,9 +81,17 @@ class ControlledFleet:
             canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
         self._odometry = self._poses()
         self.stepper, graph = self._stepper(laws)
-        if options.watch:
-            ScriptReloader(node, self.stepper, laws, self._loader, options.pause_timeout)
         senders = self._connect()
+        if options.watch:
+            ScriptReloader(
+                node,
+                self.stepper,
+                laws,
+                self._loader,
+                self._communication,
+                senders,
+                options.pause_timeout,
+            )
         self.loop = self._loop(senders, graph)
 
     def _find(self) -> int:

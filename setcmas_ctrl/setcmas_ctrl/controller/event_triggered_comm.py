@@ -49,6 +49,10 @@ class EventTriggeredComm(FleetNode):
         # Latched: late subscribers get the last state sent.
         self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, states)
 
+    def use(self, broadcast: Broadcast) -> None:
+        """Use another condition, which sends its first state."""
+        self._broadcast = broadcast
+
     def take(self, state: State) -> None:
         """Decide whether to send a state."""
         with self._watch.call(self.robot, self._broadcast.path, Function.CONDITION):

@@ -13,12 +13,15 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
+from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.controller.markers import TaskTopic
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.file_watch import FileWatch
+from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.shared_state import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -63,7 +66,7 @@ _POLL_EVERY_S = 0.1
 
 
 class ScriptReloader:
-    """Replaces the control laws of a process by the newest version of the script.
+    """Replaces the control laws and conditions of a process by their scripts' newest version.
 
     The new laws start as in a new run: fresh state, the same random numbers, and t = 0 unless
     other processes share t; robots keep their poses. If a version does not load, the robots stop
@@ -77,15 +80,24 @@ class ScriptReloader:
         stepper: ControlStepper,
         laws: list[ControlLaw],
         loader: LawLoader,
+        communication: Communication,
+        senders: Sequence[EventTriggeredComm],
         pause_timeout_s: float,
     ) -> None:
-        """Watch the scripts of the laws, and the helper modules that they have imported."""
+        """Watch the scripts of laws and senders' conditions, and the helper modules they import.
+
+        A new version waits while the pause node has said go in the last `pause_timeout_s`.
+        """
         self._node = node
         self._stepper = stepper
         self._laws = laws
         self._loader = loader
+        self._communication = communication
+        self._senders = senders
         self._pause_timeout_s = pause_timeout_s
-        self._scripts = list(dict.fromkeys(law.path for law in laws))
+        condition = communication.condition_script
+        self._conditions = [condition] if condition and senders else []
+        self._scripts = list(dict.fromkeys([*(law.path for law in laws), *self._conditions]))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
@@ -107,7 +119,8 @@ class ScriptReloader:
 
     def _watched_files(self) -> set[Path]:
         if self._laws:
-            return {file for law in self._laws for file in law.files}
+            own = {file for condition in self._conditions for file in with_helpers(condition)}
+            return own.union(*(law.files for law in self._laws))
         return self._nearby_files()  # the imports of a version that does not load are unknown
 
     def _nearby_files(self) -> set[Path]:
@@ -123,7 +136,9 @@ class ScriptReloader:
         # A missing module may appear while the scripts load.
         self._files.watch({*self._watched_files(), *self._nearby_files()})
         try:
-            self._laws = self._loader.load()
+            laws = self._loader.load()
+            self._reload_conditions()
+            self._laws = laws
         except SetcmasError as error:
             self._laws = []
             self._node.get_logger().warning(
@@ -138,6 +153,12 @@ class ScriptReloader:
             )
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._stepper.use(self._laws)
+
+    def _reload_conditions(self) -> None:
+        for sender in self._senders if self._conditions else []:
+            with self._loader.watch.loading(sender.robot, self._conditions[0]):
+                reports = self._stepper.outcomes.conditions
+                sender.use(self._communication.broadcast(sender.robot, reports))
 
     def _is_moving(self) -> bool:
         return time.monotonic() - self._last_moving < self._pause_timeout_s

@@ -91,6 +91,7 @@ class ScriptOutcomes:
                 for robot, path in self._laws.items()
             ]
         self.laws = self._reports_of_laws()
+        self.conditions.begin_anew()
 
     def end(self) -> None:
         """Report the outcome to the launcher."""

@@ -203,6 +203,11 @@ class ErrorReports:
         self._failing: Counter[int] = Counter()
         self._first: dict[str, int] = {}  # first robot with each message
 
+    def begin_anew(self) -> None:
+        """Report errors of a new version of the script, even if an earlier one had the same."""
+        self._reported.clear()
+        self._first.clear()
+
     def failed(self, robot: int, t: float, error: ControlError) -> None:
         """Record a failed call of a robot's script at time t (s)."""
         self._keep(robot, t, error)

@@ -9,7 +9,7 @@ from processes import CTRL, SIMU
 pytest.importorskip('rclpy')
 
 from ros_peer import position, velocity
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, UInt16
 
 LAW = """
 import gain_of_watched
@@ -100,6 +100,25 @@ def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
 
     state.data = True
     peer.wait_for(lambda: command[-1].x == pytest.approx(0.2))
+
+
+def test_a_saved_triggering_condition_is_reloaded_with_the_law(start, peer, tmp_path):
+    law, when = tmp_path / 'law.py', tmp_path / 'when.py'
+    law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
+    when.write_text('def ctc(pos, last_pos, t):\n    return False\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    events = peer.listen(UInt16, '/tb3_1/trig_event')
+    options = ['--event-triggered', '--ctc', str(when), '--watch']
+    process = start(*CTRL, '--algo', str(law), *options)
+    peer.wait_for_new(events, 3)
+    assert not events[-1].data
+
+    save(when, 'def ctc(pos, last_pos, t):\n    return True\n')
+    peer.wait_for(lambda: [event.data for event in events[-3:]] == [1, 1, 1])
+    assert 'when.py was saved and reloaded for robot 1; t = 0' in process.output()
+
+    save(when, 'def ctc(pos, last_pos, t):\n    return unknown\n')
+    process.wait_for_output("name 'unknown' is not defined")
 
 
 def test_a_version_with_a_mistake_at_the_end_is_no_success(start, tmp_path):
