@@ -136,7 +136,7 @@ class PauseWatch:
         self._held = f'{PAUSED}: {why}'
 
     def forget(self) -> None:
-        """Forget all messages, because this process was suspended meanwhile."""
+        """Forget all messages, because this process was suspended."""
         self._topic.take()
         self._received = -float('inf')
 
@@ -161,8 +161,8 @@ STOPPED = 'emergency stop'
 class EmergencyWatch:
     """Latches an emergency stop until the pause node that took it over releases it.
 
-    Any node may stop the robots. Only a pause node that has since said "stopped", and that is the
-    only one, ends the stop by saying "not stopped"; a later or different pause node cannot.
+    Any node may stop the robots. Only the pause node that has since published "stopped" ends the
+    stop by publishing "not stopped", and only while there is no other pause node.
     """
 
     def __init__(self, node: Node) -> None:

@@ -71,7 +71,7 @@ class GuardOptions(Options):
 
 
 def feed_watchdog() -> None:
-    """Tell systemd that this service is alive (sd_notify(3)), if systemd started it."""
+    """Notify systemd that this service is alive (sd_notify(3)), if systemd started it."""
     address = os.environ.get('NOTIFY_SOCKET', '')
     if not address:
         return

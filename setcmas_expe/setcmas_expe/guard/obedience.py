@@ -31,7 +31,7 @@ command is 0.01 m/s. Its turn rate is the gyroscope's, whose offset is below 5 d
 STOPS_CREEPING_WITHIN_S = 2.0
 """Longest time in s until wheels that turn slowly come to rest."""
 
-_RESTS_FOR_S = 0.5  # a failed reading repeats the last position, as if wheels stood
+_RESTS_FOR_S = 0.5  # a failed reading repeats the last position, as if the wheels rested
 _MEASUREMENTS = 6  # of wheels that go on: the robot's computer may be late
 _SLOWER = 0.8  # share of the speed before
 _COMMANDED_M_S = 0.05
@@ -60,7 +60,7 @@ class Obedience:
         self._slows_within = slows_within
         self._wheels = 0.0
         self._turning = False
-        self._stand_since = math.inf
+        self._resting_since = math.inf
         self._measured: float | None = None
         self._follows = self._stops = 0.0  # when it last did as commanded
         self._zero_since = 0.0
@@ -73,7 +73,7 @@ class Obedience:
             self._follows = self._stops = self._zero_since = now
         self._wheels, self._measured = self._limits.faster_wheel(V, omega), now
         self._turning = wheels_turn(V, omega)
-        self._stand_since = math.inf if self._turning else min(self._stand_since, now)
+        self._resting_since = math.inf if self._turning else min(self._resting_since, now)
         self._nb_measured += 1
 
     def update(self, V: float, omega: float, now: float) -> str:
@@ -99,8 +99,8 @@ class Obedience:
         if not is_judged or self._wheels <= MOVES_M_S:
             self._stops, self._before, self._nb_measured = now, 0.0, 0
         self._before = max(self._before, self._wheels)
-        stands = measured - max(self._stand_since, self._zero_since) >= _RESTS_FOR_S
-        self.came_to_rest = not moves and (self.came_to_rest or stands)
+        rested = measured - max(self._resting_since, self._zero_since) >= _RESTS_FOR_S
+        self.came_to_rest = not moves and (self.came_to_rest or rested)
         # A robot that came to rest has obeyed; a person may turn it slowly by hand.
         if not self.came_to_rest and now - self._zero_since > STOPS_CREEPING_WITHIN_S:
             return True

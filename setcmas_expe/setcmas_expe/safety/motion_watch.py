@@ -23,8 +23,8 @@ _UNEVEN_M = 0.5
 class MotionWatch:
     """Checks the motion of each robot; all times in s on one steady clock.
 
-    Motion proves which body is which robot until another body may have got its name: out of
-    sight, or carried during a pause.
+    Motion proves which body is which robot. The proof ends when another body may have got the
+    name of this one: while it was out of sight, or carried during a pause.
     """
 
     def __init__(

@@ -15,7 +15,7 @@ Command = tuple[float, float, float]
 
 MOST_SPEED = 1e6
 """Largest speed of a command in m/s, and turn rate in rad/s."""
-_STAND: Command = (0.0, 0.0, 0.0)
+_REST: Command = (0.0, 0.0, 0.0)
 
 
 class VirtualFleet:
@@ -59,7 +59,7 @@ class VirtualFleet:
         become infinite for good; then return False.
         """
         usable = all(abs(speed) <= MOST_SPEED for speed in command)
-        self._commands[:, index] = command if usable else _STAND
+        self._commands[:, index] = command if usable else _REST
         self._command_times[index] = now
         return usable
 

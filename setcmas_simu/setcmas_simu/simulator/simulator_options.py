@@ -230,5 +230,5 @@ class SimulatorOptions(Options):
 
     recorded: bool = flag('wait for a recorder, so that it gets the very first states')
     nb_steps: int | None = option(
-        kinds.Whole(1, metavar='N'), 'stand still after this many steps', default=None
+        kinds.Whole(1, metavar='N'), 'stop simulated time after this many steps', default=None
     )
