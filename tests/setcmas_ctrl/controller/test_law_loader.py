@@ -102,6 +102,7 @@ def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
     peer.wait_for(lambda: command[-1].x == pytest.approx(0.2))
 
 
+@pytest.mark.nightly
 def test_a_saved_triggering_condition_is_reloaded_with_the_law(start, peer, tmp_path):
     law, when = tmp_path / 'law.py', tmp_path / 'when.py'
     law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
