@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 from network_namespaces import UDP_ONLY, Network
@@ -119,9 +120,10 @@ def ways_behind_a_firewall(domain: int, folder: Path) -> tuple[float, float, str
     with contextlib.ExitStack() as stack:
         lab = RogueRehearsal(domain, folder, stack, 'guarded')
         lab.peer.wait_for(lambda: way(lab.robot) > 0.1)
-        lab.peer.wait_for(lambda: 'past its guard)' in lab.experiment.output())
+        for text in ('past its guard)', 'SWITCH THE ROBOT OFF'):  # the terminal, and the bridge
+            lab.peer.wait_for(partial(shows, lab.experiment, text))
         lab.experiment.press('\x1b')
-        lab.peer.wait_for(lambda: 'EMERGENCY STOP by Esc' in lab.experiment.output())
+        lab.peer.wait_for(partial(shows, lab.experiment, 'EMERGENCY STOP by Esc'))
         driven, said = way(lab.robot), lab.experiment.output()
         ours = [lab.network.addresses[name] for name in ('robot', 'laptop')]
         rules = re.sub(r'saddr {.*?}', f'saddr {{ {", ".join(ours)} }}', rules)
@@ -144,6 +146,10 @@ def ways_behind_a_firewall(domain: int, folder: Path) -> tuple[float, float, str
         time.sleep(2.0)
         assert lab.rogue.popen.poll() is None
         return driven, way(lab.robot) - begin, said
+
+
+def shows(experiment: Rehearsal, text: str) -> bool:
+    return text in experiment.output()
 
 
 def release(experiment: Rehearsal) -> None:
