@@ -4,6 +4,7 @@ import itertools
 import math
 import os
 import pty
+import re
 import signal
 import subprocess
 import time
@@ -177,21 +178,26 @@ class Rehearsal:
         os.write(self.terminal, keys.encode())
         return now
 
-    def press_until(self, go: Callable[[], bool]) -> None:
-        """Press the key that starts robots, now and then, until they go."""
+    def press_until(self, condition: Callable[[], bool], key: str = 's') -> None:
+        """Press a key, by default the one that starts robots, until a condition holds."""
         try:
-            self.peer.wait_for(lambda: self._goes_after_a_press(go))
+            self.peer.wait_for(lambda: self._holds_or_press(condition, key))
         except AssertionError as error:
             raise AssertionError(f'{error}\n{self.output()[-3000:]}') from None
 
-    def _goes_after_a_press(self, go: Callable[[], bool]) -> bool:
-        if go():
+    def _holds_or_press(self, condition: Callable[[], bool], key: str) -> bool:
+        if condition():
             return True
         now = time.monotonic()
         if now >= self._next_press:
             self._next_press = now + 1.5 * REACTION_S  # sooner, they count as one
-            self.press('s')
+            self.press(' ' if self._needs_pause() else key)
         return False
+
+    def _needs_pause(self) -> bool:
+        """Return whether guards that stalled wait for a pause, which --resume does not bring."""
+        shown = [line for line in self.output().splitlines() if '; tb3_' in line]
+        return bool(shown) and re.match('STOPPED.*its guard stops it', shown[-1]) is not None
 
     def fault(self, text: str) -> float:
         """Order a fault from the emulated lab; returns when, in s since 1970."""

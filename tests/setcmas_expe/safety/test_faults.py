@@ -93,10 +93,9 @@ def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, tmp_pat
         assert 'robot 1 does not obey zero: its motors are off' in experiment.output()
 
         peer.wait_for(lambda: 'EMERGENCY STOP by Esc' in experiment.output())
-        experiment.press('R')
-        peer.spin(1.5)
-        experiment.press('R')
-        peer.wait_for(lambda: 'the emergency stop is released' in experiment.output())
+        experiment.press_until(
+            lambda: 'the emergency stop is released' in experiment.output(), 'R'
+        )
         seen = len(experiment.truth[1])
         peer.spin(1.0)
         assert all(truth.rolls == 0.0 for truth in experiment.truth[1][seen:])
