@@ -67,17 +67,20 @@ class Terminal:
     def press(self, key):
         os.write(self.master, key.encode())
 
-    def start_robots(self, started=r'started: by s', press=None):
-        """Press s, or what else starts robots, until that is seen.
-
-        Again, for a press that comes too early, or while a busy machine holds processes up, is
-        refused; where robots go already it does nothing.
+    def start_robots(self, started=r'started: by s'):
+        """Press s until the robots have started; where they go already it does nothing.
 
         Args:
-            started: What the terminal shows then, or a function that tells.
-            press: Presses something else than s.
+            started: Pattern that the terminal then shows, or a function that returns whether.
         """
-        seen = started if callable(started) else lambda: re.search(started, self.text, re.DOTALL)
+        self.press_until(started, 's')
+
+    def press_until(self, shown, key):
+        """Press a key until the terminal shows a pattern, or a function returns true.
+
+        Again: a press that comes too early, or while a busy machine delays processes, is refused.
+        """
+        seen = shown if callable(shown) else lambda: re.search(shown, self.text, re.DOTALL)
         deadline = time.monotonic() + TIMEOUT_S
         next_press = 0.0
         while True:
@@ -88,7 +91,7 @@ class Terminal:
             assert now < deadline, self.text
             if now >= next_press:
                 next_press = now + 1.5 * REACTION_S
-                (press or (lambda: self.press('s')))()
+                self.press(key)
             time.sleep(0.02)
 
     def wait(self, timeout=TIMEOUT_S):

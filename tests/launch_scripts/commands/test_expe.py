@@ -13,7 +13,6 @@ import yaml
 from processes import PATIENT_LAB, SETCMAS, TIMEOUT_S, refuses, run_here
 from terminals import Terminal
 
-from launch_scripts.terminal.keyboard import ALONE_S
 from setcmas_expe.pause.presses import REACTION_S
 from setcmas_tools.run.run_tables import read_fleet
 
@@ -47,14 +46,11 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     terminal.wait_for('PAUSED')
     terminal.press('\x1b')
     terminal.wait_for('EMERGENCY STOP by Esc.*R twice: release it')
-    time.sleep(2 * ALONE_S)
-    terminal.press('s')
-    terminal.wait_for('not started: emergency stop by Esc; R twice releases it')
-    terminal.press('R')
-    terminal.wait_for('R again after 1 to 3 s to release it')
-    time.sleep(REACTION_S)
-    terminal.press('R')
-    terminal.wait_for('paused: the emergency stop is released.*PAUSED')
+    terminal.press_until('not started: emergency stop by Esc; R twice releases it', 's')
+    released = (
+        'R again after 1 to 3 s to release it.*paused: the emergency stop is released.*PAUSED'
+    )
+    terminal.press_until(released, 'R')
     terminal.press('q')
 
     assert terminal.wait() == 0

@@ -119,6 +119,7 @@ def numbers(browser):
 
 @NEEDS_CHROMIUM
 def test_a_browser_shows_the_run_at_any_time(folder, browser):
+    from browser import wait_for
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
 
@@ -161,9 +162,10 @@ def test_a_browser_shows_the_run_at_any_time(folder, browser):
     assert re.search(r'tb3_2 at \(.*\) m', about)
     assert browser.title == 'law, 3 robots'
 
+    page_width = 'return document.documentElement.scrollWidth'
     for width, height in SIZES:
         resized(browser, width, height)
-        assert browser.execute_script('return document.documentElement.scrollWidth') == width
+        wait_for(lambda width=width: browser.execute_script(page_width) == width)
     browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
     fetched = "return performance.getEntriesByType('resource').map(one => one.name)"
     assert not [name for name in browser.execute_script(fetched) if not name.startswith('data:')]
@@ -229,6 +231,7 @@ return [...document.querySelectorAll('body *')].filter(one => one.offsetParent
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser):
+    from browser import wait_for
     from selenium.webdriver.common.by import By
 
     show(browser, folder)
@@ -239,7 +242,7 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
     assert time == 't = 5.0 s'  # at the beginning there would be no trails
     for colour in browser.execute_script('return page.robots.map(robot => robot.colour)'):
         assert counts.get(colour, 0) > 50, colour
-    assert browser.find_element(By.ID, 'now').text == 't = 0.0 s'
+    wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 0.0 s')
 
     browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': 'print'})
     try:

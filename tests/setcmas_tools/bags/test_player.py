@@ -80,6 +80,13 @@ def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the
     assert commands == []
 
 
+def is_quiet(peer, messages):
+    """Return whether no message comes for 0.3 s."""
+    before = len(messages)
+    peer.spin(0.3)
+    return len(messages) == before
+
+
 def test_space_pauses_and_q_stops(peer, recording):
     odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
     terminal = Terminal('play', str(recording), '--rate', '0.5')
@@ -87,7 +94,7 @@ def test_space_pauses_and_q_stops(peer, recording):
         peer.wait_for(lambda: odometry)
         terminal.press(' ')
         terminal.wait_for(r'paused at \d\.\d s')
-        peer.spin(0.3)  # what was on its way
+        peer.wait_for(lambda: is_quiet(peer, odometry))  # after what was on its way
         paused = len(odometry)
         peer.spin(0.5)
         assert len(odometry) == paused

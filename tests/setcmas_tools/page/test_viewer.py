@@ -44,6 +44,14 @@ def rows(browser):
     return {cells[0]: cells[1:] for cells in map(str.split, browser.execute_script(js))}
 
 
+def wait_until_it_goes_on(browser):
+    from browser import wait_for
+
+    end = 'return page.times.length'
+    count = browser.execute_script(end)
+    wait_for(lambda: browser.execute_script(end) > count + 5)
+
+
 def all_move(commands):
     return all(kept and velocity(kept[-1]) != (0.0, 0.0) for kept in commands.values())
 
@@ -73,9 +81,9 @@ def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
 
         click(browser, 'back')
         wait_for(lambda: text(browser, 'now').endswith('s ago'))
-        place, end = rows(browser), 'return page.times.length'
-        count = browser.execute_script(end)
-        wait_for(lambda: browser.execute_script(end) > count + 5)  # the run goes on
+        wait_until_it_goes_on(browser)  # after messages that were on their way
+        place = rows(browser)
+        wait_until_it_goes_on(browser)
         assert rows(browser) == place
         click(browser, 'latest')
         wait_for(lambda: rows(browser) != place and 'ago' not in text(browser, 'now'))
