@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import refuses, run_here
+from processes import PATIENT_LAB, refuses, run_here
 
 from launch_scripts.cli import main
 from setcmas_simu.robots.identified_robot import read_model_file
@@ -79,7 +79,7 @@ def test_a_lockstep_run_over_ros_moves_by_the_model_and_announces_it(folder, dom
 
 @pytest.mark.nightly
 def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
-    lab = ('--emulate', '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
+    lab = (*PATIENT_LAB, '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
     ran = run_here('run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab')
     assert ran.returncode == 0, ran.stderr
 
