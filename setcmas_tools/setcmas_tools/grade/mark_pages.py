@@ -143,9 +143,9 @@ def names_of(marks: Sequence[Marks]) -> dict[str, str]:
 def remark(marks: Marks, names: Mapping[str, str]) -> str:
     """Return a remark on problems and similarities; `names` are the students' by submission."""
     notes = ['not filled in yet'] if marks.unfilled else []
-    notes += map(str, marks.corrections)
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
     notes += [failure_line(one) for one in failures if one][:1]
+    notes += map(str, marks.corrections)
     like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
     notes += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]
     return '; '.join(notes)

@@ -191,6 +191,11 @@ class Marks:
         """Total points of all scenarios, before corrections."""
         return _sum(mark.points for mark in self.scenarios)
 
+    @property
+    def own_file(self) -> str:
+        """The file that was marked, relative to the submission if that is a folder."""
+        return self.file.removeprefix(f'{self.submission}/')
+
     def with_messages(self, changed: Callable[[str], str]) -> Marks:
         """Return the same marks with changed messages of failures."""
 

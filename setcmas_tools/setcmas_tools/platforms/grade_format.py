@@ -61,7 +61,7 @@ def summary(marks: Marks) -> str:
 
 def marked_file(marks: Marks) -> str:
     """Return a line that names the marked file; '' if there is none."""
-    return f'File: {marks.file}' if marks.file else ''
+    return f'File: {marks.own_file}' if marks.file else ''
 
 
 def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:

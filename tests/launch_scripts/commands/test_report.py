@@ -187,6 +187,26 @@ def test_a_selected_robot_is_described_and_space_plays(folder, browser):
     wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')
 
 
+_TOO_SMALL = """const controls = document.querySelectorAll('button, select, a, label, #bar');
+return [...controls].filter(one => {
+  const box = one.getBoundingClientRect();
+  return box.width && Math.min(box.width, box.height) < 24;  // WCAG 2.2, 2.5.8
+}).map(one => one.outerHTML)"""
+_COVERED = """const plane = document.querySelector('#plane').getBoundingClientRect();
+return document.querySelector('.zoom').getBoundingClientRect().top < plane.bottom"""
+
+
+@pytest.mark.nightly
+@NEEDS_CHROMIUM
+def test_on_a_phone_fingers_hit_every_control_and_none_covers_a_robot(folder, browser):
+    resized(browser, 390, 844)
+    show(browser, folder)
+
+    assert browser.execute_script(_TOO_SMALL) == []
+    assert not browser.execute_script(_COVERED)
+    browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
+
+
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):

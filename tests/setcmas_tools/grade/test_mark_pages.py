@@ -1,5 +1,6 @@
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -8,13 +9,17 @@ from graded_classes import HOSTILE, graded_class, marks_of
 from setcmas_tools.grade.mark_pages import (
     Likeness,
     bins,
+    class_page,
     file_names,
     hardest_first,
     has_failed,
     likeness_pairs,
     marks_table,
+    remark,
+    student_page,
     write_pages,
 )
+from setcmas_tools.grade.marks import Correction
 
 
 def test_figures_of_a_class():
@@ -28,8 +33,6 @@ def test_figures_of_a_class():
 
 
 def test_a_pair_that_names_each_other_is_one_likeness():
-    from dataclasses import replace
-
     from setcmas_tools.submissions.likeness import Similar
 
     one, other, *_ = graded_class()
@@ -126,6 +129,30 @@ def test_a_page_of_a_student_who_is_not_there_any_more_goes(pages):
     assert [path.name for path in (pages.parent / 'students').iterdir()] == [
         'Ada_Lovelace_12345.html'
     ]
+
+
+def test_a_bonus_beyond_all_points_is_as_good_as_all_points():
+    bonus = Correction('bonus', 10.0, 'neat code', 'A. Assistant', '2026-11-22')
+    page = student_page(replace(graded_class()[0], corrections=(bonus,)))
+
+    assert '<i class="good" style="width:100.0%">' in page
+
+
+def test_a_remark_begins_with_what_failed_and_ends_with_what_changed_the_whole_class():
+    curve = Correction('curve', 0.5, 'too hard', 'A. Assistant', '2026-11-22')
+    failed = replace(graded_class()[2], corrections=(curve,))
+
+    assert remark(failed, {}).startswith('ValueError')
+    assert remark(failed, {}).endswith('curve +0.5: too hard (A. Assistant, 2026-11-22)')
+
+
+def test_pages_name_the_file_within_the_submission_not_its_folder_again():
+    folder = 'Ada Lovelace_1_file_'
+    named = replace(graded_class()[0], submission=folder, file=f'{folder}/law.py')
+
+    for page in (student_page(named), class_page([named], ['ada.html'])):
+        assert '>law.py<' in page
+        assert '_file_/law.py' not in page
 
 
 @pytest.mark.nightly
