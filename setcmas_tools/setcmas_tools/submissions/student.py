@@ -54,7 +54,8 @@ def identity_of(name: str, stem: str) -> Identity:
         stem: The same without a file's suffix.
     """
     if found := _MOODLE.fullmatch(name):
-        return Identity(_student(found['name'], found['id']), found['id'], file=found['file'])
+        group = f'{found["name"]}_{found["id"]}'  # two students with one number stay two
+        return Identity(_student(found['name'], found['id']), group, file=found['file'])
     if found := _CANVAS.fullmatch(name):
         file = _AGAIN.sub('', found['file'])
         group = f'{found["name"]}_{found["id"]}'

@@ -29,3 +29,10 @@ def test_a_file_name_gives_the_student(name, student, number, file):
 
     assert (identity.student.name, identity.student.id) == (student, number)
     assert identity.file == file
+
+
+def test_two_students_with_one_number_are_two_submissions_and_two_folders_of_one_are_one():
+    names = ['Ada_1_assignsubmission_file_', 'Ada_1_assignsubmission_onlinetext_']
+    groups = [identity_of(name, name).group for name in (*names, 'Bob_1_assignsubmission_file_')]
+
+    assert groups[0] == groups[1] != groups[2]
