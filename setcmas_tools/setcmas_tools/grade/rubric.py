@@ -91,6 +91,12 @@ class Rubric:
                         f"{one.metric}, in scenario '{scenario.name}' of {self.file}, is only "
                         'measured in the emulated lab; add --emulate'
                     )
+                if one.metric in COMPARED and in_lab and self.references:
+                    raise SetcmasError(
+                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, compares "
+                        'with a run of the solution, which this rubric has from outside the '
+                        'emulated lab only; leave out --emulate'
+                    )
 
     def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
         """Use a run as that of the model solution.
