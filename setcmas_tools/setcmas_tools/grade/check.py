@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from setcmas_ctrl.scripts.exercise import exercise_of
+from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_ctrl.scripts.output import folded_output
 from setcmas_simu.errors import SetcmasError, did_you_mean, needs
@@ -71,9 +72,10 @@ def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
 
 
 _CALL_S = 10.0
-_NO_FILE = (
-    'not tried in the sandbox of `setcmas grade`, because a function has no file; save the '
-    'notebook and use `setcmas check NOTEBOOK.ipynb`'
+_NO_FILE = 'not tried in the sandbox of `setcmas grade`, which marks files; {}'
+_WITHIN = (
+    'a law that is being marked cannot call check(); put this line below '
+    "`if __name__ == '__main__':`"
 )
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
@@ -145,17 +147,28 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
 
     Raises:
         SetcmasError: The law or rubric does not exist, or cannot be read.
+        RuntimeError: A law that is marked calls it.
     """
+    if calling_robot() is not None:
+        raise RuntimeError(_WITHIN)
     if callable(law):
         chosen = chosen_rubric(None, rubric).shown()
         chosen.check_place(in_lab=False)
         name = getattr(law, '__name__', chosen.function)
         run = runs_here(law, chosen.function)
-        return Check(mark(chosen, run, name, Student(name)), _NO_FILE)
+        return Check(mark(chosen, run, name, Student(name)), _not_tried(law))
     with opened(str(law)) as own:
         chosen = chosen_rubric(own.script, rubric).shown()
         chosen.check_place(in_lab=False)
         return own.tried(own.marks(chosen, runs_here(str(own.script), chosen.function)), chosen)
+
+
+def _not_tried(law: Callable[..., Any]) -> str:
+    """Return that a function was not tried in the sandbox, and which command tries it."""
+    file = Path(getattr(getattr(law, '__code__', None), 'co_filename', ''))
+    if file.suffix == '.py' and file.is_file():
+        return _NO_FILE.format(f'use `setcmas check {file.name}`')
+    return _NO_FILE.format('save the notebook and use `setcmas check NOTEBOOK.ipynb`')
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import logging
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -16,6 +17,7 @@ from dataclasses import dataclass, replace
 from multiprocessing.util import Finalize
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
+from types import ModuleType
 
 import msgspec
 from tqdm import tqdm
@@ -274,7 +276,8 @@ def _made(
         done = []
         try:
             with _pool(grader, min(jobs, len(left))) as pool:
-                waiting = {pool.submit(graded, one): one for one in left}
+                with _without_main():
+                    waiting = {pool.submit(graded, one): one for one in left}
                 for future in as_completed(waiting):
                     one = waiting[future]
                     made = _result(future, one)
@@ -315,6 +318,16 @@ def _pool(grader: Grader, jobs: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Start processes without the main module: it may be read from stdin, or grade again."""
+    main, sys.modules['__main__'] = sys.modules['__main__'], ModuleType('__main__')
+    try:
+        yield
+    finally:
+        sys.modules['__main__'] = main
 
 
 def _prints(

@@ -67,7 +67,8 @@ def _compared(own: Marks, graded: Marks) -> tuple[str, bool]:
     if graded.score == own.score:
         return '', True
     points = f'{points_text(graded.score)} of {points_text(graded.max_score)} points'
-    return f'`setcmas grade` gives {points}: each robot has a process of its own there', is_safe
+    why = 'each robot has its own process and random numbers there'
+    return f'`setcmas grade` gives {points}: {why}', is_safe
 
 
 def _failure(marks: Marks) -> Failure | None:

@@ -6,10 +6,13 @@ It survives the process of the run, however a script ends it.
 from __future__ import annotations
 
 import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.current_call import SIZE, CurrentCall
 
@@ -64,3 +67,16 @@ def _mapped(path: Path, size: int) -> mmap.mmap:
 
 current = Board()
 """The board of the run in this process."""
+
+
+@contextmanager
+def of_run() -> Iterator[None]:
+    """Keep the current board for its run: a run that a script starts gets a board of its own."""
+    global current
+    before = current
+    if calling_robot() is not None:
+        current = Board()
+    try:
+        yield
+    finally:
+        current = before

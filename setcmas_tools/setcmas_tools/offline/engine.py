@@ -82,6 +82,7 @@ def simulate(
     if not one.communication.is_ideal:
         radio = OfflineCommunication(one.communication, one.nb_robots, warn)
     with (
+        board.of_run(),
         kept_state(_warning_of_functions(one)),
         named_output(),
         offline_tables.recorded_drawings() as drawings,

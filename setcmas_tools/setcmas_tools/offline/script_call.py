@@ -54,7 +54,7 @@ class ScriptCall:
     def __call__(self, channel: Channel, folder: Path) -> None:
         """Call the function in this process."""
         board.current = board.Board(folder / _BOARD)
-        robot_script.on_call = board.current.begin
+        robot_script.on_call = lambda robot: board.current.begin(robot)
         try:
             kind, result = Kind.RESULT, self.function(folder)
         except SetcmasError as error:

@@ -264,6 +264,7 @@ def _listed(robots: list[int]) -> str:
 
 
 INFO_FILE = 'run.yaml'
+_SHOWN = ('algo', 'nb_robots', 'duration', 'seed')
 
 
 @dataclass(frozen=True)
@@ -308,6 +309,11 @@ class RunInfo:
     origin: Origin | None = None
     failures: list[ScriptFailure] | None = None
     parameters_set: list[ParameterChange] | None = None
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        texts = (f'{name}={self.scenario[name]}' for name in _SHOWN if name in self.scenario)
+        return f'RunInfo({", ".join([*texts, str(self.outcome)])})'
 
     @property
     def seed(self) -> int:

@@ -1,6 +1,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 
 import psutil
@@ -85,12 +86,15 @@ def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
 
 
 @needs_sandbox
-def test_grades_are_written_even_if_the_output_is_read_no_further(tmp_path):
+def test_grades_are_written_by_a_script_on_stdin_whose_output_is_read_no_further(tmp_path):
     write_class(tmp_path / 'class', ada=LAW)
     reader, writer = os.pipe()
     os.close(reader)
-    process = subprocess.run([*SETCMAS, 'grade', 'class', '-R', 'consensus'], cwd=tmp_path,
-                             stdout=writer, stderr=subprocess.PIPE, text=True)  # fmt: skip
+    process = subprocess.run(
+        [sys.executable, '-', 'grade', 'class', '-R', 'consensus'], cwd=tmp_path, text=True,
+        input='from launch_scripts.cli import main; main()', timeout=TIMEOUT_S,
+        stdout=writer, stderr=subprocess.PIPE,
+    )  # fmt: skip
     os.close(writer)
 
     assert 'Traceback' not in process.stderr

@@ -8,6 +8,7 @@ from graded_classes import graded_class
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
+from setcmas_tools.grade import trial
 from setcmas_tools.grade.check import student_view
 
 
@@ -27,6 +28,7 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
     assert 'src="data:image/png;base64,' in page
     assert '&lt;' not in page
     assert '<pre' in page
+    assert result.note.endswith('use `setcmas check test_check.py`')
     assert repr(result) == str(result)  # in IPython, outside of notebooks
     assert repr(result.marks) == 'Marks(Trajectory tracking, control, 5.09 of 10 points)'
     assert len(repr(result.marks.scenarios[0])) < 3000
@@ -35,6 +37,21 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
 def test_a_function_cannot_say_which_exercise_it_is():
     with pytest.raises(SetcmasError, match='a function names no exercise'):
         check(control)
+
+
+def test_a_law_that_calls_check_is_refused_with_its_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(trial, 'obstacle', lambda: 'no Landlock')
+    law = tmp_path / 'law.py'
+    law.write_text(
+        'from setcmas_tools import check\n'
+        'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
+        "check(__file__, 'nav_wp')\n"
+    )
+
+    text = str(check(law, 'nav_wp'))
+
+    assert 'law.py, line 4: RuntimeError: a law that is being marked cannot call check()' in text
+    assert "put this line below `if __name__ == '__main__':`" in text
 
 
 def test_hidden_points_count_and_nothing_else_of_them_is_left():

@@ -13,10 +13,12 @@ scenarios:
 """
 LAW = 'def control(robotNo, nbRobots, poses, t):\n    return 0.1, 0\n'
 REFUSED = '`setcmas grade` refuses: law.py, line {}: PermissionError'
+SHARING = "import os\nos.SEEN = hasattr(os, 'SEEN')\nassert not os.SEEN"
 SCRIPTS = {
     "import os\nos.makedirs('out', exist_ok=True)": REFUSED.format(2),
     "open('/etc/hosts').close()": REFUSED.format(1),
     "import numpy\nnumpy.loadtxt('gains.csv')\nfrom helper import K": '',
+    SHARING: '`setcmas grade` gives 1 of 1 points: each robot has its own process',
 }
 
 

@@ -63,6 +63,20 @@ def test_sets_of_strings_and_generators_without_a_seed_are_the_same_in_each_proc
     assert (first.y == second.y).all()
 
 
+def test_a_run_that_a_script_starts_leaves_the_outer_run_and_its_limit_alone(run):
+    top = """
+        from setcmas_tools import simulate
+        simulate('nav_wp', nb_robots=8, duration=20)
+    """
+    result, said = run(top=top)
+
+    assert said == []
+    assert result.poses.shape[1:] == (3, 3)
+
+    endless, _ = run(top=f'{top}    while True: simulate("nav_wp", duration=1)', call_timeout=0.5)
+    assert endless.reason.startswith('law.py has been loading for 0.5 s')
+
+
 def nightly(*bodies):
     return [pytest.param(body, marks=pytest.mark.nightly) for body in bodies]
 

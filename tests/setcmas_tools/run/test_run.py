@@ -118,6 +118,8 @@ def test_a_notebook_shows_picture_and_table(run):
     assert '<img src="data:image/png;base64,' in html
     assert 'least separation' in html
     assert 'law.py failed for robot 2' in html
+    assert repr(run.info).endswith('law.py failed for robot 2)')
+    assert len(repr(run.info)) < 120
 
 
 def test_a_film(run):
