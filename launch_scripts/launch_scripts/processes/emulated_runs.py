@@ -35,7 +35,7 @@ from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunInfo, State
 from setcmas_tools.scenario.scenario import Scenario
 
 _STOPPING_S = 2.0
@@ -246,9 +246,19 @@ def _run_in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
         if done.returncode == _INVALID_INPUT or not (place / 'csv').is_dir():
             return _not_run(done.stderr, script)
         run = Run.load(place, lambda _: None)
-    is_whole = run.outcome.state in _TO_THE_END
-    is_well = run.outcome.state is State.COMPLETE and not run.outcome.detail
-    return ScenarioRun(run, None if is_well else Failure(str(run.outcome)), is_whole)
+    return ScenarioRun(run, _failure(run.info), run.outcome.state in _TO_THE_END)
+
+
+def _failure(info: RunInfo) -> Failure | None:
+    """Return the first error of a script and how the run ended; None if all went well."""
+    outcome = info.outcome
+    if outcome.state is State.COMPLETE and not outcome.detail:
+        return None
+    if not info.failures:
+        return Failure(str(outcome))
+    first = info.failures[0]
+    who = f'robot {first.robot} at t = {first.t:.1f} s'
+    return Failure(f'{who}: {first.text}\n{outcome}')
 
 
 def _not_run(messages: str, script: Path | None) -> ScenarioRun:

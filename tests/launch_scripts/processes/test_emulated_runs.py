@@ -108,3 +108,10 @@ def test_a_law_is_marked_for_safety_in_the_lab(rubric, domain):
     assert 'only measured in the emulated lab; add --emulate' in offline.stderr
     assert 'no robot is stopped: safety_stops 0 (wanted: at most 0)' in emulated.stdout
     assert emulated.returncode == 0
+
+    (folder / 'my_law.py').write_text(
+        'def control(robotNo, nbRobots, poses, t):\n    return (0.1, 0) if t < 1 else (boom, 0)\n'
+    )
+    failing = run_setcmas('check', 'my_law', '-R', 'final.yaml', '--emulate', cwd=folder)
+    assert " s: my_law.py, line 2: NameError: name 'boom' is not defined" in failing.stdout
+    assert '  not finished: the robots were paused' in failing.stdout
