@@ -46,7 +46,8 @@ def main(args: argparse.Namespace) -> int:
         warn(f'setcmas ctrl: {note}')
     robots = shown_robots(fleet.robots, fleet.nb_robots)
     require_ros()
-    with fleet_views(ViewOptions.of(args), robots) as companions:
+    view = ViewOptions.of(args)
+    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
         options = ControllerOptions(**fleet.values(), watch=args.watch)
         arguments = controller_arguments(scenario, options)
         arguments += ros_arguments(args)

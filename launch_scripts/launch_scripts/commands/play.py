@@ -16,7 +16,12 @@ from pathlib import Path
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
-from launch_scripts.processes.node_commands import PLAYER, node_command
+from launch_scripts.processes.node_commands import (
+    PLAYER,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+)
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import open_keyboard
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
@@ -26,13 +31,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder of a run, or a rosbag2 bag')
     PlayerOptions.add_to(parser)
+    add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Play until the end or Ctrl-C; return the exit status."""
     options = PlayerOptions.of(args)
     require_ros()
-    command = node_command(PLAYER, [str(args.bag), *options.arguments()])
+    arguments = [str(args.bag), *options.arguments(), *ros_arguments(args)]
+    command = node_command(PLAYER, arguments)
     with open_keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
         child = supervisor.start('play', command, listens=True)
         try:

@@ -1,12 +1,14 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
-By default it records every topic, including those that appear later. The bag stays readable even
-if the recorder is killed. A layout for Foxglove and Lichtblick is written next to the bag.
+By default it records every topic of its namespace, including those that appear later. The bag
+stays readable even if the recorder is killed. A layout for Foxglove and Lichtblick is written next
+to the bag.
 
 Examples:
   setcmas record                                 writes to bag_<date and time>
   setcmas record -o out/bag
   setcmas record --topics /tb3_1/odom /tb3_1/cmd_vel
+  setcmas record --ros-args -r __ns:=/a          the fleet in namespace /a
 """
 
 from __future__ import annotations
@@ -17,7 +19,12 @@ from pathlib import Path
 
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_commands import RECORDER, node_command
+from launch_scripts.processes.node_commands import (
+    RECORDER,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+)
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.recording_options import RecorderOptions
 
@@ -25,6 +32,7 @@ from setcmas_tools.bags.recording_options import RecorderOptions
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RecorderOptions.add_to(parser, output=None)
+    add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -34,4 +42,5 @@ def main(args: argparse.Namespace) -> int:
     if options.output.exists():
         raise SetcmasError(f"output '{options.output}' already exists; choose another folder")
     require_ros()
-    return run_in_foreground('record', node_command(RECORDER, options.arguments()))
+    command = node_command(RECORDER, options.arguments() + ros_arguments(args))
+    return run_in_foreground('record', command)

@@ -45,7 +45,8 @@ def main(args: argparse.Namespace) -> int:
         given = SimulationOptions(**own, **values)
     simulated = given.simulated()  # report mistakes before anything starts
     require_ros()
-    with fleet_views(ViewOptions.of(args), simulated.robots) as companions:
+    view = ViewOptions.of(args)
+    with fleet_views(view, simulated.robots, ros_arguments=args.ros_args) as companions:
         given = replace(given, nb_robots=given.fleet_size)
         command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
         return run_in_foreground('simu', command, companions)

@@ -20,6 +20,7 @@ from pathlib import Path
 from launch_scripts.commands.view_options import browser_command
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
+from launch_scripts.processes.node_commands import add_ros_arguments, ros_arguments
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.browser import BrowserOptions
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     runs = 'a finished run, or two: folder, bag or fleet.csv (default: the running robots)'
     parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
     BrowserOptions.add_to(parser)
+    add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -39,7 +41,8 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     if not args.runs:
         require_ros()
-        return run_in_foreground('view', browser_command(browser.arguments()))
+        command = browser_command(browser.arguments() + ros_arguments(args))
+        return run_in_foreground('view', command)
     from setcmas_tools.page.report_file import loaded_pair
     from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 

@@ -8,7 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from launch_scripts.processes.node_commands import BROWSER_VIEW, PAGE, node_command
+from launch_scripts.processes.node_commands import (
+    BROWSER_VIEW,
+    PAGE,
+    namespace_rule,
+    node_command,
+)
 from launch_scripts.processes.rviz import Companion, rviz_companion, why_no_rviz
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
@@ -47,13 +52,19 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> tuple[boo
 
 @contextmanager
 def fleet_views(
-    options: ViewOptions, robots: list[int], experiment: bool = False, palette: str = PALETTES[0]
+    options: ViewOptions,
+    robots: list[int],
+    experiment: bool = False,
+    palette: str = PALETTES[0],
+    ros_arguments: Sequence[str] = (),
 ) -> Iterator[list[Companion]]:
-    """Yield the views of a fleet, as companions of the robots' process."""
+    """Yield the views of a fleet, as companions of the robots' process, in its namespace."""
     attended = sys.stdout.isatty() and 'CI' not in os.environ
     rviz, browser = choose_view(options, attended, why_no_rviz())
-    page = [(PAGE, browser_command([f'--palette={palette}']))] if browser else []
-    with rviz_companion(rviz, robots, experiment) as companions:
+    rule = namespace_rule(ros_arguments)
+    page = [(PAGE, browser_command([f'--palette={palette}', *rule]))] if browser else []
+    namespace = '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/')
+    with rviz_companion(rviz, robots, experiment, namespace) as companions:
         yield companions + page
 
 

@@ -122,6 +122,7 @@ class Child:
     """A running process in its own process group.
 
     Attributes:
+        command: Program and arguments.
         has_output: Whether it has written anything; before, it may not handle signals yet.
         shown: Whether its output is shown.
         needed: Whether the other processes need it.
@@ -142,6 +143,7 @@ class Child:
     ) -> None:
         """Start the process; its error messages begin with `mistake`."""
         self.name = name
+        self.command = command
         self.needed = needed
         self.has_output = False
         self.shown = True

@@ -39,13 +39,19 @@ def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=argparse.REMAINDER,
         default=[],
         metavar='...',
-        help='arguments for ROS, such as -p vnom:=0.3 or --params-file gains.yaml',
+        help='arguments for ROS, such as -r __ns:=/a, -p vnom:=0.3 or --params-file gains.yaml',
     )
 
 
 def ros_arguments(args: argparse.Namespace) -> list[str]:
     """Return the ROS arguments for the node process."""
     return ['--ros-args', *args.ros_args] if args.ros_args else []
+
+
+def namespace_rule(command: Sequence[str]) -> list[str]:
+    """Return ROS arguments that move another process to the namespace in a command, if any."""
+    rules = [word for word in command if word.startswith('__ns:=')]
+    return ['--ros-args', '-r', rules[-1]] if rules else []
 
 
 def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
@@ -60,4 +66,5 @@ def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
     """Stop the robots of a controller process that hangs or has died; bridges do that sooner."""
     if started := ctrl.reported(Started):
         robots = ','.join(map(str, started.robots))
-        supervisor.start_helper(node_command(ZERO_COMMANDER, ['--robots', robots]))
+        rule = namespace_rule(ctrl.command)
+        supervisor.start_helper(node_command(ZERO_COMMANDER, ['--robots', robots, *rule]))

@@ -28,9 +28,12 @@ def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> 
 
 @contextmanager
 def rviz_companion(
-    wanted: bool, robots: list[int], experiment: bool = False
+    wanted: bool, robots: list[int], experiment: bool = False, namespace: str = ''
 ) -> Iterator[list[Companion]]:
-    """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page."""
+    """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page.
+
+    The namespace of the fleet has no slash at its ends.
+    """
     missing = why_no_rviz() if wanted else ''
     if missing:
         warn(f'--rviz: {missing}; to see the robots in a browser, run setcmas view')
@@ -39,7 +42,10 @@ def rviz_companion(
         return
     with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
         path = Path(folder) / 'fleet.rviz'
-        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
+        config = rviz_config(robots, experiment)
+        if namespace:
+            config = config.replace('Value: /', f'Value: /{namespace}/')
+        path.write_text(config, encoding='utf-8')
         yield [('rviz', [_RVIZ, '-d', str(path)])]
 
 

@@ -1,4 +1,4 @@
-"""Controlled fleet: finds the robots of a process, loads their laws, creates nodes and loop."""
+"""Controlled fleet: finds the robots of a process, loads their laws, creates topics and loop."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from setcmas_ctrl.driving.fleet_discovery import (
     wait_for_announcement,
     wait_for_fleet,
     wait_for_source,
+    wait_until,
 )
 from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
 from setcmas_ctrl.driving.odometry import FleetOdometry
@@ -40,8 +41,8 @@ from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.process import FleetNode, RosProcess
-from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepLoop
+from setcmas_simu.ros.process import SIMULATED_TIME, FleetNode, RosProcess
+from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepLoop, TopicClock
 
 
 class ControlledFleet:
@@ -56,7 +57,7 @@ class ControlledFleet:
         safety: FilterOptions,
         options: ControllerOptions,
     ) -> None:
-        """Find the fleet, load its laws, and create the nodes of its robots.
+        """Find the fleet, load its laws, and create the topics of its robots.
 
         Raises:
             SetcmasError: A script does not load, or options contradict each other.
@@ -146,11 +147,10 @@ class ControlledFleet:
         )
 
     def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:
-        controllers = [Controller(law, self._profile) for law in laws]
+        controllers = [
+            Controller(self._node, law, self._profile, self._safety.is_on) for law in laws
+        ]
         self._show_surroundings()
-        if self._safety.is_on:
-            for controller in controllers:
-                controller.add_allowed_topic(self._profile)
         drivers = self._drivers()
         commander = self._commander(drivers)
         pause = self._pause(drivers)
@@ -176,7 +176,8 @@ class ControlledFleet:
         options = self._options
         topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
         drivers = [
-            SiToUni(robot, options.cmd_vel_type, topic, self._profile) for robot in self._robots
+            SiToUni(self._node, robot, options.cmd_vel_type, topic, self._profile)
+            for robot in self._robots
         ]
         models = DrivenModels(drivers, self._warn)
         if options.model:
@@ -200,7 +201,7 @@ class ControlledFleet:
         return None
 
     def _connect(self) -> list[EventTriggeredComm]:
-        """Let the robots communicate; return the nodes that send states when triggered."""
+        """Let the robots communicate; return those that send states when triggered."""
         in_lockstep, stepper = isinstance(self._time, Lockstep), self.stepper
         if not self._communication.is_ideal:
             profile = qos.LOCKSTEP_STATE if in_lockstep else qos.LATCHED
@@ -210,6 +211,7 @@ class ControlledFleet:
         if not self._communication.event_triggered:
             return []
         return broadcasters(
+            self._node,
             self._robots,
             self._communication,
             self._odometry,
@@ -230,11 +232,19 @@ class ControlledFleet:
         clock = SteadyClock()
         if isinstance(self._time, Scaled):
             clock = ScaledClock(self._time.rtf, self._time.begin)
+        elif self._node.get_parameter(SIMULATED_TIME).value:
+            clock = self._clock_of_another_simulator()
         stepper.clock = clock
         loop = StepLoop(process, 1.0 / rate, stepper.step, clock)
         if stepper.communication:  # it counts when a state comes
             loop.poll = stepper.take
         return loop
+
+    def _clock_of_another_simulator(self) -> TopicClock:
+        clock = TopicClock(self._node)
+        text = f'waiting for the time on {topics.CLOCK} ({SIMULATED_TIME}); is it published?'
+        _go_on(wait_until(self._process, clock.has_begun, lambda: self._warn(text)))
+        return clock
 
 
 def _go_on(found: object) -> None:

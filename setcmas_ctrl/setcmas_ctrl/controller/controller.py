@@ -1,8 +1,6 @@
 """The controller process: poses of the fleet in, velocities of control scripts out.
 
-A process holds a controller node and a si_to_uni node for each of its robots, and with
---event-triggered an event_triggered_comm node. Start it with
-`ros2 run setcmas_ctrl controller --algo consensus`.
+Start it with `ros2 run setcmas_ctrl controller --algo consensus`.
 """
 
 from __future__ import annotations
@@ -61,7 +59,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with kept_state(), named_output():
-        node = FleetNode.of_process(topics.CONTROLLERS)
+        node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
         parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
         declare_fixed(node, topics.LAW, str(parameters.options.algo), 'the control law')
         parameters.warn_of_unknown()

@@ -1,11 +1,13 @@
-"""Nodes that broadcast a robot's state when its condition triggers (`--event-triggered`)."""
+"""Broadcasts of a robot's state when its condition triggers (`--event-triggered`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from nav_msgs.msg import Odometry
+from rclpy.node import Node
 from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.communication_settings import Communication
@@ -17,10 +19,9 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import NO_STAMP, read_stamp
-from setcmas_simu.ros.process import FleetNode
 
 
-class EventTriggeredComm(FleetNode):
+class EventTriggeredComm:
     """Broadcasts the state of one robot when its condition triggers, and publishes each decision.
 
     Attributes:
@@ -29,25 +30,26 @@ class EventTriggeredComm(FleetNode):
 
     def __init__(
         self,
+        node: Node,
         broadcast: Broadcast,
         clock: Callable[[], float],
         watch: CallWatch,
         lockstep: bool = False,
     ) -> None:
-        """Create the node; `clock` returns the time t of the run in s.
+        """Create the topics; `clock` returns the time t of the run in s.
 
         In lockstep, late recorders still get everything.
         """
-        super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
         self.robot = broadcast.robot
         self.sent = NO_STAMP
         self._broadcast = broadcast
         self._now = clock
         self._watch = watch
         events, states = (qos.LOCKSTEP_STATE,) * 2 if lockstep else (qos.EVENT, qos.LATCHED)
-        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, events)
+        topic = partial(topics.robot_topic, self.robot)
+        self._events = node.create_publisher(UInt16, topic(topics.TRIG_EVENT), events)
         # Latched: late subscribers get the last state sent.
-        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, states)
+        self._states = node.create_publisher(Odometry, topic(topics.TRIG_ODOM), states)
 
     def use(self, broadcast: Broadcast) -> None:
         """Use another condition, which sends its first state."""
@@ -64,6 +66,7 @@ class EventTriggeredComm(FleetNode):
 
 
 def broadcasters(
+    node: Node,
     robots: list[int],
     communication: Communication,
     odometry: FleetOdometry,
@@ -72,17 +75,16 @@ def broadcasters(
     watch: CallWatch,
     lockstep: bool = False,
 ) -> list[EventTriggeredComm]:
-    """Return a broadcasting node for each robot.
+    """Return a broadcaster for each robot.
 
     Raises:
         SetcmasError: A triggering condition does not load.
     """
-    nodes = []
+    found = []
     path = communication.condition_script or Path(CTC)
     for robot in robots:
         with watch.loading(robot, path):
             broadcast = communication.broadcast(robot, reports)
-        node = EventTriggeredComm(broadcast, clock, watch, lockstep)
-        odometry.listen(robot, node.take)
-        nodes.append(node)
-    return nodes
+        found.append(EventTriggeredComm(node, broadcast, clock, watch, lockstep))
+        odometry.listen(robot, found[-1].take)
+    return found

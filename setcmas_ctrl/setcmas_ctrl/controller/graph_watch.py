@@ -14,7 +14,8 @@ from setcmas_ctrl.driving.driven_robot import SiToUni
 from setcmas_ctrl.driving.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import RECORDER_NODES
+from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
+from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
@@ -35,6 +36,7 @@ class GraphWatch:
         warn: Callable[[str], None],
     ) -> None:
         self._node = node
+        self._own = cmd_vel_topics.own_participant(node)
         self._odometry = odometry
         self._announced = announced
         self._drivers = drivers
@@ -70,7 +72,11 @@ class GraphWatch:
         return lambda: (not required and not self._has_recorder()) or recorded()
 
     def _has_recorder(self) -> bool:
-        return bool(set(RECORDER_NODES) & set(self._node.get_node_names()))
+        own = self._node.get_namespace()  # a recorder of another namespace does not record here
+        return any(
+            name in RECORDER_NODES and (name != RECORDER_NODE or namespace == own)
+            for name, namespace in self._node.get_node_names_and_namespaces()
+        )
 
     def are_recorded(self, publishers: Iterable[Publisher]) -> bool:
         """Return whether a recorder receives everything from some publishers, or none exists."""
@@ -127,8 +133,8 @@ class GraphWatch:
             self._mixed_reported.add(robot)
             self._warn(f'{cmd_vel.mixed}; choose with --cmd-vel-type')
         # A killed process stays in the graph for a while.
-        is_over = now - self._begin > _FORGOTTEN_AFTER_S
-        if is_over and robot not in self._contested and (names := cmd_vel.other_commanders()):
+        is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
+        if is_due and (names := cmd_vel.other_commanders(self._own)):
             self._rivals[robot] = names[0]
 
     def _notice_unconnected(self, now: float) -> None:

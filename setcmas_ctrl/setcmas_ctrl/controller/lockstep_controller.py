@@ -6,8 +6,6 @@ import math
 import time
 from collections.abc import Sequence
 
-from rclpy.node import Node
-
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.stepper import ControlStepper
@@ -16,7 +14,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.ros.polling import wait_for_any
-from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.simulator.lockstep import Ticks, stamp_at
 from setcmas_simu.simulator.lockstep_topics import Answerer
 
@@ -32,7 +30,7 @@ class LockstepLoop:
     def __init__(
         self,
         process: RosProcess,
-        node: Node,
+        node: FleetNode,
         odometry: FleetOdometry,
         stepper: ControlStepper,
         broadcasters: Sequence[EventTriggeredComm],
@@ -53,8 +51,8 @@ class LockstepLoop:
         if stepper.communication:
             stepper.communication.jitter_s = 0.0
         self._graph = graph
-        self._nodes = [node, *stepper.nodes, *broadcasters]
-        self._recorded: set[str] = set()
+        self._recorded = {node.full_name(topics.LOCKSTEP)}
+        self._nb_publishers = 0
         self._calls = 0
         self._commanded = NO_STAMP
 
@@ -111,13 +109,16 @@ class LockstepLoop:
 
     def _await_recorder(self) -> None:
         """Wait until the recorder, if there is one, subscribes to new topics of this process."""
-        # Later topics are those of drawings, which appear one by one.
-        nodes = [self._node] if self._recorded else self._nodes
-        published = {one.topic_name: one for node in nodes for one in node.publishers}
-        if new := published.keys() - {topics.LOCKSTEP} - self._recorded:
-            wanted = [published[name] for name in new]
-            self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)
-            self._recorded |= new
+        publishers = list(self._node.publishers)
+        if len(publishers) == self._nb_publishers:
+            return
+        # Topics of drawings appear one by one.
+        self._nb_publishers = len(publishers)
+        published = {one.topic_name: one for one in publishers}
+        new = published.keys() - self._recorded
+        wanted = [published[name] for name in new]
+        self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)
+        self._recorded |= new
 
     def _await_sent_states(self) -> None:
         """Wait until this process receives the states that its own robots have sent."""

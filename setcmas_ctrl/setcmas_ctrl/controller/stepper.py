@@ -154,11 +154,6 @@ class ControlStepper:
         )
 
     @property
-    def nodes(self) -> list[Node]:
-        """The nodes of the robots of this process."""
-        return [*self._controllers, *self._drivers]
-
-    @property
     def robots(self) -> tuple[int, ...]:
         """The robots of this process."""
         return tuple(controller.robot for controller in self._controllers)

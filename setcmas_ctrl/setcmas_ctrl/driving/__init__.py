@@ -1,1 +1,1 @@
-"""Nodes that drive robots: poses, commands, models, pause, and zero for dead controllers."""
+"""Drives robots: poses, commands, models, pause, and zero for dead controllers."""

@@ -1,10 +1,12 @@
-"""Nodes of a driven robot: one publishes its law's velocity, one its commands (si_to_uni)."""
+"""Topics of a driven robot: the velocity of its law, and its commands (si_to_uni)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from geometry_msgs.msg import Point32
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
@@ -21,24 +23,28 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 
-class Controller(FleetNode):
-    """Publishes the velocity of one robot's control law."""
+class Controller:
+    """Publishes the velocity of one robot's control law, and that after the safety filter."""
 
-    def __init__(self, law: ControlLaw, profile: QoSProfile = qos.COMMAND) -> None:
-        super().__init__('controller', namespace=topics.robot_name(law.robot))
+    def __init__(
+        self,
+        node: Node,
+        law: ControlLaw,
+        profile: QoSProfile = qos.COMMAND,
+        filtered: bool = False,
+    ) -> None:
         self.law = law
         self.robot = law.robot
-        self._publisher = self.create_publisher(Point32, topics.CMD_CART_VEL, profile)
+        topic = partial(topics.robot_topic, law.robot)
+        self._publisher = node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile)
         self._allowed: Publisher | None = None
+        if filtered:
+            self._allowed = node.create_publisher(
+                Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile
+            )
         self._message = Point32()
-
-    def add_allowed_topic(self, profile: QoSProfile) -> None:
-        """Create the topic for velocities after the safety filter."""
-        topic = topics.CMD_CART_VEL_ALLOWED
-        self._allowed = self.create_publisher(Point32, topic, profile)
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
         """Publish the velocity after the safety filter, in m/s, and the filter's verdict."""
@@ -51,37 +57,35 @@ class Controller(FleetNode):
         self._publisher.publish(self._message)
 
 
-NODE_NAME = 'si_to_uni'
-
-
-class SiToUni(FleetNode):
+class SiToUni:
     """Commands one robot; zero while it is paused and when the process ends."""
 
     def __init__(
         self,
+        node: Node,
         robot: int,
         cmd_vel_type: str = AUTO,
         topic: str = topics.CMD_VEL,
         profile: QoSProfile = qos.COMMAND,
     ) -> None:
-        """Create the node in the robot's namespace.
+        """Create the topics of a robot on the node of its process.
 
         The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener.
         """
-        super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot
         self.paused = self.stopped = False
         self.model: RobotModel = UNICYCLE
         self.cmd_vel = CmdVelPublisher(
-            self,
+            node,
             robot,
             topics.robot_topic(robot, topic),
             topics.odometry_topic(robot),
             cmd_vel_type,
             profile,
         )
+        pause = topics.robot_topic(robot, topics.PAUSE)
         self._pauses = PolledTopic(
-            self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
+            node, Bool, pause, lambda message: self.pause(message.data), qos.EVENT
         )
 
     def take(self) -> None:
@@ -107,7 +111,7 @@ class SiToUni(FleetNode):
 
 
 class DrivenModels:
-    """Sets the robot models of the nodes that command robots."""
+    """Sets the models of driven robots."""
 
     def __init__(self, drivers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
         self._drivers = {driver.robot: driver for driver in drivers}

@@ -12,7 +12,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, own_source
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.ros.process import FleetNode, RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 1.5
@@ -51,7 +51,7 @@ def wait_until(
     return not process.stopping
 
 
-def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
+def wait_for_fleet(process: RosProcess, node: FleetNode, listener: FleetListener) -> int:
     """Wait until all processes with robots have announced them.
 
     Returns:
@@ -69,8 +69,8 @@ def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> 
         return nb_announcements > 0 and (listener.announced_by_all or is_settled)
 
     text = (
-        f'waiting for a fleet: no announcement on {topics.FLEET}; is setcmas simu running in '
-        'the same ROS domain? Robots of other simulators need --nb-robots'
+        f'waiting for a fleet: no announcement on {node.full_name(topics.FLEET)}; is setcmas simu '
+        'running in the same ROS domain and namespace? Robots of other simulators need --nb-robots'
     )
     warn = node.get_logger().warning
     return listener.nb_robots if wait_until(process, is_known, lambda: warn(text)) else 0

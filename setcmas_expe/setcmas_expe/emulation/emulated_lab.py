@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -130,6 +129,7 @@ _STEP_RATE_HZ = 50.0
 _LONGEST_STEP_S = 0.1  # so that robots do not jump after a stall
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
+_REQUESTS_HZ = 10.0
 
 
 class EmulatedLab(FleetNode):
@@ -143,7 +143,7 @@ class EmulatedLab(FleetNode):
         """
         super().__init__('emulated_lab')
         numbers = [robot.number for robot in lab.robots]
-        self._locks = RobotLocks(numbers, os.environ.get('ROS_DOMAIN_ID', '0'))
+        self._locks = RobotLocks(numbers)
         check_emulated_mocap(lab.mocap)
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
@@ -179,12 +179,13 @@ class EmulatedLab(FleetNode):
         self._frames = Schedule(options.mocap_rate)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
+        self._requests = Schedule(_REQUESTS_HZ)
         self._stepped = time.monotonic()
 
     @property
     def nodes(self) -> list[FleetNode]:
         """The nodes of the lab that are called back."""
-        return [self, self._driver, *self._robots]
+        return [self, self._driver]
 
     def greet(self) -> None:
         """Log the size of the lab."""
@@ -195,8 +196,11 @@ class EmulatedLab(FleetNode):
 
     def step(self, now: float) -> None:
         """Move the robots by their commands, and publish; `now` is in s."""
+        answers = self._requests.due(now)
         for index, robot in enumerate(self._robots):
             robot.take()
+            if answers:
+                robot.requests.take()
             if now < self._off_until[index]:
                 self._fleet.command(index, 0.0, 0.0)
             elif self._off_until[index]:

@@ -15,7 +15,7 @@ from setcmas_expe.lab.lab import LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros.cmd_vel_topics import velocities
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'turtlebot3_node'
@@ -27,7 +27,10 @@ Pose = tuple[float, float, float]
 
 
 class EmulatedTurtleBot3(FleetNode):
-    """Takes commands and sends wheel odometry and battery as a real robot does."""
+    """Takes commands and sends wheel odometry and battery as a real robot does.
+
+    `requests` are those to its services.
+    """
 
     def __init__(
         self,
@@ -51,6 +54,7 @@ class EmulatedTurtleBot3(FleetNode):
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
         self._commands = PolledTopic(self, TwistStamped, cmd_vel, self._on_cmd_vel, _QOS)
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
+        self.requests = PolledServices(self)
 
     def take(self) -> None:
         """Take new commands."""

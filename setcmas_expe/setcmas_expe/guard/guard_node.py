@@ -39,7 +39,7 @@ from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
@@ -101,7 +101,12 @@ _DEFENDED = (State.EMERGENCY, State.RIVAL)
 
 
 class CmdVelGuard(FleetNode):
-    """Decides what reaches the wheels of one robot; it is stepped and needs no executor."""
+    """Decides what reaches the wheels of one robot; it is stepped and needs no executor.
+
+    Its namespace is the robot's; the fleet's topics are in the root.
+    """
+
+    fleet_namespace = ''
 
     def __init__(
         self, options: GuardOptions | None = None, namespace: str | None = None, now: float = 0.0
@@ -111,6 +116,7 @@ class CmdVelGuard(FleetNode):
         `now` is in s on a steady clock.
         """
         super().__init__(topics.CMD_VEL_GUARD_NODE, namespace=namespace)
+        self._requests = PolledServices(self)
         self._options = options = options or GuardOptions()
         self._limits = limits_named(options.limits)
         self._surroundings = Surroundings(self)
@@ -144,6 +150,7 @@ class CmdVelGuard(FleetNode):
                 self._use(base, now)
                 self._pause.latch('its base listens to another topic than before')
         self._now = now
+        self._requests.take()
         self._cmd_vel.take()
         self._wheels.take()
         before, latch = self._report.state, self._latch

@@ -9,6 +9,7 @@ from std_srvs.srv import SetBool
 
 from setcmas_expe.guard.guard_watch import Power
 from setcmas_simu.fleet import topics
+from setcmas_simu.ros.polling import POLLED
 
 _AGAIN_S = 1.0
 _UNANSWERED = 50
@@ -20,7 +21,8 @@ class MotorPower:
     def __init__(self, node: Node, service: str = topics.MOTOR_POWER) -> None:
         self.power = Power.UNKNOWN
         self._wanted: Power | None = None
-        self._client = node.create_client(SetBool, service)
+        # An executor that serves the node would take the answers.
+        self._client = node.create_client(SetBool, service, callback_group=POLLED)
         self._asked: dict[int, Power] = {}
         self._next = -math.inf
 

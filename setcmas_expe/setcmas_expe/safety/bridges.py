@@ -253,9 +253,9 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     lab = LabOptions.of(args).chosen()
     node = FleetNode(topics.BRIDGES_NODE)
     announcer = FleetAnnouncer(node, Kind.LAB)
-    mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
-    bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
-    process.add(node, *mocaps, *bridges)
+    mocaps = [MocapBridge(node, robot, lab) for robot in lab.robots]
+    bridges = [CmdVelBridge(node, robot, lab) for robot in lab.robots]
+    process.add(node)
     publish_arena(node, lab)
     stepper = SafetyStepper(node, lab, mocaps, bridges)
     _greet(node, lab)

@@ -23,7 +23,6 @@ from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, OnlySender, velocities
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 _RECENT_S = 0.5
 
@@ -40,7 +39,7 @@ def robot_commands(node: Node, robot: LabRobot, lab: Lab) -> CmdVelPublisher:
     )
 
 
-class MocapBridge(FleetNode):
+class MocapBridge:
     """Publishes the poses of motion capture that pass its checks.
 
     Attributes:
@@ -51,8 +50,7 @@ class MocapBridge(FleetNode):
         turn_rate: Last estimate of its turn rate in rad/s.
     """
 
-    def __init__(self, robot: LabRobot, lab: Lab) -> None:
-        super().__init__('mocap_bridge', namespace=topics.robot_name(robot.number))
+    def __init__(self, node: Node, robot: LabRobot, lab: Lab) -> None:
         self.robot = robot.number
         self.body = robot.mocap_name
         self.track = PoseTrack(lab.arena, lab.limits)
@@ -60,7 +58,7 @@ class MocapBridge(FleetNode):
         self._filter = VelocityFilter()
         self._odometry = Odometry(child_frame_id=topics.robot_frame(robot.number))
         self._odometry.header.frame_id = topics.WORLD_FRAME
-        self._publisher = self.create_publisher(
+        self._publisher = node.create_publisher(
             Odometry, topics.mocap_topic(robot.number), qos.STATE
         )
 
@@ -73,14 +71,14 @@ class MocapBridge(FleetNode):
         x, y, theta = sample.planar()
         out = self._odometry
         # Stamped by this machine's clock, so that a recording has one time.
-        out.header.stamp = self.get_clock().now().to_msg()
+        out.header.stamp = messages.stamp()
         out.pose.pose.position.x, out.pose.pose.position.y = x, y
         out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
         out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, self.turn_rate
         self._publisher.publish(out)
 
 
-class CmdVelBridge(FleetNode):
+class CmdVelBridge:
     """Takes the commands of a controller, and sends the decisions of SafetyStepper.
 
     Attributes:
@@ -98,36 +96,36 @@ class CmdVelBridge(FleetNode):
         battery: Charge in percent; None if unknown.
     """
 
-    def __init__(self, robot: LabRobot, lab: Lab) -> None:
-        super().__init__(topics.CMD_VEL_BRIDGE_NODE, namespace=topics.robot_name(robot.number))
+    def __init__(self, node: Node, robot: LabRobot, lab: Lab) -> None:
         self.robot = robot.number
+        self._node = node
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
         self.rival = self.fault = ''
         self.robot_listens = True
         self.ignores_zero = self._was_paused = False
-        self.guard = GuardWatch(self, robot.namespace)
-        self._motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
+        self.guard = GuardWatch(node, robot.namespace)
+        self._motors = MotorPower(node, robot.topic(topics.MOTOR_POWER))
         self.wheels: tuple[float, float] | None = None
         self.battery: float | None = None
         self._scale = Battery()
         self._received = self._oldest = -math.inf
         self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
         self._sent = self._rolls = (0.0, 0.0)
-        self._own = cmd_vel_topics.own_participant(self)
+        self._own = cmd_vel_topics.own_participant(node)
         odometry, battery = robot.topic(topics.ODOM), robot.topic(topics.BATTERY)
-        self._odometry = OnlySender(self, odometry)
+        self._odometry = OnlySender(node, odometry)
         self._impostor = ''
         self._demands_guard = lab.guarded
         self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
-        self.cmd_vel = robot_commands(self, robot, lab)
+        self.cmd_vel = robot_commands(node, robot, lab)
         self._commands = PolledTopic(
-            self, TwistStamped, self._wanted, self._on_wanted, qos.COMMAND
+            node, TwistStamped, self._wanted, self._on_wanted, qos.COMMAND
         )
         self._wheels = PolledTopic(
-            self, Odometry, odometry, self._on_wheels, qos.SENSOR, encoded=True
+            node, Odometry, odometry, self._on_wheels, qos.SENSOR, encoded=True
         )
-        self.create_subscription(BatteryState, battery, self._on_battery, qos.SENSOR)
+        node.create_subscription(BatteryState, battery, self._on_battery, qos.SENSOR)
 
     def take(self, last: float, now: float) -> None:
         """Take the controller's newest command and the robot's messages; times in s.
@@ -161,7 +159,7 @@ class CmdVelBridge(FleetNode):
         if not self._motors.is_cut:
             off = 'its motors are off until the next start'
             way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
-            self.get_logger().error(f'robot {self.robot} does not obey zero: {way}')
+            self._node.get_logger().error(f'robot {self.robot} does not obey zero: {way}')
         self._motors.cut()
         self.ignores_zero = True
 
@@ -178,16 +176,17 @@ class CmdVelBridge(FleetNode):
         """Look for other processes that command the robot or send its messages."""
         self.robot_listens = self.cmd_vel.follow_listeners()
         # The pause node may command zero; several of them pause all robots.
-        operator = cmd_vel_topics.participants(self, topics.PAUSED)
+        operator = cmd_vel_topics.participants(self._node, topics.PAUSED)
         guards = self.guard.look_around()
         # Without a demanded guard, any process could play the guard of a robot that has none.
         allowed = {self._own} | operator | (guards if self._demands_guard else set())
-        controllers = self.count_publishers(self._wanted)
+        controllers = self._node.count_publishers(self._wanted)
         several = f'{controllers} controllers command it' if controllers > 1 else ''
-        posers = cmd_vel_topics.strangers(self, topics.mocap_topic(self.robot), {self._own})
+        poses = topics.mocap_topic(self.robot)
+        posers = cmd_vel_topics.strangers(self._node, poses, {self._own})
         posed = f'{posers[0]} sends poses of it to its law' if posers else ''
         self._impostor = self._odometry.impostor()
-        rival = self.guard.intruder or cmd_vel_topics.rival(self, self.topic, allowed)
+        rival = self.guard.intruder or cmd_vel_topics.rival(self._node, self.topic, allowed)
         self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 WORLD_FRAME = 'world'
 
@@ -56,6 +57,8 @@ TF = '/tf'
 LOCKSTEP = '/lockstep'
 PARAMETER_EVENTS = '/parameter_events'
 ROSOUT = '/rosout'
+OF_ROS = (PARAMETER_EVENTS, ROSOUT)
+"""Topics that are the same in every namespace."""
 TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')
@@ -63,13 +66,13 @@ CMD_VEL_TYPES = ('twist_stamped', 'twist')
 AUTO = 'auto'
 """The type of cmd_vel that the robot listens to."""
 
-VIRTUAL_ROBOT_NODE = 'virtual_robot'
+VIRTUAL_ROBOTS = 'virtual_robots'
+"""Node of a process of simulated robots."""
 PLAYER_NODE = 'player'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""
 BRIDGES_NODE = 'bridges'
-CMD_VEL_BRIDGE_NODE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
 ZERO_COMMANDER_NODE = 'zero_commander'
@@ -127,3 +130,25 @@ def robot_of(topic: str) -> int | None:
     found = ROBOT_PATTERN.search(topic)
     robot = int(found[1]) if found else 0
     return robot if 1 <= robot <= MAX_ROBOTS else None
+
+
+def of_fleet(
+    found: Sequence[tuple[str, list[str]]], namespace: str
+) -> list[tuple[str, list[str]]]:
+    """Return the topics of the fleet in a namespace ('' for the root), named as in the root.
+
+    Args:
+        found: Full names of the topics in the graph, and their types.
+        namespace: Namespace of the fleet; fleets in namespaces within it are left out.
+    """
+    inside = [
+        (name.removeprefix(namespace), types)
+        for name, types in found
+        if name.startswith(f'{namespace}/') or name in OF_ROS
+    ]
+    within = tuple(
+        name.removesuffix(FLEET[1:])
+        for name, types in inside
+        if name.endswith(FLEET) and name != FLEET and 'std_msgs/msg/String' in types
+    )
+    return [(name, types) for name, types in inside if not name.startswith(within)]

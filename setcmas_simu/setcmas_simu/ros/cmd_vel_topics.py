@@ -83,8 +83,8 @@ def participants(node: Node, topic: str) -> set[bytes]:
 
 
 def own_participant(node: Node) -> bytes:
-    """Return the identifier of a node's process, from a unique topic that it publishes."""
-    publisher = node.create_publisher(Empty, f'own_{uuid.uuid4().hex}', 1)
+    """Return the identifier of a node's process, from a unique hidden topic that it publishes."""
+    publisher = node.create_publisher(Empty, f'_own_{uuid.uuid4().hex}', 1)
     (own,) = participants(node, publisher.topic_name)
     node.destroy_publisher(publisher)
     return own
@@ -229,14 +229,13 @@ class CmdVelPublisher:
         self.mixed = f'{self._name} gets {self._type}, but {others[0]}' if others else None
         return any(endpoint.kind == self._type for endpoint in found)
 
-    def other_commanders(self) -> list[str]:
-        """Return the full names of other nodes that command the robot."""
-        found = [one for one in publishers(self._node, self.topic) if one.is_known]
-        names = [one.full_name for one in found if one.node != topics.ZERO_COMMANDER_NODE]
-        own = self._node.get_fully_qualified_name()
-        if own in names:
-            names.remove(own)
-        return names
+    def other_commanders(self, own: bytes) -> list[str]:
+        """Return the full names of nodes of other processes than `own` that command the robot."""
+        return [
+            one.full_name
+            for one in publishers(self._node, self.topic)
+            if one.is_known and one.participant != own and one.node != topics.ZERO_COMMANDER_NODE
+        ]
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:

@@ -1,10 +1,10 @@
-"""Options of a process as ROS parameters of its node, changeable at run time."""
+"""Parameters of a process's node: options that can be set while it runs, and fixed values."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import fields, replace
-from typing import Generic
+from typing import Any, Generic
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -30,10 +30,13 @@ class ProcessParameters(Generic[Group]):
         on_change: Called with the new options after a change.
     """
 
-    def __init__(self, node: Node, options: Group, names: Mapping[str, str]) -> None:
+    def __init__(
+        self, node: Node, options: Group, names: Mapping[str, str], fixed: Container[str] = ()
+    ) -> None:
         """Declare the parameters, with the option of each in `names`.
 
-        `--ros-args` overrides the options. Raises SetcmasError for an invalid value.
+        `--ros-args` overrides the options; those in `fixed` cannot be set later. Raises
+        SetcmasError for an invalid value.
         """
         self.check: Callable[[Group], object] = lambda _: None
         self.on_change: Callable[[Group], object] = lambda _: None
@@ -49,16 +52,14 @@ class ProcessParameters(Generic[Group]):
         self.options = self._with(given)
         node.set_parameters(self._converted(given))
         for parameter, one in self._options.items():  # from now on, mistakes get our own messages
-            node.set_descriptor(parameter, _described(one))
+            node.set_descriptor(parameter, _described(one, parameter in fixed))
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._judged)
         node.add_post_set_parameters_callback(self._take_over)
 
-    def warn_of_unknown(self, *others: Node) -> None:
-        """Warn of parameters in `--ros-args` that neither this node nor others have."""
-        known = {
-            name for node in (self._node, *others) for name in node.get_parameters_by_prefix('')
-        }
+    def warn_of_unknown(self) -> None:
+        """Warn of parameters in `--ros-args` that the node does not have."""
+        known = set(self._node.get_parameters_by_prefix(''))
         for given in sorted(set(self._node._parameter_overrides) - known):
             if not given.startswith('qos_overrides.'):
                 hint = did_you_mean(given, known) or '; it is ignored'
@@ -100,11 +101,20 @@ class ProcessParameters(Generic[Group]):
             self._node.get_logger().info(f'{", ".join(texts)} from now on')
 
 
-def declare_fixed(node: Node, name: str, text: str, description: str) -> None:
-    """Declare a read-only parameter with information."""
-    node.declare_parameter(
-        name, text, ParameterDescriptor(description=description, read_only=True)
+def declare_fixed(node: Node, name: str, value: Any, description: str) -> Any:
+    """Declare a parameter that cannot be set later; return its value, from `--ros-args` or this.
+
+    A number may be given as a whole one.
+    """
+    # Dynamic typing: to ROS `-p x0:=2` is an integer.
+    described = ParameterDescriptor(
+        type=Parameter.Type.from_parameter_value(value).value,
+        description=description,
+        read_only=True,
+        dynamic_typing=True,
     )
+    given = node.declare_parameter(name, value, described).value
+    return float(given) if type(given) is int and isinstance(value, float) else given
 
 
 def fixed_in_lockstep(_: object) -> None:
@@ -112,14 +122,19 @@ def fixed_in_lockstep(_: object) -> None:
     raise SetcmasError('parameters are fixed during a run in lockstep; set them at the start')
 
 
-def _described(option: Option) -> ParameterDescriptor:
+def _described(option: Option, fixed: bool) -> ParameterDescriptor:
     # Dynamic typing: to ROS `-p vnom:=1` is an integer, which must be accepted.
     described = ParameterDescriptor(
-        description=option.help, additional_constraints=option.kind.must_be, dynamic_typing=True
+        description=option.help,
+        additional_constraints=option.kind.must_be,
+        read_only=fixed,
+        dynamic_typing=True,
     )
     described.type = ParameterType.PARAMETER_STRING
     if isinstance(option.kind, Number):
         described.type = ParameterType.PARAMETER_DOUBLE
-        least, most = max(option.kind.above, option.kind.least), option.kind.most
+        # To the C conversion of a message an int is no number but arbitrary bits.
+        least = float(max(option.kind.above, option.kind.least))
+        most = float(option.kind.most)
         described.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
     return described

@@ -1,4 +1,4 @@
-"""Topics polled at each step, without an executor."""
+"""Topics and services polled at each step, without an executor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class _NeverCalledBack(CallbackGroup):
         return False
 
 
-_POLLED = _NeverCalledBack()
+POLLED = _NeverCalledBack()
+"""Callback group of what is polled."""
 _UNREADABLE = (struct.error, rclpy_implementation.RMWError)
 
 
@@ -54,7 +55,7 @@ class PolledTopic:
         self._encoded = encoded
         self._unreadable = _UNREADABLE if encoded else ()
         self.subscription = node.create_subscription(
-            kind, name, on_message, profile, callback_group=_POLLED
+            kind, name, on_message, profile, callback_group=POLLED
         )
 
     def take(self) -> None:
@@ -75,6 +76,24 @@ class PolledTopic:
                 if taken is None:
                     return
                 yield taken[0]
+
+
+class PolledServices:
+    """Answers the requests to a node's present services when `take` is called."""
+
+    def __init__(self, node: Node) -> None:
+        """Poll the services; no executor may serve the node."""
+        self._services = list(node.services)
+
+    def take(self) -> None:
+        """Answer pending requests."""
+        for service in self._services:
+            with service.handle:
+                kind: Any = service.srv_type
+                request, sender = service.handle.service_take_request(kind.Request)
+            if sender is not None:
+                answer = service.callback(request, kind.Response())
+                service.send_response(answer, sender)
 
 
 def suited_to(node: Node, name: str, depth: int) -> QoSProfile:

@@ -8,12 +8,14 @@ import os
 import signal
 import sys
 import time
+import weakref
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from types import FrameType
 from typing import Any, cast
 
 import rclpy
-from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -21,8 +23,10 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
 from setcmas_simu.options.group import take_values
 from setcmas_simu.reports.launcher import Launcher, connected_launcher
 from setcmas_simu.reports.reports import Mistake
@@ -33,40 +37,95 @@ _LONGEST_WAIT_S = 0.25
 _AT_TIMES_S = 0.02
 
 
+SIMULATED_TIME = 'use_sim_time'
+"""Parameter of every ROS node: follow /clock."""
+
+
 class FleetNode(Node):
-    """Node of a fleet, without the services that slow the start of a process with many nodes."""
+    """The node of a process; to it, its namespace is the root of all topic names.
 
-    @classmethod
-    def of_process(cls, node_name: str) -> FleetNode:
-        """Return the main node of its process, with parameter services and /rosout."""
-        return cls(node_name, enable_rosout=True, start_parameter_services=True)
+    So `-r __ns:=/a` moves a whole fleet to /a, and other fleets do not see it there.
+    """
 
-    def __init__(self, node_name: str, **kwargs: Any) -> None:
-        """Create the node; arguments as for `rclpy.node.Node`."""
+    def __init__(self, node_name: str, follows_clock: bool = False, **kwargs: Any) -> None:
+        """Create the node; other arguments as for `rclpy.node.Node`, but without /rosout.
+
+        Raises:
+            SetcmasError: The user has set use_sim_time, and the node does not follow /clock.
+        """
         overrides = [
             Parameter('start_type_description_service', Parameter.Type.BOOL, False),
             *kwargs.pop('parameter_overrides', []),
         ]
-        options = {'enable_rosout': False, 'start_parameter_services': False} | kwargs
-        self._has_parameter_services = options['start_parameter_services']
-        super().__init__(node_name, parameter_overrides=overrides, **options)
+        self._is_quiet = not kwargs.setdefault('enable_rosout', False)
+        super().__init__(node_name, parameter_overrides=overrides, **kwargs)
+        _nodes.add(self)
+        if self.get_parameter(SIMULATED_TIME).value and not follows_clock:
+            raise SetcmasError(
+                f'{self.get_name()} refuses {SIMULATED_TIME}: only controllers of robots of '
+                'another simulator need it; setcmas simu has --rtf and --lockstep'
+            )
+        text = 'whether time follows /clock' if follows_clock else 'always false'
+        kind = ParameterType.PARAMETER_BOOL
+        fixed = ParameterDescriptor(type=kind, description=text, read_only=True)
+        self.set_descriptor(SIMULATED_TIME, fixed)
 
-    def create_publisher(self, msg_type: Any, *args: Any, **kwargs: Any) -> Publisher:
+    @cached_property
+    def fleet_namespace(self) -> str:
+        """Namespace of the fleet; '' for the root."""
+        return self.get_namespace().rstrip('/')
+
+    def full_name(self, topic: str) -> str:
+        """Return a topic's name in the graph; /rosout and /parameter_events have no namespace."""
+        stays = topic[:1] != '/' or topic.startswith(f'{self.fleet_namespace}/')
+        return topic if stays or topic in topics.OF_ROS else f'{self.fleet_namespace}{topic}'
+
+    def name_in_fleet(self, topic: str) -> str:
+        """Return a topic's name without the namespace of the fleet."""
+        return f'/{topic.removeprefix(f"{self.fleet_namespace}/").lstrip("/")}'
+
+    def create_publisher(self, msg_type: Any, topic: str, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without event callbacks, which would burden the executor."""
-        if msg_type is ParameterEvent and not self._has_parameter_services:
+        if msg_type is ParameterEvent and self._is_quiet:
             return cast(Publisher, _NoParameterEvents())
         kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
-        return super().create_publisher(msg_type, *args, **kwargs)
+        return super().create_publisher(msg_type, self.full_name(topic), *args, **kwargs)
 
-    def create_subscription(self, *args: Any, **kwargs: Any) -> Subscription:
+    def create_subscription(
+        self, msg_type: Any, topic: str, *args: Any, **kwargs: Any
+    ) -> Subscription:
         """Create a subscription without event callbacks, which would burden the executor."""
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         kwargs.setdefault('event_callbacks', silent)
-        return super().create_subscription(*args, **kwargs)
+        return super().create_subscription(msg_type, self.full_name(topic), *args, **kwargs)
+
+    def count_publishers(self, topic_name: str) -> int:
+        """Return the number of publishers of a topic."""
+        return super().count_publishers(self.full_name(topic_name))
+
+    def get_publishers_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return the publishers of a topic."""
+        return super().get_publishers_info_by_topic(self.full_name(topic_name), no_mangle)
+
+    def get_subscriptions_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return the subscriptions to a topic."""
+        return super().get_subscriptions_info_by_topic(self.full_name(topic_name), no_mangle)
+
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
+        """Return the topics of this fleet, without those of fleets in namespaces within."""
+        found = super().get_topic_names_and_types(no_demangle)
+        return topics.of_fleet(found, self.fleet_namespace)
+
+
+_nodes: weakref.WeakSet[FleetNode] = weakref.WeakSet()
 
 
 class _NoParameterEvents:
-    """Discards events of parameters that cannot change, which saves an endpoint per node."""
+    """Discards events of parameters that cannot change: recorders would wait for their topic."""
 
     def publish(self, event: ParameterEvent) -> None:
         pass
@@ -185,6 +244,9 @@ def ros_process(
         if not had_deadline:
             process.end_within(process.longest_end_s)
         process.executor.shutdown()
+        for node in list(_nodes):  # else this process stays in the graph for seconds
+            if node.context is rclpy.get_default_context():
+                node.destroy_node()
         rclpy.try_shutdown()
         if not had_deadline:
             signal.alarm(0)

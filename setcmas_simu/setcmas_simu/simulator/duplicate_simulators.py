@@ -10,25 +10,26 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rclpy.node import Node
-
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.ros import cmd_vel_topics
+from setcmas_simu.ros.process import FleetNode
 
 _ENTRY_SIZE = 16  # bytes
 
 
 class RobotLocks:
-    """Holds the locks of some robots in one ROS domain until the process ends.
+    """Holds the locks of some robots in a ROS domain and namespace until the process ends.
 
     A lock covers the robot's entry in one file per domain, which names its holder; any number of
     robots needs only one descriptor.
     """
 
-    def __init__(self, robots: list[int], domain: str) -> None:
-        """Lock robots (sorted) in a domain; raise SetcmasError if another process holds one."""
-        self._file = _lock_file(_path(domain))
+    def __init__(self, robots: list[int], namespace: str = '') -> None:
+        """Lock robots (sorted); raise SetcmasError if another process holds one."""
+        domain = os.environ.get('ROS_DOMAIN_ID', '0')
+        self._file = _lock_file(_path(domain, namespace))
         taken = {robot: holder for robot in robots if (holder := self._take(robot))}
         if taken:
             self.release()
@@ -75,12 +76,13 @@ def _lock_file(path: Path) -> int | None:
     return None
 
 
-def _path(domain: str) -> Path:
+def _path(domain: str, namespace: str = '') -> Path:
     # Hosts made of network namespaces share a disk, but not their robots.
     network = 0
     with contextlib.suppress(OSError):
         network = Path('/proc/self/ns/net').stat().st_ino
-    return Path(tempfile.gettempdir()) / f'setcmas_{network}_{domain}.locks'
+    name = f'setcmas_{network}_{domain}{namespace.replace("/", ".")}.locks'
+    return Path(tempfile.gettempdir()) / name
 
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
@@ -92,11 +94,11 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 class DuplicateSimulators:
     """Finds other simulators of these robots, by locks on this host and in the ROS graph."""
 
-    def __init__(self, node: Node, robots: list[int]) -> None:
+    def __init__(self, node: FleetNode, robots: list[int]) -> None:
         """Lock the robots on this host, or raise SetcmasError; start discovery elsewhere."""
-        self._domain = os.environ.get('ROS_DOMAIN_ID', '0')
-        self._locks = RobotLocks(robots, self._domain)
+        self._locks = RobotLocks(robots, node.fleet_namespace)
         self._node = node
+        self._own = {cmd_vel_topics.own_participant(node)}
         self._robots = robots
         self._started = time.monotonic()
         self._turn = robots
@@ -104,13 +106,9 @@ class DuplicateSimulators:
         self._warned: set[int] = set()
 
     def others(self, robot: int) -> list[str]:
-        """Return the full names of other nodes that publish a robot's odometry."""
-        found = self._node.get_publishers_info_by_topic(topics.robot_topic(robot, topics.ODOM))
-        names = [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in found]
-        own = f'/{topics.robot_name(robot)}/{topics.VIRTUAL_ROBOT_NODE}'
-        if own in names:
-            names.remove(own)
-        return names
+        """Return the full names of nodes of other processes that publish a robot's odometry."""
+        topic = topics.robot_topic(robot, topics.ODOM)
+        return cmd_vel_topics.strangers(self._node, topic, self._own)
 
     def _seen(self, robots: Sequence[int]) -> dict[int, list[str]]:
         return {robot: names for robot in robots if (names := self.others(robot))}
@@ -132,7 +130,7 @@ class DuplicateSimulators:
             example = next(iter(seen.values()))[0]
             raise SetcmasError(
                 f'{robots_in_words(list(seen), "are")} already simulated in ROS domain '
-                f'{self._domain} (node {example} publishes odometry): '
+                f'{os.environ.get("ROS_DOMAIN_ID", "0")} (node {example} publishes odometry): '
                 'stop the other simulator, or set another ROS_DOMAIN_ID'
             )
 

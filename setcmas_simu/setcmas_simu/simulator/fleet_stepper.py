@@ -13,10 +13,8 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options.kinds import MAX_RATE_HZ, Number
 from setcmas_simu.reports.reports import Failed
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
@@ -27,48 +25,40 @@ from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_simu.simulator.virtual_robot import FleetTransforms, VirtualRobot
 
 _HOUSEKEEPING_S = 2.0
-_PLACE = Number(least=-1e6, most=1e6)  # m, rad: finite
 
 
 class FleetStepper:
     """Moves the virtual robots of a process at a fixed rate, in Hz."""
 
-    def __init__(self, node: Node, robots: list[VirtualRobot], rtf: float = 1.0) -> None:
+    def __init__(self, node: Node, robots: list[VirtualRobot], options: SimulationOptions) -> None:
         """Connect the robots' commands to a simulated fleet, which moves from the first step on.
 
-        Rate, limits and cmd_timeout are the first robot's parameters.
-
         Raises:
-            SetcmasError: A parameter of a robot is invalid, or its model cannot be loaded.
+            SetcmasError: The model of a robot cannot be loaded.
         """
         self._node = node
-        self._rtf = rtf
         self._robots = robots
         self.on_failure: Callable[[Failed], object] = lambda _: None
         """Called when the script of a robot first fails."""
         self._last_warning = ''
-        start = ('x0', 'y0', 'theta0')
-        poses = np.array([[robot.value(name, _PLACE) for name in start] for robot in robots]).T
-        self._names = names = [str(robot.value('model')) for robot in robots]
+        poses = np.array([robot.pose for robot in robots]).T
+        self._names = names = [robot.model for robot in robots]
         numbers = [robot.robot for robot in robots]
-        self._limits = limits = str(robots[0].value('limits'))
-        models = robot_models(names, numbers, limits, self._warn)
+        self._limits = options.limits
+        models = robot_models(names, numbers, self._limits, self._warn)
         self._scripts = {
             robot: (Path(name).name, model)
             for robot, name, model in zip(numbers, names, models, strict=True)
             if is_script(name)
         }
-        timeout = robots[0].value('cmd_timeout', Number(least=1e-3))
-        self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
-        self.rate: float = robots[0].value('rate', Number(least=0.1, most=MAX_RATE_HZ))
+        self._fleet = VirtualFleet(poses, fleet_model(models), options.cmd_timeout)
+        self.rate = options.robot_rate
         for index, robot in enumerate(robots):
             robot.on_command = partial(self._command, index)
             robot.on_reset = partial(self._fleet.reset, index)
         node.create_service(Trigger, '~/reset', self._answer_reset)
         self._resets = PolledTopic(node, Empty, topics.FLEET_RESET, self._reset_all, qos.EVENT)
-        self._transforms = FleetTransforms(
-            node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
-        )
+        self._transforms = FleetTransforms(node, [robot.frames for robot in robots])
         self._refused: set[int] = set()
         self._missed = 0
         self._now = 0.0
@@ -85,10 +75,8 @@ class FleetStepper:
         return 1.0 / self.rate
 
     def check(self, options: SimulationOptions) -> None:
-        """Raise SetcmasError if limits would apply to other models, or if rtf would change."""
+        """Raise SetcmasError if limits would apply to other models."""
         check_models(self._names, options.limits, [robot.robot for robot in self._robots])
-        if options.rtf != self._rtf:
-            raise SetcmasError('rtf is fixed during a simulation; set it at the start')
 
     def follow(self, options: SimulationOptions) -> None:
         """Use other options from now on: rate, limits and command time-out."""

@@ -10,7 +10,7 @@ import argparse
 import sys
 from dataclasses import replace
 
-from rclpy.qos import QoSProfile
+from rclpy.node import Node
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -18,7 +18,7 @@ from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTim
 from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
-from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
+from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
 from setcmas_simu.simulator.duplicate_simulators import DuplicateSimulators
@@ -32,15 +32,19 @@ from setcmas_simu.simulator.simulator_options import (
 )
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
-PARAMETERS = {'rate': 'robot_rate', 'limits': 'limits', 'cmd_timeout': 'cmd_timeout', 'rtf': 'rtf'}
+FIXED = ('rtf', 'cmd_vel_type')
+"""Parameters that cannot be set while the simulator runs."""
+
+PARAMETERS = {
+    'rate': 'robot_rate',
+    **{name: name for name in ('limits', 'cmd_timeout', *FIXED)},
+}
 """The options that are parameters of the process's node, by parameter name."""
 
 
-def robot_of_parameters() -> int:
+def robot_of_parameters(node: Node) -> int:
     """Return the robot in `--ros-args -p robot_no:=N`; 1 without it."""
-    probe = FleetNode('virtual_robot', automatically_declare_parameters_from_overrides=True)
-    robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
-    probe.destroy_node()
+    robot: object = declare_fixed(node, 'robot_no', 1, 'number of the robot')
     if not isinstance(robot, int) or robot < 1:
         raise SetcmasError(f'parameter robot_no is {robot!r}; it must be a whole number from 1')
     return robot
@@ -56,30 +60,30 @@ def main(argv: list[str] | None = None) -> int:
 
 def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     options = SimulationOptions.of(args)
-    if options.robots is None and options.nb_robots is None:
-        options = replace(options, robots=(robot_of_parameters(),))
-    simulated = options.simulated()
-    node = FleetNode.of_process(f'{topics.VIRTUAL_ROBOT_NODE}s')
-    parameters = ProcessParameters(node, options, PARAMETERS)
+    node = FleetNode(topics.VIRTUAL_ROBOTS, enable_rosout=True)
+    alone = options.robots is None and options.nb_robots is None
+    if alone:
+        options = replace(options, robots=(robot_of_parameters(node),))
+    parameters = ProcessParameters(node, options, PARAMETERS, FIXED)
     options = parameters.options
+    simulated = options.simulated()
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
     guard = DuplicateSimulators(node, simulated.robots)
     seed_scripts(simulated.models, options.seed)
-    profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
-    nodes = _virtual_robots(simulated, options, profile)
-    parameters.warn_of_unknown(*nodes)
-    stepper = FleetStepper(node, nodes, options.rtf)
+    robots = _virtual_robots(node, simulated, options, alone)
+    parameters.warn_of_unknown()
+    stepper = FleetStepper(node, robots, options)
     stepper.on_failure = process.launcher.report
     guard.refuse_second_simulator()
     process.add(node)
     stepper.housekeeping = guard.warn_of_latecomers
     stepper.log_robots()
-    models = [str(robot.value('model')) for robot in nodes]
+    models = [robot.model for robot in robots]
     loop: LockstepLoop | StepLoop
     time: SimulatedTime | None = None
     if options.lockstep:
         ending = SimulatorOptions.of(args)
-        loop = LockstepLoop(process, node, stepper, nodes, ending)
+        loop = LockstepLoop(process, node, stepper, robots, ending)
         time = Lockstep(stepper.rate, ending.nb_steps)
     elif options.rtf != 1.0:
         clock = ScaledClock(options.rtf)
@@ -103,22 +107,20 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
 
 
 def _virtual_robots(
-    simulated: SimulatedRobots, options: SimulationOptions, profile: QoSProfile
+    node: Node, simulated: SimulatedRobots, options: SimulationOptions, alone: bool
 ) -> list[VirtualRobot]:
-    common = {
-        'rate': options.robot_rate,
-        'limits': options.limits,
-        'cmd_timeout': options.cmd_timeout,
-        'cmd_vel_type': options.cmd_vel_type,
-    }
+    profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
+    world = declare_fixed(node, 'world_frame', topics.WORLD_FRAME, 'frame of poses')
     poses = simulated.start_poses.T.tolist()
-    own = zip(simulated.robots, simulated.models, poses, strict=True)
-    return [
-        VirtualRobot(
-            robot, {'x0': x0, 'y0': y0, 'theta0': theta0, 'model': model} | common, profile
-        )
-        for robot, model, (x0, y0, theta0) in own
-    ]
+    robots = []
+    for robot, model, (x0, y0, theta0) in zip(
+        simulated.robots, simulated.models, poses, strict=True
+    ):
+        start = {'x0': x0, 'y0': y0, 'theta0': theta0, 'model': model}
+        start |= {'world_frame': world, 'robot_frame': topics.robot_frame(robot)}
+        prefix = '' if alone else f'{topics.robot_name(robot)}.'
+        robots.append(VirtualRobot(node, robot, start, options.cmd_vel_type, profile, prefix))
+    return robots
 
 
 if __name__ == '__main__':

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, PoseStamped, TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
@@ -18,20 +18,28 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.palettes import colour
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name
-from setcmas_simu.options.kinds import Kind, OneOf
+from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name, robot_topic
+from setcmas_simu.options.kinds import Number
 from setcmas_simu.robots.model import Shape
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
+from setcmas_simu.ros.parameters import declare_fixed
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 _EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
 _BODY = [(0.0, side * _EDGE / 2, _EDGE * level) for side in (-1, 1) for level in (0.5, 1.5)]
 _NOSE = (0.07, 0.0, 0.5 * _EDGE)  # shows the heading
+_PLACE = Number(least=-1e6, most=1e6)  # m, rad: finite
+_POSE = ('x0', 'y0', 'theta0')
+START = {
+    **dict(zip(_POSE, ('x at the start in m', 'y in m', 'heading in rad'), strict=True)),
+    'model': 'robot model',
+    'robot_frame': 'frame of the robot',
+}
+"""Parameters of a robot's start, with their descriptions."""
 
 _Corner = tuple[float, float, float]
 
@@ -100,55 +108,60 @@ class FleetTransforms:
 OnCommand = Callable[[Command], None]
 
 
-class VirtualRobot(FleetNode):
+class VirtualRobot:
     """ROS interface of one simulated robot; a FleetStepper moves it.
 
-    `commanded` is the stamp of its newest command in ns; NO_STAMP without one. Parameters:
-    robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model, limits,
-    cmd_timeout (s), cmd_vel_type.
+    Attributes:
+        commanded: Stamp of its newest command in ns; NO_STAMP without one.
+        pose: Start pose, x and y in m and heading in rad.
+        frames: World frame, and frame of the robot.
     """
 
     def __init__(
-        self, robot: int, defaults: dict[str, Any], profile: QoSProfile = qos.STATE
+        self,
+        node: Node,
+        robot: int,
+        start: Mapping[str, Any],
+        cmd_vel_type: str,
+        profile: QoSProfile = qos.STATE,
+        prefix: str = '',
     ) -> None:
-        """Create the node; `--ros-args` overrides the defaults of its parameters."""
+        """Create the topics of a robot, and fixed parameters with its values in `start`.
+
+        Their names are those in `START` after a prefix, and `--ros-args` overrides them; `start`
+        also has the `world_frame`. Raises SetcmasError for an invalid value.
+        """
         self.robot = robot
         self.commanded = messages.NO_STAMP
         self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
-
-        super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
-        # Dynamic typing: to ROS `-p x0:=2` is an integer, which must be accepted.
-        dynamic = ParameterDescriptor(dynamic_typing=True)
-        names = {'world_frame': topics.WORLD_FRAME, 'robot_frame': topics.robot_frame(robot)}
-        for name, value in (names | defaults | {'robot_no': robot}).items():
-            self.declare_parameter(name, value, dynamic)
-
-        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, profile)
-        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, profile)
-        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, profile)
-        self._kind = TYPES[self.value('cmd_vel_type', OneOf(tuple(TYPES)))]
+        values = {
+            name: declare_fixed(node, f'{prefix}{name}', start[name], text)
+            for name, text in START.items()
+        }
+        for name in _POSE:
+            _PLACE.check(f'parameter {prefix}{name}', values[name])
+        self.pose = [values[name] for name in _POSE]
+        self.model = str(values['model'])
+        self.frames = str(start['world_frame']), str(values['robot_frame'])
+        topic = partial(robot_topic, robot)
+        self._odom_publisher = node.create_publisher(Odometry, topic(topics.ODOM), profile)
+        self._pose_publisher = node.create_publisher(PoseStamped, topic(topics.POSE), profile)
+        self._marker_publisher = node.create_publisher(Marker, topic(topics.MARKER), profile)
+        self._kind = TYPES[cmd_vel_type]
         self.commands = PolledTopic(
-            self, self._kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND, encoded=True
+            node, self._kind, topic(topics.CMD_VEL), self._on_cmd_vel, qos.COMMAND, encoded=True
         )
-        self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
-
-        world = str(self.value('world_frame'))
-        odom = Odometry(child_frame_id=str(self.value('robot_frame')))
-        pose = PoseStamped()
+        self._resets = PolledTopic(
+            node, Empty, topic(topics.RESET), lambda _: self.on_reset(), qos.EVENT
+        )
+        world, frame = self.frames
+        odom, pose = Odometry(child_frame_id=frame), PoseStamped()
         odom.header.frame_id = pose.header.frame_id = world
-        marker = robot_marker(robot, world, shape_of(str(self.value('model'))))
+        marker = robot_marker(robot, world, shape_of(self.model))
         self._odom = _Located(odom, 'pose.pose')
         self._write_twist = self._odom.place('twist.twist.linear.x', messages.TWIST)
         self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
-
-    def value(self, name: str, kind: Kind | None = None) -> Any:
-        """Return the value of a parameter, or raise SetcmasError unless it is of a kind."""
-        value = self.get_parameter(name).value
-        if kind:
-            value = kind.value(value)
-            kind.check(f'parameter {name}', value)
-        return value
 
     def take(self) -> None:
         """Take the newest command, then resets, which override it."""

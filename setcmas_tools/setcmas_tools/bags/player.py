@@ -146,6 +146,7 @@ class Player:
             self._publish(self._cursor.until(at))
             if reason := self._on_tick(at):
                 return reason
+            self._process.serve_at_times()
             wait = _LONGEST_WAIT_S
             if not self._clock.paused:
                 if self._cursor.next_s is None:
@@ -204,6 +205,7 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     classes, notes = played_topics(bag, options.clock)
     cursor = BagCursor(bag, classes)
     node = FleetNode(topics.PLAYER_NODE)
+    process.add(node)
     conflict = RobotConflict(node, [topic.name for topic in classes])
     for line in [*bag.notices, *notes]:
         print(line, file=sys.stderr, flush=True)

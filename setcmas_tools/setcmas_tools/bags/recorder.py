@@ -15,6 +15,7 @@ from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.messages import NO_STAMP, read_stamp
+from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.lockstep_topics import Answerer
 from setcmas_tools.bags.bag_times import BagTimes, bag_times
@@ -67,6 +68,7 @@ class GraphRecorder:
             chosen: Full names of the topics to record; None for all.
         """
         self._node = node
+        self._requests = PolledServices(node)
         self._writer = writer
         self._chosen = chosen
         self._times: BagTimes | None = None
@@ -86,7 +88,8 @@ class GraphRecorder:
         return [topic.name for topic in self._topics.values() if topic.connection]
 
     def look(self) -> None:
-        """Follow changes of the graph since the last look."""
+        """Follow changes of the graph since the last look, and answer requests."""
+        self._requests.take()
         is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
         self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
         for name, types in self._node.get_topic_names_and_types():
@@ -208,10 +211,11 @@ def main(argv: list[str] | None = None) -> int:
 def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
     process.longest_end_s = int(WRITES_S)
     options = RecorderOptions.of(args)
-    chosen = [f'/{name.lstrip("/")}' for name in options.topics or ()] or None
+    node = FleetNode(topics.RECORDER_NODE)
+    chosen = [node.name_in_fleet(name) for name in options.topics or ()] or None
     try:
         with BagWriter(options.output) as writer:
-            recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
+            recorder = GraphRecorder(node, writer, chosen)
             _record(process, recorder, writer)
         write_layout(options.output, writer.types)
     except OSError as error:
@@ -227,8 +231,8 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='recorder',
-        description='Record all topics but hidden ones (/_...) into a rosbag2 bag, new topics as '
-        'they appear, until Ctrl-C.',
+        description='Record all topics of this namespace but hidden ones (/_...) into a rosbag2 '
+        'bag, new topics as they appear, until Ctrl-C.',
     )
     RecorderOptions.add_to(parser)
     return parser

@@ -238,7 +238,7 @@ def _matrix(sizes: list[int], data: list[float]) -> Floats | None:
     return np.array(data, dtype=float).reshape(sizes)
 
 
-_PARAMETERS = f'/{topics.CONTROLLERS}/get_parameters'
+_PARAMETERS = f'{topics.CONTROLLERS}/get_parameters'
 
 
 class FleetCommands:

@@ -11,6 +11,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import position, velocity
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
@@ -141,3 +142,44 @@ def test_in_lockstep_a_command_is_repeated_while_time_waits(start, peer):
     waited = stamps()[-1]
     simu.popen.send_signal(signal.SIGCONT)
     peer.wait_for(lambda: stamps()[-1] > waited)
+
+
+def test_fleets_in_two_namespaces_are_apart(start, peer):
+    for fleet in ('/a', '/b'):
+        robots = start(*SIMU, '--nb-robots', '2', '--ros-args', '-r', f'__ns:={fleet}')
+        robots.wait_for_output('simulating robots 1-2')
+    driven, other = (peer.listen(Odometry, f'/{fleet}/tb3_1/odom') for fleet in 'ab')
+    start(*CTRL, '--algo', 'consensus', '--ros-args', '-r', '__ns:=/a')
+
+    peer.wait_for(lambda: driven and other and position(driven[-1]) != position(driven[0]))
+    assert position(other[-1]) == position(other[0])
+    names = {name for name, _ in peer.node.get_topic_names_and_types()}
+    outside = {name for name in names if not name.startswith(('/a/', '/b/', '/peer/'))}
+    assert outside == {'/rosout', '/parameter_events'}
+
+
+def test_use_sim_time_follows_the_clock_of_another_simulator(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return 0.0, 0.01 * t\n')
+    wanted, commands = peer.cmd_cart_vel(1), peer.cmd_vel(1)
+    clock = peer.node.create_publisher(Clock, '/clock', 1)
+    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
+    now, ticks = Clock(), []
+    now.clock.sec = 100
+
+    def publish():
+        clock.publish(now)
+        odometry.publish(Odometry())
+        ticks.append(now)
+
+    peer.node.create_timer(0.02, publish)
+    options = ('--nb-robots', '1', '--ros-args', '-p', 'use_sim_time:=true')
+    start(*CTRL, '--algo', law, *options)
+    peer.wait_for(lambda: wanted)
+    peer.wait_for_new(ticks, 30)
+    assert len(wanted) == 1  # the clock stands still
+    for _ in range(30):  # a second after the other, faster than the laws' period
+        now.clock.sec += 1
+        peer.wait_for_new(wanted)
+
+    peer.wait_for(lambda: commands[-1].header.stamp.sec == 130)
+    assert wanted[-1].y == pytest.approx(0.3)

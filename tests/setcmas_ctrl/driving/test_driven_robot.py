@@ -157,7 +157,7 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('controlling')
     start(*CTRL, '--algo', 'nav_wp')
 
-    first.wait_for_output('another controller also commands robot 1 (/tb3_1/si_to_uni)')
+    first.wait_for_output('another controller also commands robot 1 (/controllers)')
 
 
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):
@@ -167,7 +167,7 @@ def test_a_controller_that_was_killed_is_no_second_one(start, peer):
 
     def commanders():
         found = peer.node.get_publishers_info_by_topic('/tb3_1/cmd_vel')
-        return {bytes(one.endpoint_gid) for one in found if one.node_name == 'si_to_uni'}
+        return {bytes(one.endpoint_gid) for one in found if one.node_name == 'controllers'}
 
     peer.wait_for(commanders)
     dead = commanders()

@@ -41,7 +41,7 @@ def gains(node_with):
     """The parameters, and a list that what changes is appended to."""
     node = node_with()
     names = {'K': 'gain', 'longest': 'longest', 'mode': 'mode'}
-    parameters = ProcessParameters(node, Gains(), names)
+    parameters = ProcessParameters(node, Gains(), names, fixed=['longest'])
     changes = []
     parameters.on_change = changes.append
     return node, parameters, changes
@@ -90,7 +90,7 @@ def test_a_set_parameter_counts_and_is_reported_once(gains):
         ('K', 0.0, 'parameter K is 0; it must be above 0 and at most 9 1/s'),
         ('K', 'much', "parameter K is 'much'; it must be a number above 0"),
         ('K', 9.5, 'out of range'),
-        ('longest', math.nan, 'out of range'),
+        ('longest', 1.0, 'read-only'),
         ('mode', 'odd', "parameter mode is 'odd'; it must be slow or fast"),
         ('mode', None, 'parameter mode is None; it must be slow or fast'),
     ],

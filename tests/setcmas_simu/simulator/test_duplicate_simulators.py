@@ -12,7 +12,7 @@ from setcmas_simu.simulator.duplicate_simulators import RobotLocks
 HOLDER = """
 import sys
 from setcmas_simu.simulator.duplicate_simulators import RobotLocks
-locks = RobotLocks([1, 2], 'test')
+locks = RobotLocks([1, 2], '/a')
 print('held', flush=True)
 sys.stdin.read()
 """
@@ -33,13 +33,15 @@ def holder(tmp_path, monkeypatch):
 
 def test_robots_of_another_process_are_refused_and_it_is_named(holder):
     with pytest.raises(SetcmasError, match=f'robot 2 is already .* process {holder.pid} '):
-        RobotLocks([2, 3], 'test')
-    RobotLocks([3], 'test').release()
+        RobotLocks([2, 3], '/a')
+    RobotLocks([3], '/a').release()
 
 
-def test_other_robots_and_other_domains_are_free(holder):
-    RobotLocks([3, 4], 'test').release()
-    RobotLocks([1, 2], 'another').release()
+def test_other_robots_namespaces_and_domains_are_free(holder, monkeypatch):
+    RobotLocks([3, 4], '/a').release()
+    RobotLocks([1, 2]).release()
+    monkeypatch.setenv('ROS_DOMAIN_ID', '99')
+    RobotLocks([1, 2], '/a').release()
 
 
 def link(path):
@@ -55,16 +57,17 @@ def test_what_another_user_puts_in_the_place_of_the_locks_stops_no_simulator(
     tmp_path, monkeypatch, obstruct
 ):
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
-    obstruct(duplicate_simulators._path('test'))
+    monkeypatch.setenv('ROS_DOMAIN_ID', '7')
+    obstruct(duplicate_simulators._path('7'))
 
-    RobotLocks([1, 2], 'test').release()
+    RobotLocks([1, 2]).release()
 
 
 def test_any_number_of_robots_takes_one_file_and_one_descriptor(tmp_path, monkeypatch):
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
     before = len(list(Path('/proc/self/fd').iterdir()))
 
-    locks = RobotLocks(list(range(1, 2001)), 'test')
+    locks = RobotLocks(list(range(1, 2001)))
 
     assert len(list(Path('/proc/self/fd').iterdir())) == before + 1
     assert len(list(tmp_path.iterdir())) == 1

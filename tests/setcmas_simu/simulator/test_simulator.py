@@ -9,6 +9,7 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.serialization import serialize_message
 from ros_peer import position, twist, twist_stamped
 from std_msgs.msg import Empty
@@ -152,6 +153,24 @@ def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
     assert 'rate is 20 from now on' in simulator.output()
 
 
+def test_parameters_of_the_start_are_listed_and_fixed(start, peer):
+    parameters = ('tb3_2.x0:=2', 'rtf:=2.0')
+    words = [word for one in parameters for word in ('-p', one)]
+    start(*SIMU, '--nb-robots', '2', '--ros-args', *words)
+    odometry = peer.odometry(2)
+
+    listed = peer.call(ListParameters, '/virtual_robots/list_parameters').result.names
+    assert {'rate', 'world_frame', 'tb3_1.x0', 'tb3_2.theta0', 'tb3_2.model'} <= set(listed)
+    names = ['rtf', 'tb3_2.x0']
+    found = peer.call(DescribeParameters, '/virtual_robots/describe_parameters', names=names)
+    assert [one.read_only for one in found.descriptors] == [True, True]
+    (allowed,) = found.descriptors[0].floating_point_range
+    assert (allowed.from_value, allowed.to_value) == (0.0, 100.0)
+    assert 'read-only' in peer.set_parameter('/virtual_robots', 'rtf', 3.0)
+    peer.wait_for(lambda: odometry)
+    assert position(odometry[0]) == (2.0, start_poses(2)[1, 1])
+
+
 def test_a_service_puts_robots_back(start, peer):
     start(*SIMU, '--nb-robots', '2')
     odometry = peer.odometry(2)
@@ -226,6 +245,7 @@ def test_signals_end_the_process_well(start, signum):
         (('--ros-args', '-p', 'limits:=segway'), 'segway'),
         (('--model', '1:segway'), "unknown robot model 'segway'"),
         (('--ros-args', '-p', 'foo'), 'invalid arguments after --ros-args'),
+        (('--ros-args', '-p', 'use_sim_time:=true'), 'virtual_robots refuses use_sim_time'),
     ],
 )
 def test_mistakes_are_reported_without_a_traceback(start, arguments, message):

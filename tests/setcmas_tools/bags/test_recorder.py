@@ -12,9 +12,12 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import ListParameters
 from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
+
+from setcmas_simu.ros import qos
 
 
 def test_every_topic_and_those_that_appear_later(record, peer, bag):
@@ -74,6 +77,26 @@ def test_kill_leaves_what_was_recorded(record, peer, bag):
         values = [topic.type.decode(data).data for topic, _, data in opened.messages()]
     assert values
     assert set(values) == {7}
+
+
+def test_a_namespace_is_recorded_without_its_name_and_without_other_fleets(record, peer, bag):
+    publishers = {
+        name: peer.node.create_publisher(String, name, qos.LATCHED)
+        for name in ('/a/tb3_1/text', '/a/fleet', '/b/tb3_1/text', '/b/fleet')
+    }
+    for name, publisher in publishers.items():
+        publisher.publish(String(data=name))
+    recorder = record('--ros-args', '-r', '__ns:=/a')
+    wait_until_on_disk(peer, bag, '/tb3_1/text')
+    wait_until_on_disk(peer, bag, '/fleet')
+    names = peer.call(ListParameters, '/a/recorder/list_parameters').result.names
+    recorder.end()
+
+    assert 'use_sim_time' in names
+    assert [message.data for message in recorded(bag, '/tb3_1/text')] == ['/a/tb3_1/text']
+    with open_bag(bag) as opened:
+        of_robots = {topic.name for topic, _, _ in opened.messages() if 'tb3' in topic.name}
+    assert of_robots == {'/tb3_1/text'}
 
 
 def test_chosen_topics_only(record, peer, bag):
