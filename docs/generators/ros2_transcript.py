@@ -1,0 +1,107 @@
+"""Writes the transcript of the ros2 command line in docs/ros.md, from a simulation of its own.
+
+python docs/generators/ros2_transcript.py     needs the commands `ros2 node, topic, param, service`
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from generate import DOCS, spliced
+
+sys.path.insert(0, str(DOCS.parent / 'tests'))
+
+from ros_domain import reserved_domain
+
+BIN = Path(sys.executable).parent
+PROCESSES = ('simu --nb-robots 2', 'ctrl --algo consensus', 'record --output bag')
+COMMANDS = (
+    'ros2 node list',
+    'ros2 node info /controllers',
+    'ros2 topic list -t',
+    'ros2 topic info /tb3_1/cmd_vel',
+    'ros2 topic hz /tb3_1/odom --window 20',
+    'ros2 topic echo --once /tb3_1/odom --field pose.pose.position',
+    'ros2 param list',
+    'ros2 param dump /virtual_robots',
+    'ros2 param describe /controllers vnom',
+    'ros2 param set /controllers vnom 0.3',
+    'ros2 param set /controllers algo nav_wp',
+    'ros2 service list -t',
+    "ros2 service call /controllers/pause std_srvs/srv/SetBool '{data: true}'",
+    'ros2 service call /virtual_robots/reset std_srvs/srv/Trigger',
+)
+MOST_LINES = 24
+ENDLESS_S = 4.0  # for hz, which prints until it is interrupted
+NO_DAEMON = ('list', 'info')  # without the cache of names, which a daemon fills in its own time
+REPEATED = ('set_parameters', 'get_parameter', 'describe_parameters', 'list_parameters')
+
+
+@contextlib.contextmanager
+def simulation(place: str) -> Iterator[None]:
+    """Run a small fleet and its recorder until the end of the block."""
+    processes = [
+        subprocess.Popen([BIN / 'setcmas', *options.split()], cwd=place, stdout=subprocess.DEVNULL)
+        for options in PROCESSES
+    ]
+    try:
+        while '/tb3_2/cmd_vel' not in said('ros2 topic list'):
+            time.sleep(0.1)
+        time.sleep(2.0)  # the robots have moved
+        yield
+    finally:
+        for process in reversed(processes):
+            process.send_signal(signal.SIGINT)
+            process.wait()
+
+
+def said(command: str) -> str:
+    """Return what a command prints until it ends, or for hz until it is interrupted."""
+    words = shlex.split(command)
+    if words[2] in NO_DAEMON and words[1] != 'interface':
+        words.append('--no-daemon')
+    words[0] = str(BIN / words[0])
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        return process.communicate(timeout=ENDLESS_S if words[2] == 'hz' else None)[0]
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
+        text = process.communicate()[0].rstrip()
+        return '\n'.join(text.splitlines()[-2:])  # its newest figures
+
+
+def shortened(text: str) -> list[str]:
+    """Return the lines of an output without the services of parameters and empty lines."""
+    lines = [
+        line
+        for line in text.splitlines()
+        if line.strip() and not any(f'/{name}' in line for name in REPEATED)
+    ]
+    return lines if len(lines) <= MOST_LINES else [*lines[:MOST_LINES], '...']
+
+
+def main() -> None:
+    """Write the transcript into the page."""
+    parts = []
+    with reserved_domain() as domain, tempfile.TemporaryDirectory() as place:
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        with simulation(place):
+            for command in COMMANDS:
+                parts += [f'$ {command}', *shortened(said(command))]
+    page = DOCS / 'ros.md'
+    transcript = '\n'.join(parts)
+    page.write_text(spliced(page.read_text(), f'```text\n{transcript}\n```'))
+    print(f'{page} written')
+
+
+if __name__ == '__main__':
+    main()
