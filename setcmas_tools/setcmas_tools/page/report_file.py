@@ -69,7 +69,11 @@ _NO_COVER = Cover()
 
 
 def write_report(
-    paths: Sequence[Path], page: Path, warn: Callable[[str], None], cover: Cover = _NO_COVER
+    paths: Sequence[Path],
+    page: Path,
+    warn: Callable[[str], None],
+    cover: Cover = _NO_COVER,
+    odometry_topic: str = '',
 ) -> None:
     """Write the page of a run, or of two.
 
@@ -78,11 +82,12 @@ def write_report(
         page: The file.
         warn: Shows warnings.
         cover: Title, names and answers of students.
+        odometry_topic: Topic of a robot's odometry in bags, as for `Run.load`.
 
     Raises:
         SetcmasError: A run or the answers cannot be read, or the file cannot be written.
     """
-    text = report_page(loaded_pair(paths, warn), cover)
+    text = report_page(loaded_pair(paths, warn, odometry_topic), cover)
     try:
         with written_whole(page) as file:
             file.write(text.encode(errors='replace').decode())
@@ -90,8 +95,10 @@ def write_report(
         raise SetcmasError(f"'{page}' cannot be written: {error.strerror}") from error
 
 
-def loaded_pair(paths: Sequence[Path], warn: Callable[[str], None]) -> Pair:
-    """Load a run, or two.
+def loaded_pair(
+    paths: Sequence[Path], warn: Callable[[str], None], odometry_topic: str = ''
+) -> Pair:
+    """Load a run, or two, as `Run.load` does.
 
     Raises:
         SetcmasError: One cannot be read.
@@ -99,7 +106,7 @@ def loaded_pair(paths: Sequence[Path], warn: Callable[[str], None]) -> Pair:
     names = [_name_of(path) for path in paths]
     if len(set(names)) < len(names):
         names = [f'{name} ({path})' for name, path in zip(names, paths, strict=True)]
-    runs = [Run.load(path, warn) for path in paths]
+    runs = [Run.load(path, warn, odometry_topic) for path in paths]
     if len(runs) == 1:
         return Pair(names[0], runs[0], warn=warn)
     return Pair(names[0], runs[0], names[1], runs[1], warn)

@@ -57,7 +57,7 @@ class ConversionReport:
         return '\n'.join([*self.notices, summary])
 
 
-def convert(bag: Path, output: Path | None = None) -> ConversionReport:
+def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> ConversionReport:
     """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
     Existing files of these names are replaced at the end, all at once.
@@ -66,6 +66,7 @@ def convert(bag: Path, output: Path | None = None) -> ConversionReport:
         bag: A path that `open_bag` accepts.
         output: Folder of the files; by default `csv` next to a bag folder named `bag`, else
             `<name of the bag>_csv` next to the bag.
+        odometry_topic: Topic of a robot's odometry, see `names_here`.
 
     Raises:
         SetcmasError: The bag cannot be read, or the files cannot be written.
@@ -75,7 +76,7 @@ def convert(bag: Path, output: Path | None = None) -> ConversionReport:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryDirectory(prefix='.converting-', dir=folder) as unfinished:
-                report = _write_files(source, Path(unfinished), folder)
+                report = _write_files(source, Path(unfinished), folder, odometry_topic)
         except OSError as error:
             raise SetcmasError(
                 f"CSV files cannot be written to '{folder}': {error.strerror}"
@@ -96,18 +97,17 @@ def _as_given(path: Path, like: Path) -> Path:
     return path.relative_to(here) if not like.is_absolute() and here in path.parents else path
 
 
-def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
+def _write_files(
+    bag: Bag, unfinished: Path, folder: Path, odometry_topic: str
+) -> ConversionReport:
     topics = [topic for topic in bag.topics if not topic.derived]
     names = file_names(topic.name for topic in topics)
-    samples = RunSamples((topic.name, topic.type.name) for topic in topics)
+    samples = RunSamples(topics, odometry_topic)
     files = {
         topic: TopicTable(unfinished / name, parts_of_rows(topic.type.store, topic.type.name))
         for topic, name in zip(topics, names, strict=True)
     }
-    takers = {
-        topic: [file.add, *samples.collectors(topic.name, topic.type.name)]
-        for topic, file in files.items()
-    }
+    takers = {topic: [file.add, *samples.collectors(topic)] for topic, file in files.items()}
     undecodable = bag.deliver(takers, partial(_with_progress, bag.count))
     written = [file for file in files.values() if file.nb_rows]
     for file in written:

@@ -69,23 +69,29 @@ class Run:
     inputs: tuple[RunInput, ...] = ()
 
     @classmethod
-    def load(cls, path: str | Path, warn: Callable[[str], None] = print) -> Run:
+    def load(
+        cls, path: str | Path, warn: Callable[[str], None] = print, odometry_topic: str = ''
+    ) -> Run:
         """Read a run.
 
         Args:
             path: Its folder, the folder of its CSV files, a fleet.csv, or a bag.
             warn: Prints losses; the motion is there all the same.
+            odometry_topic: Topic of a robot's odometry in a bag whose robots have other names
+                than tb3_i: `/{name}/odom`.
 
         Raises:
             SetcmasError: There is no run, or a table is damaged.
         """
         source = find_run(Path(path))
+        if source.fleet_csv and odometry_topic:
+            raise SetcmasError(f"--odometry-topic is for bags; '{path}' has a fleet.csv")
         if source.fleet_csv:
             tables = read_tables(source.fleet_csv)
         else:
             from setcmas_tools.run.run_samples import read_bag  # late: rosbags loads slowly
 
-            tables = read_bag(Path(path), warn)
+            tables = read_bag(Path(path), warn, odometry_topic)
         try:
             info = read_info(source.folder) or RunInfo()
         except SetcmasError as error:

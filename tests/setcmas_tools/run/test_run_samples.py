@@ -1,0 +1,70 @@
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_samples import names_here
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'found', 'here'),
+    [
+        ('/{name}/odom', ['/robot7/odom', '/robot7/cmd_vel'], ['/tb3_7/odom', '/tb3_7/cmd_vel']),
+        (
+            '/{name}/odom',
+            ['/zoe/odom', '/adam/odom', '/clock'],
+            ['/tb3_2/odom', '/tb3_1/odom', '/clock'],
+        ),
+        ('/{name}/odom', ['/a1/odom', '/b1/odom'], ['/tb3_1/odom', '/tb3_2/odom']),
+        ('/{name}/odom', ['/r0/odom', '/r1/odom'], ['/tb3_1/odom', '/tb3_2/odom']),
+        (
+            '/fleet/{name}/pose',
+            ['/fleet/r3/pose', '/fleet/r3/cmd_vel'],
+            ['/tb3_3/odom', '/tb3_3/cmd_vel'],
+        ),
+        ('/{name}/truth', ['/tb3_1/truth', '/tb3_1/odom'], ['/tb3_1/odom', '']),
+        ('/{name}/odom', ['/tb3_1/odom', '/mocap/tb3_1/odom'], ['/tb3_1/odom', '']),
+    ],
+)
+def test_names_of_other_robots(pattern, found, here):
+    assert names_here(found, pattern) == dict(zip(found, here, strict=True))
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'message'),
+    [
+        ('/robot1/odom', r'has no {name} for the name of a robot; an example is /{name}/odom'),
+        (
+            '/{name}/pose',
+            r'no topic /{name}/pose; its topics are /clock, /robot1/odom',
+        ),
+    ],
+)
+def test_a_pattern_that_finds_no_robot(pattern, message):
+    with pytest.raises(SetcmasError, match=message):
+        names_here(['/robot1/odom', '/clock'], pattern)
+
+
+def test_a_bag_of_robots_with_other_names(tmp_path, write_bag, make):
+    messages = []
+    for i in range(20):
+        for robot in (1, 2):
+            fields = {
+                'pose.pose.position.x': float(10 * robot + i),
+                'pose.pose.orientation.w': 1.0,
+            }
+            messages.append((f'/robot{robot}/odom', i / 10, make('nav_msgs/msg/Odometry', fields)))
+            command = make('geometry_msgs/msg/Twist', {'linear.x': 0.25})
+            if i >= 5:
+                messages.append((f'/robot{robot}/cmd_vel', i / 10, command))
+    bag = write_bag(tmp_path / 'bag', messages)
+
+    run = Run.load(bag, odometry_topic='/{name}/odom')
+
+    assert run.table.robots == [1, 2]
+    assert run['tb3_2'].x[:3].tolist() == [20.0, 21.0, 22.0]
+    assert run.table.t[0] == -0.5  # t = 0 is the first command
+    with pytest.raises(SetcmasError, match='--odometry-topic names other topics'):
+        Run.load(bag)
+    run.save(tmp_path / 'run')
+    with pytest.raises(SetcmasError, match='--odometry-topic is for bags'):
+        Run.load(tmp_path / 'run', odometry_topic='/{name}/odom')
