@@ -52,6 +52,12 @@ def generated_files() -> dict[Path, str]:
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()
     files[DOCS / 'pictures' / 'pose.svg'] = pose_picture.picture()
+    config = ROOT / 'setcmas_simu' / 'setcmas_simu' / 'config'
+    for reach in ('loopback', 'network'):  # Fast DDS 3 writes this element otherwise
+        profiles = (config / f'fastdds_{reach}.xml').read_text()
+        files[config / f'fastdds3_{reach}.xml'] = profiles.replace(
+            'heartbeatPeriod', 'heartbeat_period'
+        )
     robots = list(range(1, 9))
     files[ROOT / 'setcmas_simu' / 'rviz' / 'simulation_8.rviz'] = rviz_config(robots)
     files[ROOT / 'setcmas_expe' / 'rviz' / 'experiment_8.rviz'] = rviz_config(robots, True)

@@ -1,23 +1,32 @@
-"""Setup of Fast DDS: fast discovery, and UDP as the only transport."""
+"""Setup of Fast DDS: fast discovery, and UDP as the only transport.
+
+All that differs between ROS 2 Jazzy (Fast DDS 2.14) and Kilted (3.2) is here: the name of a
+variable, and of an element in profiles. `docs/generators` writes the profiles for Kilted.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
-from importlib import resources
+from importlib import metadata, resources
 
 import rclpy
 
-_PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+_OF_KILTED = 9  # major version of rclpy; 7 is that of Jazzy
+_IS_JAZZY = int(metadata.version('rclpy').partition('.')[0]) < _OF_KILTED
+_JAZZYS, _KILTEDS = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
+_PROFILES = _JAZZYS if _IS_JAZZY else _KILTEDS
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _UDP = 'UDPv4'
 
 _CONFIG = resources.files('setcmas_simu') / 'config'
-_NETWORK = str(_CONFIG / 'fastdds_network.xml')
-_LOOPBACK = str(_CONFIG / 'fastdds_loopback.xml')
+_NETWORK, _LOOPBACK = (
+    str(_CONFIG / f'{"fastdds" if _IS_JAZZY else "fastdds3"}_{reach}.xml')
+    for reach in ('network', 'loopback')
+)
 
 
 @contextlib.contextmanager
@@ -31,17 +40,17 @@ def dds_setup() -> Iterator[None]:
     receiver. In the range LOCALHOST rmw_fastrtps insists on shared memory, so a profile with only
     the loopback interface replaces that range.
     """
-    given = {os.environ[name] for name in _PROFILE_VARIABLES if name in os.environ}
+    given = {os.environ[name] for name in (_JAZZYS, _KILTEDS) if name in os.environ}
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
     if not fast_dds or given - {_NETWORK, _LOOPBACK}:
         yield
         return
     if os.environ.get(_TRANSPORTS, _UDP) != _UDP:
-        os.environ.pop(_PROFILE_VARIABLES[0], None)  # set by the parent process
+        os.environ.pop(_PROFILES, None)  # set by the parent process
         yield
         return
     loopback = is_loopback_enough(os.environ)
-    os.environ[_PROFILE_VARIABLES[0]] = _LOOPBACK if loopback else _NETWORK
+    os.environ[_PROFILES] = _LOOPBACK if loopback else _NETWORK
     if not loopback:
         yield
         return
