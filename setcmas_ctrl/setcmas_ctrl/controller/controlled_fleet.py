@@ -30,7 +30,7 @@ from setcmas_ctrl.driving.fleet_discovery import (
     wait_until,
 )
 from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
-from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_ctrl.driving.odometry import FleetOdometry, offered_profile
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import StopCall
@@ -136,6 +136,9 @@ class ControlledFleet:
         return time
 
     def _poses(self) -> FleetOdometry:
+        profile = qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE
+        if not (self._options.experiment or self._announced.robots):  # robots of others
+            profile = offered_profile(self._node, topics.odometry_topic(self._robots[0]))
         # With event-triggered broadcast the laws know the other robots only by what they send;
         # but the range of a radio depends on where robots are.
         return FleetOdometry(
@@ -143,7 +146,7 @@ class ControlledFleet:
             self._nb_robots,
             topics.mocap_topic if self._options.experiment else topics.odometry_topic,
             None if self._communication.needs_all_poses else self._robots,
-            qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE,
+            profile,
         )
 
     def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:

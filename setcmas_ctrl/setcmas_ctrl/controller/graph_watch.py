@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy
 
 from setcmas_ctrl.driving.driven_robot import SiToUni
 from setcmas_ctrl.driving.fleet_discovery import robots_with_odometry
-from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
@@ -129,6 +129,8 @@ class GraphWatch:
         robot, cmd_vel = driver.robot, driver.cmd_vel
         if not cmd_vel.follow_listeners():
             self._unconnected.add(robot)
+        if self._odometry.age(robot) > POSE_TIMEOUT_S:  # its driver may have restarted
+            self._odometry.accept_best_effort([robot])
         if cmd_vel.mixed and robot not in self._mixed_reported:
             self._mixed_reported.add(robot)
             self._warn(f'{cmd_vel.mixed}; choose with --cmd-vel-type')

@@ -88,7 +88,7 @@ class LockstepLoop:
 
     def _next_tick(self) -> None:
         """Wait for the next state of every robot, and take it."""
-        waiting = [topic.subscription for topic in self._odometry.topics]
+        waiting = [topic.subscription for topic in self._odometry.topics.values()]
         begin, patience = time.monotonic(), _REPEAT_AFTER_S
         while waiting and not self._process.stopping:
             # Wait for the last robot first: the others have usually arrived by then.

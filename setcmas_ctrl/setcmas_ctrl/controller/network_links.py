@@ -84,7 +84,8 @@ class FleetCommunication:
             topic.take()
 
     def _on_state(self, robot: int, data: bytes) -> None:
-        if state := read_state(data):
+        state = read_state(data)
+        if isinstance(state, State):
             self.stamps[robot - 1] = read_stamp(data)
             self._send(robot, state)
 

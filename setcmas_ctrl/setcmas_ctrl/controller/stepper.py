@@ -32,6 +32,7 @@ from setcmas_simu.ros.step_loop import Clock, SteadyClock
 _NO_COMMAND = (math.nan, 0.0, math.nan)
 _POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
+_OFFERED_WITHIN_S = 0.5  # a reliable driver has usually published by then
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'this process ends, because it cannot command any robot any more'
 _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
@@ -85,12 +86,13 @@ class ControlStepper:
 
         In lockstep the robots wait for the laws, so the clocks need no synchronising.
         """
-        is_seen = 'does motion capture see {}' if self._pause else 'is the simulator running'
-        self._await(process, 'odometry', self._odometry.missing, self._odometry.topic_of, is_seen)
+        odometry = self._odometry
+        process.spin_until(lambda: not self._taken(odometry.missing), _OFFERED_WITHIN_S)
+        odometry.accept_best_effort(odometry.missing())
+        self._await(process, 'odometry', odometry.missing, odometry.topic_of, self._odometry_hint)
         if self.communication:
-            sends = 'is a controller running with --event-triggered'
             state_of = partial(robot_topic, topic=TRIG_ODOM)
-            self._await(process, 'states', self.communication.missing, state_of, sends)
+            self._await(process, 'states', self.communication.missing, state_of, _sent_hint)
         # The robots, and a recorder if there is one, must get the very first command.
         process.spin_until(self._graph.all_connected(), _LISTENERS_WAIT_S)
         wait_s = _RECORDER_WAIT_S if recorded else _LISTENERS_WAIT_S
@@ -117,22 +119,29 @@ class ControlStepper:
         what: str,
         missing: Callable[[], list[int]],
         topic_of: Callable[[int], str],
-        question: str,
+        hint: Callable[[list[int]], str],
     ) -> None:
-        """Wait until no robot is missing; ask about those that are, now and then."""
-
-        def complete() -> bool:
-            self.take()
-            return not missing()
+        """Wait until no robot is missing; name those that are, now and then, with a hint."""
 
         def remind() -> None:
             robots = missing()
-            self._warn(
-                f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])}); '
-                f'{question.format("it" if len(robots) == 1 else "them")}?'
-            )
+            text = f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])})'
+            self._warn(f'{text}; {hint(robots)}')
 
-        wait_until(process, complete, remind)
+        wait_until(process, lambda: not self._taken(missing), remind)
+
+    def _taken(self, missing: Callable[[], list[int]]) -> list[int]:
+        self.take()
+        return missing()
+
+    def _odometry_hint(self, robots: list[int]) -> str:
+        self._odometry.accept_best_effort(robots)
+        for robot in robots:
+            if fault := self._odometry.fault(robot):
+                return f'that of robot {robot} cannot be used: {fault}'
+        if self._pause:
+            return f'does motion capture see {"it" if len(robots) == 1 else "them"}?'
+        return 'is the simulator running?'
 
     def _fall_in_step(self, process: RosProcess) -> None:
         """Wait until shortly after the next odometry of a robot.
@@ -284,3 +293,7 @@ class ControlStepper:
             error = ControlError(text, 'shutdown', _ENDS_ALL)
             self.outcomes.laws.failed(controller.robot, t, error)
             raise StopCall
+
+
+def _sent_hint(_: list[int]) -> str:
+    return 'is a controller running with --event-triggered?'

@@ -130,7 +130,9 @@ class LostRobots:
             age = self._odometry.age(robot)
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
-                self._warn(f'robot {robot}: no odometry for {age:.1f} s; it gets zero velocity')
+                fault = self._odometry.fault(robot)
+                missing = f'no valid odometry ({fault})' if fault else 'no odometry'
+                self._warn(f'robot {robot}: {missing} for {age:.1f} s; it gets zero velocity')
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
                 self._warn(f'robot {robot}: odometry is back')

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import NamedTuple
@@ -17,7 +16,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import NO_STAMP, read_odometry, read_stamp
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import PolledTopic, suited_to
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
@@ -59,10 +58,11 @@ class FleetOdometry:
         self.now = 0.0
         self.stamps = np.full(nb_robots, NO_STAMP)
         self._received = np.full(nb_robots, -np.inf)
+        self._faults: dict[int, str] = {}
         self._followed = list(robots or range(1, nb_robots + 1))
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        self.topics = [
-            PolledTopic(
+        self.topics = {
+            robot: PolledTopic(
                 node,
                 Odometry,
                 topic_of(robot),
@@ -71,12 +71,12 @@ class FleetOdometry:
                 encoded=True,
             )
             for robot in self._followed
-        ]
+        }
 
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
         self.now = now
-        for topic in self.topics:
+        for topic in self.topics.values():
             topic.take()
 
     def listen(self, robot: int, listener: Listener) -> None:
@@ -87,21 +87,40 @@ class FleetOdometry:
         """Return the followed robots without a pose yet."""
         return [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
 
+    def fault(self, robot: int) -> str:
+        """Return why a robot's last odometry cannot be used; '' if it can, or none came."""
+        return self._faults.get(robot - 1, '')
+
+    def accept_best_effort(self, robots: Iterable[int]) -> None:
+        """Subscribe to the odometry of these robots as it is offered, reliable or not."""
+        for robot in robots:
+            if robot in self.topics:
+                self.topics[robot].accept_best_effort()
+
     def age(self, robot: int) -> float:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
 
     def _on_odometry(self, index: int, data: bytes) -> None:
         self.stamps[index] = read_stamp(data)
-        if state := read_state(data):
-            self.poses[:, index] = state.pose
-            self._received[index] = self.now
-            for listener in self._listeners[index]:
-                listener(state)
+        state = read_state(data)
+        if isinstance(state, str):
+            self._faults[index] = state
+            return
+        self._faults.pop(index, None)
+        self.poses[:, index] = state.pose
+        self._received[index] = self.now
+        for listener in self._listeners[index]:
+            listener(state)
 
 
-def read_state(data: bytes) -> State | None:
-    """Return the state in an encoded odometry; None if its pose is not finite."""
-    (x, y), quaternion, V, _ = read_odometry(data)
-    pose = (x, y, yaw_of_quaternion(*quaternion))
-    return State(pose, V, data) if all(map(math.isfinite, pose)) else None
+def offered_profile(node: Node, topic: str) -> QoSProfile:
+    """Return the quality of service for newest states, best effort if a publisher is."""
+    return QoSProfile(depth=1, reliability=suited_to(node, topic, 1).reliability)
+
+
+def read_state(data: bytes) -> State | str:
+    """Return the state in an encoded odometry, or why its pose cannot be used."""
+    odometry = read_odometry(data)
+    pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
+    return odometry.fault or State(pose, odometry.V, data)

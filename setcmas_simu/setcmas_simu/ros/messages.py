@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 import time
 from collections.abc import Callable
@@ -70,6 +71,14 @@ class EncodedOdometry(NamedTuple):
     quaternion: tuple[float, float, float, float]
     V: float
     omega: float
+
+    @property
+    def fault(self) -> str:
+        """Why the pose cannot be used; '' if it can."""
+        norm = sum(number * number for number in self.quaternion)
+        if not math.isfinite(sum(self.position) + norm):
+            return 'its pose is NaN or infinite'
+        return '' if norm else 'its orientation is a zero quaternion'
 
 
 def read_stamp(data: bytes) -> int:

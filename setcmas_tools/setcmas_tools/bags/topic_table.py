@@ -207,7 +207,7 @@ def _composed(get: Callable[[Any], Any], convert: Callable[[Any], Any]) -> Calla
 
 def _yaw(q: Any) -> float:
     yaw: float = yaw_of_quaternion(q.x, q.y, q.z, q.w)
-    return yaw
+    return yaw if q.w or q.x or q.y or q.z else math.nan  # a zero quaternion has no heading
 
 
 def _orientation(store: Typestore, msgtype: str) -> str | None:

@@ -174,8 +174,9 @@ class LiveTopics:
 
     def _on_odometry(self, robot: int, data: bytes) -> None:
         odometry = read_odometry(data)
-        pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
-        self._run.see(robot, pose, odometry.V, self._now)
+        if not odometry.fault:
+            pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
+            self._run.see(robot, pose, odometry.V, self._now)
 
     def _on_command(self, _: Point32) -> None:
         # The time of the control laws stops while they are paused.

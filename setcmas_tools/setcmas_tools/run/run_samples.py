@@ -89,7 +89,8 @@ class FleetSamples:
         rows = np.array(self._rows).reshape(-1, _NB_NUMBERS)
         rows[:, 0] -= self.start_ns / 1e9
         x, y, z, w, *_ = rows[:, 4:].T
-        theta = yaw_of_quaternion(x, y, z, w)
+        is_known = x * x + y * y + z * z + w * w != 0.0  # a zero quaternion has no heading
+        theta = np.where(is_known, yaw_of_quaternion(x, y, z, w), np.nan)
         return fleet_table(np.column_stack([rows[:, :4], theta, rows[:, 8:]]))
 
     def _take_command(self, time_ns: int, _: Any) -> None:

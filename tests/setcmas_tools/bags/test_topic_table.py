@@ -160,7 +160,8 @@ def write(store, tmp_path):
 
 def marker(make, nb_points):
     points = [make('geometry_msgs/msg/Point', {'x': float(i)}) for i in range(nb_points)]
-    return make('visualization_msgs/msg/Marker', {'points': points, 'text': 'a,"b"\nc'})
+    fields = {'points': points, 'text': 'a,"b"\nc', 'pose.orientation.w': 1.0}
+    return make('visualization_msgs/msg/Marker', fields)
 
 
 @pytest.mark.parametrize('rows_in_memory', [1, 3, 2000])

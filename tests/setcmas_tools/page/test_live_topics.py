@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
+from nav_msgs.msg import Odometry
 
 from setcmas_tools.page.live import LiveRun
 from setcmas_tools.page.live_topics import LiveTopics
@@ -48,6 +49,28 @@ def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer,
     publisher.publish(Point32())
 
     begins(peer, viewed, state)
+
+
+def test_a_pose_that_cannot_be_used_is_not_shown(peer, viewed, state):
+    publisher = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
+    odometry = Odometry()
+    odometry.pose.pose.orientation.w = 0.0
+    peer.wait_for(lambda: peer.node.count_publishers('/tb3_1/odom'))
+    viewed.look()
+    peer.wait_for(publisher.get_subscription_count)
+    publisher.publish(odometry)
+    peer.spin(0.2)
+    viewed.take(1.0)
+    assert state.robots == []
+
+    odometry.pose.pose.orientation.w = 1.0
+    publisher.publish(odometry)
+
+    def is_shown():
+        viewed.take(2.0)
+        return state.robots == [1]
+
+    peer.wait_for(is_shown)
 
 
 def test_the_process_of_a_live_page_needs_no_matplotlib():

@@ -1,0 +1,60 @@
+import math
+
+import pytest
+from processes import CTRL
+
+pytest.importorskip('rclpy')
+
+from nav_msgs.msg import Odometry
+
+from setcmas_simu.ros import qos
+
+STAND = 'def control(i, n, p, t):\n    return 0, 0\n'
+
+
+class Driver:
+    """Publishes the odometry of robot 1 at 20 Hz."""
+
+    def __init__(self, peer, profile=qos.STATE):
+        self.odometry = Odometry()
+        self.odometry.pose.pose.orientation.w = 1.0
+        self._node = peer.node
+        self._publisher = None
+        self.restart(profile)
+        peer.node.create_timer(0.05, lambda: self._publisher.publish(self.odometry))
+
+    def restart(self, profile):
+        if self._publisher:
+            self._node.destroy_publisher(self._publisher)
+        self._publisher = self._node.create_publisher(Odometry, '/tb3_1/odom', profile)
+
+
+def test_best_effort_odometry_is_received(start, peer, script):
+    Driver(peer, qos.SENSOR)
+    commands = peer.cmd_vel(1)
+    start(*CTRL, '--algo', script(STAND), '--nb-robots', '1')
+
+    peer.wait_for(lambda: len(commands) > 2)
+
+
+def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, script):
+    driver = Driver(peer)
+    pose = driver.odometry.pose.pose
+    pose.position.x = math.nan
+    process = start(*CTRL, '--algo', script(STAND), '--nb-robots', '1')
+    unusable = 'waiting for the odometry of robot 1 (/tb3_1/odom); that of robot 1 cannot be used'
+    peer.wait_for(lambda: f'{unusable}: its pose is NaN or infinite' in process.output())
+
+    pose.position.x, pose.orientation.w = 0.0, 0.0
+    zero = 'its orientation is a zero quaternion'
+    peer.wait_for(lambda: f'{unusable}: {zero}' in process.output())
+    assert 'controlling' not in process.output()
+
+    pose.orientation.w = 1.0
+    peer.wait_for(lambda: 'controlling' in process.output())
+    pose.orientation.w = 0.0
+    peer.wait_for(lambda: f'robot 1: no valid odometry ({zero}) for' in process.output())
+
+    pose.orientation.w = 1.0
+    driver.restart(qos.SENSOR)
+    peer.wait_for(lambda: 'robot 1: odometry is back' in process.output())
