@@ -49,6 +49,7 @@ class GraphWatch:
         self._rivals: dict[int, str] = {}
         self._report_unconnected_at = 0.0
         self._contested: set[int] = set()
+        self._mixed: dict[int, str] = {}
         self._mixed_reported: set[int] = set()
         self._known = set(range(1, odometry.poses.shape[1] + 1))
         self._latecomers: set[int] = set()
@@ -116,28 +117,35 @@ class GraphWatch:
         if not self._unchecked and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
             self._unchecked = list(self._drivers)
-            self._unconnected, self._rivals = set(), {}
+            self._unconnected, self._rivals, self._mixed = set(), {}, {}
         some, self._unchecked = self._unchecked[:_MOST_CHECKS], self._unchecked[_MOST_CHECKS:]
         for driver in some:
             self._check_robot(driver, now)
         if some and not self._unchecked:
+            self._notice_mixed()
             self._notice_unconnected(now)
             self._notice_latecomers()
             self._notice_rivals()
 
     def _check_robot(self, driver: SiToUni, now: float) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
-        if not cmd_vel.follow_listeners():
+        connected = cmd_vel.follow_listeners()
+        if cmd_vel.mixed:
+            self._mixed[robot] = cmd_vel.mixed
+        elif not connected:
             self._unconnected.add(robot)
         if self._odometry.age(robot) > POSE_TIMEOUT_S:  # its driver may have restarted
             self._odometry.accept_best_effort([robot])
-        if cmd_vel.mixed and robot not in self._mixed_reported:
-            self._mixed_reported.add(robot)
-            self._warn(f'{cmd_vel.mixed}; choose with --cmd-vel-type')
         # A killed process stays in the graph for a while.
         is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
         if is_due and (names := cmd_vel.other_commanders(self._own)):
             self._rivals[robot] = names[0]
+
+    def _notice_mixed(self) -> None:
+        if new := [robot for robot in self._mixed if robot not in self._mixed_reported]:
+            self._mixed_reported |= set(new)
+            more = f' (and {len(new) - 1} more topics)' if len(new) > 1 else ''
+            self._warn(f'{self._mixed[new[0]]}{more}; choose with --cmd-vel-type')
 
     def _notice_unconnected(self, now: float) -> None:
         if self._unconnected != self._unconnected_before:
@@ -146,8 +154,8 @@ class GraphWatch:
         elif self._unconnected and now > self._report_unconnected_at:
             self._report_unconnected_at = math.inf
             self._warn(
-                f'nothing listens to cmd_vel of {robots_in_words(sorted(self._unconnected))}, '
-                'or only with another message type: commands do not arrive'
+                f'nothing listens to cmd_vel of {robots_in_words(sorted(self._unconnected))}: '
+                'commands do not arrive'
             )
 
     def _notice_latecomers(self) -> None:

@@ -119,7 +119,15 @@ class BridgeReports:
     def _check_graph(self, running_s: float) -> None:
         if running_s < _SILENT_AFTER_S:  # discovery takes time
             return
-        without_listener = [bridge.robot for _, bridge in self._robots if not bridge.robot_listens]
+        mixed = {one.robot: one.cmd_vel.mixed for _, one in self._robots if one.cmd_vel.mixed}
+        if mixed:
+            text = f'{next(iter(mixed.values()))} ({{}}); choose with --cmd-vel-type'
+            self._once('mixed', list(mixed), text)
+        without_listener = [
+            one.robot
+            for _, one in self._robots
+            if not one.robot_listens and one.robot not in mixed
+        ]
         if without_listener != self._silent:
             self._report_no_listener(without_listener)
         bridges = [bridge for _, bridge in self._robots]
@@ -140,8 +148,6 @@ class BridgeReports:
             'the base of {} listens to cmd_vel directly: remap it (docs/lab_setup.md)',
         )
         for mocap, bridge in self._robots:
-            if bridge.cmd_vel.mixed:
-                self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} ({{}})')
             if bridge.battery is not None and bridge.battery < LOW_PERCENT:
                 text = f'the battery of {{}} is at {bridge.battery:.0f} %: charge it'
                 self._once('battery', [bridge.robot], text)

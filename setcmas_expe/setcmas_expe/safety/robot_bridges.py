@@ -148,7 +148,7 @@ class CmdVelBridge:
             or (
                 ''
                 if self.robot_listens
-                else f'nothing listens to {self.topic}; is it switched on?'
+                else self.cmd_vel.mixed or f'nothing listens to {self.topic}; is it switched on?'
             )
             or disobeys
             or (IGNORES_ZERO if self.ignores_zero else '')

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -71,6 +71,11 @@ class Endpoint:
         """Whether the name of its node is known yet; DDS applications without ROS have none."""
         return not any(mark in self.full_name for mark in _NO_NAME)
 
+    @property
+    def name(self) -> str:
+        """The full name of its node, for messages."""
+        return self.full_name if self.is_known else 'a node without a name'
+
 
 def publishers(node: Node, topic: str) -> list[Endpoint]:
     """Return the publishers of a topic (full name)."""
@@ -135,7 +140,7 @@ def rival(node: Node, topic: str, allowed: Collection[bytes]) -> str:
 def strangers(node: Node, topic: str, allowed: Collection[bytes]) -> list[str]:
     """Return the names of a topic's publishers outside some processes."""
     return [
-        endpoint.full_name if endpoint.is_known else 'a node without a name'
+        endpoint.name
         for endpoint in publishers(node, topic)
         if endpoint.participant not in allowed
     ]
@@ -148,6 +153,50 @@ def _endpoint(info: TopicEndpointInfo) -> Endpoint:
         ROS_NAMES.get(info.topic_type, info.topic_type),
         bytes(info.endpoint_gid),
     )
+
+
+def type_name(kind: str) -> str:
+    """Return the name of a message class by its name in options; other names stay."""
+    return TYPES[kind].__name__ if kind in TYPES else kind
+
+
+class UnreadCommands:
+    """Finds senders of commands that never arrive, because the robots take another type."""
+
+    def __init__(self, node: Node, robots: Sequence[int], kind: str) -> None:
+        """Watch the command topics of robots that take a type, by its name in options."""
+        self._node = node
+        self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
+        self._kind = kind
+        self._suspects: set[bytes] = set()
+        self._reported: set[str] = set()
+
+    def look(self) -> None:
+        """Warn once of senders that were there at the last look, too: some change their type."""
+        types = dict(self._node.get_topic_names_and_types())
+        found = {
+            topic: sender
+            for topic in self._topics
+            if len(types.get(topic, ())) > 1
+            for sender in publishers(self._node, topic)
+            if sender.kind != self._kind and sender.node != topics.ZERO_COMMANDER_NODE
+        }
+        stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
+        self._suspects = {sender.gid for sender in found.values()}
+        if new := [topic for topic in stay if topic not in self._reported]:
+            self._reported |= set(new)
+            self._node.get_logger().warning(self._described(new, found[new[0]]))
+
+    def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
+        more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
+        other, own = type_name(sender.kind), type_name(self._kind)
+        start = (
+            f'start simu with --cmd-vel-type {sender.kind}, or ' if sender.kind in TYPES else ''
+        )
+        return (
+            f'{unread[0]}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
+            f'command arrives; {start}send {own}'
+        )
 
 
 class OnlySender:
@@ -176,7 +225,7 @@ _LAST_COMMAND_S = 0.3
 class CmdVelPublisher:
     """Commands one robot on a topic (full name).
 
-    `mixed` reports a listener that wants another type than the published one; None without one.
+    `mixed` reports a listener that takes another type than the published one; None without one.
     """
 
     def __init__(
@@ -195,7 +244,6 @@ class CmdVelPublisher:
         """
         self.mixed: str | None = None
         self._node = node
-        self._name = topics.robot_name(robot)
         self._frame = topics.robot_frame(robot)
         self.topic = topic
         self._odometry_topic = odometry_topic
@@ -225,8 +273,11 @@ class CmdVelPublisher:
         wanted = types_of_robot(self._node, found, self._odometry_topic)
         if self._auto and wanted:
             self._use_type(wanted)
-        others = [f'{node.node} wants {node.kind}' for node in found if node.kind != self._type]
-        self.mixed = f'{self._name} gets {self._type}, but {others[0]}' if others else None
+        others = [node for node in found if node.kind != self._type]
+        self.mixed = None
+        if others:
+            own, other = type_name(self._type), type_name(others[0].kind)
+            self.mixed = f'{self.topic} carries {own}, but {others[0].name} takes {other}'
         return any(endpoint.kind == self._type for endpoint in found)
 
     def other_commanders(self, own: bytes) -> list[str]:

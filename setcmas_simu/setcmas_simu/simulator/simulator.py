@@ -17,6 +17,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
 from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -76,7 +77,13 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     stepper.on_failure = process.launcher.report
     guard.refuse_second_simulator()
     process.add(node)
-    stepper.housekeeping = guard.warn_of_latecomers
+    unread = UnreadCommands(node, simulated.robots, options.cmd_vel_type)
+
+    def look_around() -> None:
+        guard.warn_of_latecomers()
+        unread.look()
+
+    stepper.housekeeping = look_around
     stepper.log_robots()
     models = [robot.model for robot in robots]
     loop: LockstepLoop | StepLoop

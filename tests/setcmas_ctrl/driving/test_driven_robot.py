@@ -71,7 +71,17 @@ def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
     process = start(*CTRL, '--algo', 'nav_wp')
 
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
-    process.wait_for_output('tb3_1 gets twist, but peer wants twist_stamped')
+    process.wait_for_output('/tb3_1/cmd_vel carries Twist, but /peer takes TwistStamped')
+
+
+def test_a_chosen_type_that_robots_do_not_take_is_reported_once(start, law):
+    start(*SIMU, '--nb-robots', '3', '--cmd-vel-type', 'twist').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', law, '--cmd-vel-type', 'twist_stamped')
+
+    process.wait_for_output(
+        '/tb3_1/cmd_vel carries TwistStamped, but /virtual_robots takes Twist '
+        '(and 2 more topics); choose with --cmd-vel-type'
+    )
 
 
 def test_it_says_when_nothing_listens_to_the_commands(start, peer):

@@ -1,5 +1,7 @@
 import math
 import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ from visualization_msgs.msg import Marker
 
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import colour
+
+FOREIGN = Path(__file__).parents[2] / 'setcmas_expe' / 'scripts'
 
 
 def test_odometry_pose_and_marker_of_every_robot(start, peer):
@@ -111,6 +115,29 @@ def test_a_command_that_its_sender_cut_short_is_ignored(start, peer):
     publisher.publish(twist_stamped(0.5, 0.0))
 
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
+
+
+def test_a_sender_of_the_other_type_is_reported_once(start, peer):
+    simulator = start(*SIMU, '--nb-robots', '2')
+    for robot in (1, 2):
+        peer.node.create_publisher(Twist, f'/tb3_{robot}/cmd_vel', 10)
+
+    simulator.wait_for_output(
+        '/tb3_1/cmd_vel and 1 more: /peer sends Twist, but the robot takes TwistStamped, so no '
+        'command arrives; start simu with --cmd-vel-type twist, or send TwistStamped'
+    )
+
+
+@pytest.mark.nightly
+def test_so_is_a_sender_without_ros(start, domain):
+    pytest.importorskip('cyclonedds')
+    simulator = start(*SIMU, '--nb-robots', '1', '--cmd-vel-type', 'twist')
+    start(sys.executable, str(FOREIGN / 'foreign_rogue.py'), str(domain))
+
+    simulator.wait_for_output(
+        '/tb3_1/cmd_vel: a node without a name sends TwistStamped, but the robot takes Twist, so '
+        'no command arrives; start simu with --cmd-vel-type twist_stamped, or send Twist'
+    )
 
 
 def test_a_robot_can_listen_to_plain_twist(start, peer):
