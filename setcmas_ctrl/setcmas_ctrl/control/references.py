@@ -6,8 +6,9 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import msgspec
 import numpy as np
 
 from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, short_repr
@@ -35,6 +36,18 @@ TASKS = PluginGroup('setcmas.tasks', 'task', instance_of(TaskNames))
 """Installed tasks; each is imported when a law names it."""
 
 
+_Numbers = list[int | float]
+_Value = int | float | list[int | float | list[int | float | _Numbers]]
+
+
+class TaskMessage(msgspec.Struct, frozen=True):
+    """Message on /task: name of the task, and its references, numbers and lists of numbers."""
+
+    task: str
+    values: dict[str, _Value]
+    version: Literal[1] = 1
+
+
 @dataclass(frozen=True)
 class References:
     """The goal of the robots.
@@ -47,24 +60,24 @@ class References:
     task: str
     values: dict[str, Any] = field(default_factory=dict)
 
-    def encoded(self) -> str:
-        """Return a line of JSON."""
-        return json.dumps(asdict(self), ensure_ascii=False, separators=(',', ':'))
+    def encoded(self, **more: object) -> str:
+        """Return a line of JSON, with more entries if given."""
+        return json.dumps(asdict(self) | more, ensure_ascii=False, separators=(',', ':'))
 
     @classmethod
     def decoded(cls, text: str) -> References:
         """Read the references from a line of JSON.
 
         Raises:
-            ValueError: The line is invalid.
+            ValueError: The line does not fit the schema of a TaskMessage.
         """
-        try:
-            match json.loads(text):
-                case {'task': str(task), 'values': dict(values)}:
-                    return cls(task, values)
-        except RecursionError as error:
-            raise ValueError('its references are too deep') from error
-        raise ValueError('it has no task with references')
+        message = msgspec.json.decode(text, type=TaskMessage)
+        return cls(message.task, dict(message.values))
+
+
+def not_understood(error: ValueError) -> str:
+    """Return a warning about a message on /task that does not fit the schema."""
+    return f'/task is not understood and ignored: {error}; see docs/schemas/task-1.json'
 
 
 def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:

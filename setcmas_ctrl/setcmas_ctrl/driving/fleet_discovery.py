@@ -54,26 +54,36 @@ def wait_until(
 def wait_for_fleet(process: RosProcess, node: FleetNode, listener: FleetListener) -> int:
     """Wait until all processes with robots have announced them.
 
+    If something announces them in a way that is not understood, their odometry counts.
+
     Returns:
         Size of the fleet; 0 if the process must stop.
     """
-    changed, nb_announcements = time.monotonic(), 0
+    changed, seen = time.monotonic(), (0, [0])
 
     def is_known() -> bool:
-        nonlocal changed, nb_announcements
-        announcements = listener.take()
-        if len(announcements) != nb_announcements:
-            changed, nb_announcements = time.monotonic(), len(announcements)
+        nonlocal changed, seen
+        nb_announcements = len(listener.take())
+        is_unread = listener.unread and listener.is_useless
+        robots = robots_with_odometry(node) if is_unread else []
+        if (nb_announcements, robots) != seen:
+            changed, seen = time.monotonic(), (nb_announcements, robots)
         # A killed process stays in the graph for a while and will not announce anything.
         is_settled = time.monotonic() - changed >= _SETTLED_S
-        return nb_announcements > 0 and (listener.announced_by_all or is_settled)
+        if nb_announcements:
+            return listener.announced_by_all or is_settled
+        return bool(robots) and is_settled
 
     text = (
         f'waiting for a fleet: no announcement on {node.full_name(topics.FLEET)}; is setcmas simu '
         'running in the same ROS domain and namespace? Robots of other simulators need --nb-robots'
     )
     warn = node.get_logger().warning
-    return listener.nb_robots if wait_until(process, is_known, lambda: warn(text)) else 0
+    if not wait_until(process, is_known, lambda: warn(text)):
+        return 0
+    if not listener.nb_robots:
+        warn(f'the fleet is taken from odometry: {robots_in_words(seen[1])}')
+    return listener.nb_robots or max(seen[1])
 
 
 def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
@@ -99,8 +109,8 @@ def wait_for_announcement(
 
     def is_known() -> bool:
         # Whoever has discovered the odometry of a simulator has also discovered its announcer.
-        none_announces = node.count_publishers(topics.FLEET) == 0
-        return bool(listener.take()) or (none_announces and bool(robots_with_odometry(node)))
+        announced = bool(listener.take())
+        return announced or (listener.is_useless and bool(robots_with_odometry(node)))
 
     text = (
         f'waiting for the odometry of {robots_in_words([*range(1, nb_robots + 1)])} '

@@ -1,12 +1,16 @@
-"""Announcement of robots: who has them, their models, and their simulated time."""
+"""Announcement of robots on /fleet: who has them, their models, and their simulated time."""
 
 from __future__ import annotations
 
 import enum
 import os
 import socket
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
+
+from setcmas_simu.fleet.topics import MAX_ROBOTS
 
 
 class Kind(enum.Enum):
@@ -30,18 +34,21 @@ class Source(msgspec.Struct, frozen=True):
 class Lockstep(msgspec.Struct, frozen=True, tag=True):
     """Simulated time that advances once every follower has answered, for nb_steps if given."""
 
-    robot_rate: float
-    nb_steps: int | None = None
+    robot_rate: Annotated[float, Meta(gt=0, description='steps per simulated second')]
+    nb_steps: Annotated[int, Meta(ge=0)] | None = None
 
 
 class Scaled(msgspec.Struct, frozen=True, tag=True):
     """Simulated time at `rtf` s per real second; it begins at `begin` (s) of the system clock."""
 
-    rtf: float
+    rtf: Annotated[float, Meta(gt=0)]
     begin: float
 
 
 SimulatedTime = Lockstep | Scaled
+
+
+_Robot = Annotated[int, Meta(ge=1, le=MAX_ROBOTS)]
 
 
 class Announcement(msgspec.Struct, frozen=True):
@@ -50,11 +57,12 @@ class Announcement(msgspec.Struct, frozen=True):
     Models are names or scripts, empty if all are unicycles; a time of None is the system clock.
     """
 
-    nb_robots: int
-    robots: tuple[int, ...]
+    nb_robots: Annotated[_Robot, Meta(description='size of the whole fleet')]
+    robots: Annotated[tuple[_Robot, ...], Meta(description='sorted numbers')]
     source: Source
-    models: tuple[str, ...] = ()
+    models: Annotated[tuple[str, ...], Meta(description='one per robot')] = ()
     time: SimulatedTime | None = None
+    version: Literal[1] = 1
 
 
 def own_source(kind: Kind, process: int | None = None) -> Source:
@@ -67,9 +75,6 @@ def encode(announcement: Announcement) -> str:
     return msgspec.json.encode(announcement).decode()
 
 
-def decode(text: str) -> Announcement | None:
-    """Return the announcement in a text; None if it is malformed."""
-    try:
-        return msgspec.json.decode(text, type=Announcement)
-    except msgspec.DecodeError:
-        return None
+def decode(text: str) -> Announcement:
+    """Return the announcement in a text; raise ValueError if it does not fit the schema."""
+    return msgspec.json.decode(text, type=Announcement)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import String
 
 from setcmas_simu.fleet import topics
@@ -46,14 +47,22 @@ class FleetAnnouncer:
         self._publisher.publish(String(data=encode(announcement)))
 
 
+_TYPE = 'std_msgs/msg/String'
+
+
 class FleetListener:
-    """Keeps the newest announcement of each process; calls `on_change` after each one."""
+    """Keeps the newest announcement of each process; calls `on_change` after each one.
+
+    `unread` has the reasons why messages or publishers are ignored; each gives a warning.
+    """
 
     def __init__(self, node: Node) -> None:
         """Subscribe through a node; `take` takes new announcements."""
         self._node = node
         self.by_source: dict[Source, Announcement] = {}
-        self._was_there = False
+        self.unread: list[str] = []
+        self._unread_texts: set[str] = set()
+        self._nb_publishers = self._nb_announcers = 0
         self.on_change: Callable[[], None] = lambda: None
         self._topic = PolledTopic(node, String, topics.FLEET, self._on_text, qos.LATCHED_BY_MANY)
 
@@ -83,20 +92,51 @@ class FleetListener:
 
     @property
     def announced_by_all(self) -> bool:
-        """Whether all publishers of the topic have announced their robots; true if none exists."""
-        announcers: int = self._node.count_publishers(topics.FLEET)
-        return announcers <= len(self.by_source)
+        """Whether all publishers have announced their robots or sent what is not understood."""
+        return self._nb_announcers <= len(self.by_source) + len(self._unread_texts)
+
+    @property
+    def is_useless(self) -> bool:
+        """Whether nothing announces robots, or only in a way that is not understood."""
+        return not self.by_source and self.announced_by_all
 
     def take(self) -> Mapping[Source, Announcement]:
         """Take new announcements and return all; forget those of processes that are gone."""
         self._topic.take()
-        is_there = self._node.count_publishers(topics.FLEET) > 0
-        if self._was_there and not is_there:
-            self.by_source.clear()
-        self._was_there = is_there
+        nb_publishers: int = self._node.count_publishers(topics.FLEET)
+        if nb_publishers != self._nb_publishers:
+            self._look_at_publishers()
+            if nb_publishers == 0:
+                self.by_source.clear()
+                self._unread_texts.clear()
+            self._nb_publishers = nb_publishers
         return self.by_source
 
+    def _look_at_publishers(self) -> None:
+        """Count the publishers that can announce robots, and report the others."""
+        self._nb_announcers = 0
+        for info in self._node.get_publishers_info_by_topic(topics.FLEET):
+            latched = info.qos_profile.durability != DurabilityPolicy.VOLATILE
+            if info.topic_type == _TYPE and latched:
+                self._nb_announcers += 1
+            else:
+                how = 'latched' if latched else 'volatile'
+                self._ignore(f'a {how} publisher of {info.topic_type}')
+
     def _on_text(self, message: String) -> None:
-        if announcement := decode(message.data):
+        try:
+            announcement = decode(message.data)
+        except ValueError as error:
+            self._ignore(str(error))
+            self._unread_texts.add(message.data)
+        else:
             self.by_source[announcement.source] = announcement
             self.on_change()
+
+    def _ignore(self, reason: str) -> None:
+        if reason not in self.unread:
+            self.unread.append(reason)
+            self._node.get_logger().warning(
+                f'ignored on {topics.FLEET}: {reason}; announcements are latched {_TYPE}, '
+                'described in docs/schemas/fleet-1.json'
+            )

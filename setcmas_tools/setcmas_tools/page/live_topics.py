@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -22,7 +21,7 @@ from std_msgs.msg import Bool, Empty, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.communication.graph import with_known_rows
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.control.references import References, not_understood
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
@@ -186,8 +185,10 @@ class LiveTopics:
         self._run.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
 
     def _on_task(self, message: String) -> None:
-        with suppress(ValueError):
+        try:
             self._run.task = References.decoded(message.data).task
+        except ValueError as error:
+            self._node.get_logger().warning(not_understood(error))
 
     def _on_pause(self, message: Bool) -> None:
         self._run.states.requested = message.data

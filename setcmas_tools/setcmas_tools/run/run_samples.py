@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.control.references import References, not_understood
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -251,6 +250,7 @@ class RunSamples:
         self._commands, self._allowed = array('d'), array('d')
         self._drawings = law_output.DrawingRecord()
         self._references: References | None = None
+        self.notices: list[str] = []
         self._safety: list[law_output.SafetyRow] = []
         self._changes: list[ParameterChange] = []
 
@@ -314,8 +314,10 @@ class RunSamples:
         return [replace(one, t=round(one.t - start, 6)) for one in self._changes]
 
     def _take_task(self, _: int, message: Any) -> None:
-        with suppress(ValueError):  # a task of another program
+        try:
             self._references = References.decoded(message.data)
+        except ValueError as error:  # of another program
+            self.notices = [not_understood(error)]
 
     def _take_parameters(self, time_ns: int, message: Any) -> None:
         for parameter in message.changed_parameters:
@@ -370,7 +372,7 @@ def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') 
         samples = RunSamples(bag.topics, odometry_topic)
         # `convert` reports the messages that cannot be decoded.
         bag.deliver({topic: samples.collectors(topic) for topic in bag.topics})
-        for notice in bag.notices:
+        for notice in [*bag.notices, *samples.notices]:
             warn(notice)
     if tables := samples.tables():
         check_extent(tables.fleet, path)

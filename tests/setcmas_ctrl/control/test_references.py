@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import pytest
+from message_schemas import fits
 
 from setcmas_ctrl.control.references import References, references_of, references_of_fleet
 from setcmas_ctrl.scripts.loader import load_script
@@ -87,10 +88,30 @@ def test_the_first_law_that_declares_a_task_counts():
     )
 
 
-@pytest.mark.parametrize('text', ['', '3', '{}', '{"task": 3, "values": {}}', '{"task": "a", "v'])
-def test_messages_of_other_nodes_are_no_task(text):
-    with pytest.raises(ValueError, match=r'Expecting|Unterminated|no task'):
+STRANGE = [
+    '',
+    '3',
+    '{}',
+    '{"task": 3, "values": {}}',
+    '{"task": "a", "v',
+    '{"task": "a", "values": {"D": "far"}}',
+    '{"task": "a", "values": {}, "version": 2}',
+]
+
+
+@pytest.mark.parametrize('text', STRANGE)
+def test_messages_of_other_nodes_fit_neither_the_reader_nor_the_published_schema(text):
+    with pytest.raises(ValueError, match=r'Expected|truncated|missing|Invalid'):
         References.decoded(text)
+    assert not fits('task-1', text)
+
+
+def test_tasks_fit_the_published_schema():
+    references = References('waypoints', {'WPL': [[1.0, 2.0], [3, 4]], 'D': 2.5})
+    message = references.encoded(version=1)
+
+    assert References.decoded(message) == references
+    assert fits('task-1', message)
 
 
 @pytest.mark.parametrize('nb_robots', [1, 5, 12])

@@ -6,7 +6,8 @@ from processes import CTRL, SIMU
 pytest.importorskip('rclpy')
 
 from nav_msgs.msg import Odometry
-from std_msgs.msg import String
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Int32, String
 
 from setcmas_simu.fleet.announcement import Announcement, Kind, Source, encode
 from setcmas_simu.ros import qos
@@ -51,6 +52,45 @@ def test_an_announced_fleet_is_controlled_whole_however_slowly_it_is_discovered(
 
     peer.wait_for(lambda: 'controlling' in process.output())
     assert 'controlling robots 1-5' in process.output()
+
+
+VOLATILE = QoSProfile(depth=1)
+STRANGE = {
+    'JSON is malformed': (String(data='hello'), qos.LATCHED),
+    'Invalid enum value 2': (
+        String(data=encode(Announcement(2, (1, 2), Source(Kind.LAB, 'a', 1))).replace('1}', '2}')),
+        qos.LATCHED,
+    ),
+    'a volatile publisher of std_msgs/msg/Int32': (Int32(), VOLATILE),
+    'a volatile publisher of std_msgs/msg/String': (String(data='hello'), VOLATILE),
+}
+
+
+@pytest.mark.parametrize(
+    ('reason', 'options'),
+    [
+        ('JSON is malformed', ()),
+        *(
+            pytest.param(reason, options, marks=pytest.mark.nightly)
+            for reason in STRANGE
+            for options in [(), ('--nb-robots', '2')]
+        ),
+    ],
+)
+def test_a_strange_announcement_is_reported_and_odometry_counts(
+    start, peer, script, reason, options
+):
+    message, profile = STRANGE[reason]
+    publisher = peer.node.create_publisher(type(message), '/fleet', profile)
+    publisher.publish(message)
+    SlowFleet(peer, 2)
+    process = start(*CTRL, '--algo', script(STAND), *options)
+
+    peer.wait_for(lambda: 'controlling robots 1-2' in process.output())
+    assert process.output().count('ignored on /fleet: ') == 1
+    assert reason in process.output()
+    taken = 'the fleet is taken from odometry: robots 1-2'
+    assert options or taken in process.output()
 
 
 def test_robots_that_are_announced_later_are_named(start, script):

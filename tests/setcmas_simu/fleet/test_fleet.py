@@ -1,10 +1,14 @@
+import msgspec
 import numpy as np
 import pytest
+from message_schemas import fits
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import (
     Announcement,
     Kind,
+    Lockstep,
+    Scaled,
     Source,
     decode,
     encode,
@@ -25,9 +29,28 @@ def test_fields_that_a_later_version_adds_do_no_harm():
     assert decode(encode(FIRST).replace('{', '{"colour":"red",', 1)) == FIRST
 
 
-@pytest.mark.parametrize('text', ['', 'hello', '{}', '{"nb_robots":3}', '[1]'])
-def test_other_texts_are_none(text):
-    assert decode(text) is None
+STRANGE = [
+    '',
+    'hello',
+    '{}',
+    '{"nb_robots":3}',
+    '[1]',
+    encode(FIRST).replace('"version":1', '"version":2'),
+    encode(FIRST).replace('[1,2,3,4]', '[0]'),
+    encode(FIRST).replace('simulator', 'moon'),
+]
+
+
+@pytest.mark.parametrize('text', STRANGE)
+def test_other_texts_fit_neither_the_reader_nor_the_published_schema(text):
+    with pytest.raises(ValueError, match=r'Expected|missing|malformed|truncated|Invalid'):
+        decode(text)
+    assert not fits('fleet-1', text)
+
+
+@pytest.mark.parametrize('time', [None, Lockstep(10.0, 600), Scaled(5.0, 1e9)])
+def test_announcements_fit_the_published_schema(time):
+    assert fits('fleet-1', encode(msgspec.structs.replace(FIRST, time=time)))
 
 
 def test_a_source_is_described_in_words():

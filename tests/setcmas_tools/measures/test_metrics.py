@@ -143,6 +143,16 @@ def test_a_bag_is_measured_as_its_csv_files_are(tmp_path, make, write_bag, capsy
     assert (tmp_path / 'lab_metrics.yaml').is_file()
 
 
+def test_a_strange_task_in_a_bag_is_reported(tmp_path, make, write_bag, capsys):
+    odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
+    messages = [('/tb3_1/odom', i / 10, odometry) for i in range(20)]
+    messages.append(('/task', 0.0, make('std_msgs/msg/String', {'data': '{"task": 3}'})))
+
+    assert main(['metrics', str(write_bag(tmp_path / 'bag', messages))]) == 0
+    reported = '/task is not understood and ignored: Expected `str`, got `int` - at `$.task`'
+    assert reported in capsys.readouterr().err
+
+
 def test_a_bag_without_robots(tmp_path, write_bag, points, capsys):
     assert main(['metrics', str(write_bag(tmp_path / 'bag', points))]) == 2
     assert 'holds no odometry of robots' in capsys.readouterr().err

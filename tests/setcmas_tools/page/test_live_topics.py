@@ -7,7 +7,9 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
+from std_msgs.msg import String
 
+from setcmas_simu.ros import qos
 from setcmas_tools.page.live import LiveRun
 from setcmas_tools.page.live_topics import LiveTopics
 
@@ -71,6 +73,20 @@ def test_a_pose_that_cannot_be_used_is_not_shown(peer, viewed, state):
         return state.robots == [1]
 
     peer.wait_for(is_shown)
+
+
+def test_a_strange_task_is_reported(peer, viewed, state, capfd):
+    publisher = peer.publisher(String, '/task', qos=qos.LATCHED)
+    publisher.publish(String(data='sweep'))
+    shown = []
+
+    def is_reported():
+        viewed.take(1.0)
+        shown.append(capfd.readouterr().err)
+        return '/task is not understood and ignored: JSON is malformed' in ''.join(shown)
+
+    peer.wait_for(is_reported)
+    assert state.task == ''
 
 
 def test_the_process_of_a_live_page_needs_no_matplotlib():
