@@ -17,6 +17,7 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
 from setcmas_simu.limited_file import read_limited
 from setcmas_tools.bags.bag_limits import decompress_file, too_large, zstd_content
 from setcmas_tools.bags.bag_sources import BagSource, IndexedSource, McapSource, one_line
@@ -158,7 +159,7 @@ class BagTopic:
 
 
 Taker = Callable[[int, Any], None]
-"""Takes the time of a message in ns from the bag's start, and the message."""
+"""Takes the time of a message in ns from t = 0 of the run, and the message."""
 
 Message = tuple[BagTopic, int, bytes]
 """Topic, receive time in ns, and the serialised message."""
@@ -212,7 +213,7 @@ class Bag:
         """
         most = left = sum(source.most_bytes for source in self._sources)
         for source in self._sources:
-            topics = {c.id: self._topics.get(_key(c)) for c in source.connections}
+            by_id = {c.id: self._topics.get(_key(c)) for c in source.connections}
             for connection, time_ns, content in source.messages():
                 data = _decompressed(content) if self._compressed else content
                 left -= len(data)
@@ -220,16 +221,17 @@ class Bag:
                     raise too_large(
                         self._path, 'more bytes of messages than its size allows', most
                     )
-                if topic := topics[connection.id]:
+                if topic := by_id[connection.id]:
                     yield topic, time_ns, data
 
     def deliver(
-        self, takers: Mapping[BagTopic, Sequence[Taker]], shown: Progress = iter
+        self, takers: Mapping[BagTopic, Sequence[Taker]], zero_ns: int, shown: Progress = iter
     ) -> list[str]:
         """Decode the messages of some topics, and hand them to functions.
 
         Args:
             takers: The functions by topic; a topic without any is not decoded.
+            zero_ns: The receive time that is t = 0.
             shown: Shows the progress of an iterator.
 
         Returns:
@@ -242,7 +244,7 @@ class Bag:
                 try:
                     message = topic.type.decode(data)
                     for take in own:
-                        take(time_ns - self.start_ns, message)
+                        take(time_ns - zero_ns, message)
                 except UndecodableError as error:
                     wrong[topic] = wrong.get(topic, 0) + 1
                     lines[topic] = (
@@ -250,6 +252,31 @@ class Bag:
                         f'left out, their bytes are not a {topic.type.name} ({error})'
                     )
         return [lines[topic] for topic in self.topics if topic in lines]
+
+    def first_command(self, names: Mapping[str, str]) -> int:
+        """Return the time of the first command in ns, else of the first message.
+
+        In an experiment, where zeros are sent from the beginning, it is its start.
+
+        Args:
+            names: Topics by their names in the bag, for robots with names of their own.
+        """
+        # A recording of `setcmas play` has no commands but the velocities that laws returned.
+        kinds = (topics.CMD_VEL, topics.CMD_CART_VEL)
+        commands = next(filter(None, (self._of_robots(kind, names) for kind in kinds)), set())
+        pauses = {topic for topic in self.topics if topic.name == topics.PAUSED}
+        first: int | None = None
+        for topic, time_ns, data in self.messages() if commands or pauses else ():
+            if topic in commands and first is None:
+                first = time_ns
+            if (first is not None and not pauses) or (topic in pauses and _is_false(topic, data)):
+                return time_ns
+        return self.start_ns if first is None else first
+
+    def _of_robots(self, kind: str, names: Mapping[str, str]) -> set[BagTopic]:
+        named = ((topic, names.get(topic.name, topic.name)) for topic in self.topics)
+        robots = ((topic, name, topics.robot_of(name)) for topic, name in named)
+        return {topic for topic, name, i in robots if i and name == topics.robot_topic(i, kind)}
 
     def _resolve(self) -> dict[tuple[str, str], BagTopic]:
         connections: dict[tuple[str, str], Connection] = {}
@@ -259,7 +286,7 @@ class Bag:
             connections.setdefault(_key(connection), connection)
             counts[_key(connection)] += connection.msgcount
         types = BagTypes()
-        topics = {}
+        found = {}
         for key, connection in connections.items():
             try:
                 message_type = types.resolve(connection)
@@ -269,8 +296,8 @@ class Bag:
             else:
                 offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
                 derived = connection.msgdef.data.startswith(DERIVED)
-                topics[key] = BagTopic(key[0], message_type, counts[key], derived, tuple(offered))
-        return {key: topic for key, topic in topics.items() if topic.count}
+                found[key] = BagTopic(key[0], message_type, counts[key], derived, tuple(offered))
+        return {key: topic for key, topic in found.items() if topic.count}
 
 
 @contextlib.contextmanager
@@ -290,6 +317,12 @@ def open_bag(path: Path) -> Iterator[Bag]:
         except OSError as error:
             raise SetcmasError(f"bag '{path}' cannot be read: {error.strerror}") from error
         yield bag
+
+
+def _is_false(topic: BagTopic, data: bytes) -> bool:
+    with contextlib.suppress(UndecodableError, AttributeError):  # damaged, or of another type
+        return not topic.type.decode(data).data
+    return False
 
 
 def _decompressed(message: bytes) -> bytes:

@@ -117,10 +117,9 @@ class IndexedSource:
                 yield entry
         except Exception as error:  # a damaged file makes any of several libraries fail
             reason = one_line(error)
-        if read.count < self.extent.count:
-            self.notices.append(
-                f"'{self._path}' is damaged ({reason}): {read} of {self.extent.count:,} were read"
-            )
+        notice = f"'{self._path}' is damaged ({reason}): {read} of {self.extent.count:,} were read"
+        if read.count < self.extent.count and notice not in self.notices:
+            self.notices.append(notice)
 
     def close(self) -> None:
         """Release the file."""
@@ -134,10 +133,20 @@ _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinition
 _HEAD = struct.Struct('<BQ')  # kind and length of a record
 _MESSAGE = struct.Struct('<HIQQ')  # channel, number, time of arrival, time of sending
 _LARGEST_OVERLAP = 2**29
+_INDEXES = (Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX)
 _TIME = itemgetter(1)
 
 Raw = tuple[int, int, bytes]
 """Number of the channel, receive time in ns, and the serialised message."""
+
+
+class _Records(StreamReader):
+    """Records of a file; those of its index, one for each topic and chunk, are not parsed."""
+
+    def _read_record(self, opcode: int, length: int) -> Any:
+        if opcode not in _INDEXES:
+            return super()._read_record(opcode, length)
+        return self._stream.read(length)
 
 
 class McapSource:
@@ -157,16 +166,13 @@ class McapSource:
         self._channels: dict[int, Channel] = {}
         self._good_end = 0
         self._data_ended = False
-        self._damaged_chunks = 0
+        self._damaged: list[Chunk] = []
         self._claimed = 0
-        self._failed = False
         self._was_cut = False
         self.most_bytes = largest_content(path)
-        self.extent = Extent()
-        counts: Counter[int] = Counter()
-        for channel, time_ns, _ in self._scan():
-            counts[channel] += 1
-            self.extent.add(time_ns)
+        counts = self._counts()
+        if self._damaged:  # the end of the file repeats the topics that a lost chunk defined
+            counts = self._counts()
         self.connections = [self._connection(c, counts[c.id]) for c in self._channels.values()]
         self.notices = list(self._losses())
 
@@ -180,14 +186,23 @@ class McapSource:
     def close(self) -> None:
         """Do nothing: the file is open only while it is scanned."""
 
+    def _counts(self) -> Counter[int]:
+        self.extent = Extent()
+        counts: Counter[int] = Counter()
+        for channel, time_ns, _ in self._scan():
+            counts[channel] += 1
+            self.extent.add(time_ns)
+        return counts
+
     def _scan(self) -> Iterator[Raw]:
         size = self._path.stat().st_size
-        self._damaged_chunks = 0
+        self._damaged = []
+        self._failed = False
         total = overlap = 0
         waiting: list[Raw] = []  # the next chunk may have earlier messages
         with self._path.open('rb') as stream:
             # A cut record may exceed its file; a larger claim is garbage.
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_RECORD)
+            reader = _Records(stream, emit_chunks=True, record_size_limit=LARGEST_RECORD)
             try:
                 for record in reader.records:
                     if isinstance(record, Chunk):
@@ -238,7 +253,7 @@ class McapSource:
                 elif kind == Opcode.CHANNEL:
                     self._note(Channel.read(ReadDataStream(BytesIO(data[begin:end]))))
         except Exception:  # of any of the decompressors
-            self._damaged_chunks += 1
+            self._damaged.append(chunk)
             return []
         return [one for one in found if one[0] in self._channels]
 
@@ -267,10 +282,19 @@ class McapSource:
             self,
         )
 
+    def _lost(self) -> str:
+        number = len(self._damaged)
+        if number > 1:
+            return f'{number} chunks with a wrong checksum or size are'
+        (chunk,) = self._damaged
+        begin, end = chunk.message_start_time, chunk.message_end_time
+        start = min(begin, self.extent.start_ns) if self.extent.count else begin
+        times = f'{(begin - start) / 1e9:.1f} to {(end - start) / 1e9:.1f} s'
+        return f'a chunk with a wrong checksum or size, {times}, is'
+
     def _losses(self) -> Iterator[str]:
-        if self._damaged_chunks:
-            chunks = 'chunk was' if self._damaged_chunks == 1 else 'chunks were'
-            yield f"'{self._path}': {self._damaged_chunks} damaged {chunks} left out"
+        if self._damaged:
+            yield f"'{self._path}' is damaged: {self._lost()} left out; {self.extent} were read"
         elif self.extent.count < self._claimed:
             yield f"'{self._path}' is damaged: {self.extent} of {self._claimed:,} were read"
         missing = self._path.stat().st_size - self._good_end

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from os import SEEK_END
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, cast
+from zlib import crc32
 
 from rosbags.interfaces import (
     Connection,
@@ -27,6 +29,19 @@ from setcmas_tools.bags.bag import DERIVED
 from setcmas_tools.bags.message_types import Definition, MessageDefinitions
 
 _BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
+_CHECKSUM_AT = 9 + 24  # of a chunk: after kind, length, two times and a size
+
+
+class _StorageWriter(McapWriter):
+    """Writes the checksum of each chunk, which rosbags leaves out."""
+
+    def close_chunk(self) -> None:
+        """Write the chunk; of a process killed meanwhile it is whole, without its checksum."""
+        begin, checksum = self.bio.tell(), crc32(self.chunk.bio.getbuffer())
+        super().close_chunk()
+        self.bio.seek(begin + _CHECKSUM_AT)
+        self.bio.write(checksum.to_bytes(4, 'little'))
+        self.bio.seek(0, SEEK_END)
 
 
 class BagWriter:
@@ -56,6 +71,7 @@ class BagWriter:
         self.types: dict[str, str] = {}
         try:
             self._writer = Writer(path, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
+            self._writer.STORAGE_PLUGINS = {StoragePlugin.MCAP: _StorageWriter}
             self._writer.open()
             self._write_out()
         except WriterError as error:

@@ -246,7 +246,7 @@ class TopicTable:
         self._lengths: list[tuple[int, Lengths]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
-        """Add the row of a message received `time_ns` after the bag's start.
+        """Add the row of a message received `time_ns` after t = 0.
 
         Raises:
             OSError: The file cannot be written.

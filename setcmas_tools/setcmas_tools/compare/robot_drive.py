@@ -129,15 +129,13 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
             takers[topic] = [taker for taker in own_takers if taker]
             if topic.name in twists:
                 takers[topic].append(partial(_take_twist, twists[topic.name]))
-        bag.deliver(takers)
+        bag.deliver(takers, bag.first_command({}))
         for notice in bag.notices:
             warn(notice)
     table, own = seen.table(), wheels.table() if has_mocap else None
     if table is None:
         return {}
     rows = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items()}
-    for row in rows.values():
-        row[0] -= seen.start_ns / 1e9
     return {
         robot: drive
         for robot in table.robots

@@ -108,7 +108,8 @@ def _write_files(
         for topic, name in zip(topics, names, strict=True)
     }
     takers = {topic: [file.add, *samples.collectors(topic)] for topic, file in files.items()}
-    undecodable = bag.deliver(takers, partial(_with_progress, bag.count))
+    zero_ns = bag.first_command(samples.names)
+    undecodable = bag.deliver(takers, zero_ns, partial(_with_progress, bag.count))
     written = [file for file in files.values() if file.nb_rows]
     for file in written:
         file.finish()

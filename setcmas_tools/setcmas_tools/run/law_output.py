@@ -176,14 +176,9 @@ class DrawingRecord:
         """Add a sphere to a trail, now."""
         self._drawings.append(Drawing(self.t, robot, name, TRAIL, sphere))
 
-    def drawings(self, start: float = 0.0) -> list[Drawing]:
-        """Return the drawings, sorted by time, then robot.
-
-        Args:
-            start: The time that is t = 0, in s.
-        """
-        moved = [d._replace(t=d.t - start) for d in self._drawings] if start else self._drawings
-        return sorted(moved, key=itemgetter(0, 1))
+    def drawings(self) -> list[Drawing]:
+        """Return the drawings, sorted by time, then robot."""
+        return sorted(self._drawings, key=itemgetter(0, 1))
 
 
 class DrawnOverTime:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,7 @@ _NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
 
 
 class FleetSamples:
-    """Collects odometry of each robot and the time of the first command.
+    """Collects odometry of each robot.
 
     Odometry of motion capture replaces the robot's own, which drifts.
     """
@@ -46,59 +45,28 @@ class FleetSamples:
             bag_topics: Names and types of the topics that have messages.
         """
         self._rows = array('d')
-        self._first_command_ns: int | None = None
-        self._first_go_ns: int | None = None
         self._odometry: dict[int, str] = {}
-        named = sorted(bag_topics)
-        # A recording of `setcmas play` has no commands but the velocities that laws returned.
-        commanded = any(_robot_of(name, topics.CMD_VEL) for name, _ in named)
-        self._command = topics.CMD_VEL if commanded else topics.CMD_CART_VEL
-        for name, msgtype in named:
+        for name, msgtype in sorted(bag_topics):
             robot = _robot_of(name, topics.ODOM)
             if robot and msgtype == _ODOMETRY and self._odometry.get(robot, '/tb3') >= '/tb3':
                 self._odometry[robot] = name
 
     def collector(self, topic: str) -> Taker | None:
         """Return the function that takes the messages of a topic; None if not needed."""
-        if topic == topics.PAUSED:
-            return self._take_pause
-        if _robot_of(topic, self._command):
-            return self._take_command
         robot = _robot_of(topic, topics.ODOM)
         if robot and self._odometry.get(robot) == topic:
             return lambda time_ns, message: self._take_odometry(robot, time_ns, message)
         return None
-
-    @property
-    def start_ns(self) -> int:
-        """Time of t = 0 in ns from the bag's start: the first command, else the first odometry.
-
-        In an experiment, where zeros are sent from the beginning, it is its start.
-        """
-        if self._first_go_ns is not None:
-            return self._first_go_ns
-        if self._first_command_ns is not None:
-            return self._first_command_ns
-        return round(min(self._rows[::_NB_NUMBERS], default=0.0) * 1e9)
 
     def table(self) -> FleetTable | None:
         """Return the table."""
         if not self._rows:
             return None
         rows = np.array(self._rows).reshape(-1, _NB_NUMBERS)
-        rows[:, 0] -= self.start_ns / 1e9
         x, y, z, w, *_ = rows[:, 4:].T
         is_known = x * x + y * y + z * z + w * w != 0.0  # a zero quaternion has no heading
         theta = np.where(is_known, yaw_of_quaternion(x, y, z, w), np.nan)
         return fleet_table(np.column_stack([rows[:, :4], theta, rows[:, 8:]]))
-
-    def _take_command(self, time_ns: int, _: Any) -> None:
-        if self._first_command_ns is None or time_ns < self._first_command_ns:
-            self._first_command_ns = time_ns
-
-    def _take_pause(self, time_ns: int, message: Any) -> None:
-        if not message.data and (self._first_go_ns is None or time_ns < self._first_go_ns):
-            self._first_go_ns = time_ns
 
     def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
@@ -136,16 +104,11 @@ class CommunicationSamples:
         data = np.asarray(message.data, dtype=float)
         self._counts[receiver] = data[: len(data) // 4 * 4].reshape(-1, 4)
 
-    def record(self, table: FleetTable, start_ns: int) -> CommunicationRecord | None:
-        """Return the record of the run; None if the bag holds no communication.
-
-        Args:
-            table: The fleet's motion.
-            start_ns: Time of t = 0 in ns from the bag's start.
-        """
+    def record(self, table: FleetTable) -> CommunicationRecord | None:
+        """Return the record of the run; None if the bag holds no communication."""
         if not (self._events or self._counts or self._graphs):
             return None
-        changes = self._changes(start_ns)
+        changes = self._changes()
         was_up = {(receiver, sender) for _, receiver, sender, _ in changes.rows}
         links = {
             (receiver, sender): Counts(int(row[0]), int(row[1]), int(row[2]), float(row[3]))
@@ -155,23 +118,23 @@ class CommunicationSamples:
         }
         triggers = [
             # The first evaluation always triggers; the recorder may have missed that message.
-            ((time_ns - start_ns) / 1e9, robot, sent if i else 1)
+            (time_ns / 1e9, robot, sent if i else 1)
             for robot, events in self._events.items()
             for i, (time_ns, sent) in enumerate(events)
         ]
         periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots}
         return record_of(links, triggers, changes.rows, periodic)
 
-    def _changes(self, start_ns: int) -> GraphChanges:
+    def _changes(self) -> GraphChanges:
         nb_robots = max(map(len, self._counts.values()), default=0)
-        graphs = self._graphs or [(start_ns, complete(nb_robots))]
+        graphs = self._graphs or [(0, complete(nb_robots))]
         changes = GraphChanges(len(graphs[0][1]))
         adjacency = np.zeros_like(graphs[0][1])
         for time_ns, weights in graphs:
             if weights.shape == adjacency.shape:
                 adjacency = with_known_rows(weights, adjacency)
                 # A graph that is sent with the first command is that of the start.
-                changes.note(max(0.0, (time_ns - start_ns) / 1e9), adjacency)
+                changes.note(max(0.0, time_ns / 1e9), adjacency)
         return changes
 
 
@@ -230,7 +193,11 @@ def _numbered(names: Sequence[str]) -> dict[int, str]:
 
 
 class RunSamples:
-    """Collects the tables of a run: motion, commands, communication, drawings and safety."""
+    """Collects the tables of a run: motion, commands, communication, drawings and safety.
+
+    Attributes:
+        names: Names here of robots' topics that have others in the bag.
+    """
 
     def __init__(self, bag_topics: Sequence[BagTopic], odometry_topic: str = '') -> None:
         """Choose the topics.
@@ -244,7 +211,7 @@ class RunSamples:
             SetcmasError: There is no such topic.
         """
         names = [topic.name for topic in bag_topics]
-        self._names = names_here(names, odometry_topic) if odometry_topic else {}
+        self.names = names_here(names, odometry_topic) if odometry_topic else {}
         self._fleet = FleetSamples((self._name(t), t.type.name) for t in bag_topics)
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
@@ -255,7 +222,7 @@ class RunSamples:
         self._changes: list[ParameterChange] = []
 
     def _name(self, topic: BagTopic) -> str:
-        return self._names.get(topic.name, topic.name)
+        return self.names.get(topic.name, topic.name)
 
     def collectors(self, bag_topic: BagTopic) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
@@ -290,28 +257,24 @@ class RunSamples:
 
     def tables(self) -> RunTables | None:
         """Return the tables; None if the bag has no odometry of robots."""
-        fleet, start_ns = self._fleet.table(), self._fleet.start_ns
+        fleet = self._fleet.table()
         if fleet is None:
             return None
-        start = start_ns / 1e9
         rows = law_output.with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
         )
-        rows[:, 0] -= start
-        safety = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
         return RunTables(
             fleet,
             law_output.commands(rows) if len(rows) else None,
-            self._communication.record(fleet, start_ns),
-            self._drawings.drawings(start),
+            self._communication.record(fleet),
+            self._drawings.drawings(),
             self._references,
-            law_output.safety_record(safety) if safety else None,
+            law_output.safety_record(self._safety) if self._safety else None,
         )
 
     def parameters_set(self) -> list[ParameterChange]:
         """Return the parameters that were set, in the order of time."""
-        start = self._fleet.start_ns / 1e9
-        return [replace(one, t=round(one.t - start, 6)) for one in self._changes]
+        return self._changes
 
     def _take_task(self, _: int, message: Any) -> None:
         try:
@@ -324,7 +287,7 @@ class RunSamples:
             kind = parameter.value.type
             value = getattr(parameter.value, _VALUES[kind - 1]) if 0 < kind < 10 else None
             value = value.tolist() if isinstance(value, np.ndarray) else value
-            change = ParameterChange(time_ns / 1e9, message.node, parameter.name, value)
+            change = ParameterChange(round(time_ns / 1e9, 6), message.node, parameter.name, value)
             self._changes.append(change)
 
     def _take_statuses(self, time_ns: int, message: Any) -> None:
@@ -371,7 +334,8 @@ def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') 
     with open_bag(path) as bag:
         samples = RunSamples(bag.topics, odometry_topic)
         # `convert` reports the messages that cannot be decoded.
-        bag.deliver({topic: samples.collectors(topic) for topic in bag.topics})
+        takers = {topic: samples.collectors(topic) for topic in bag.topics}
+        bag.deliver(takers, bag.first_command(samples.names))
         for notice in [*bag.notices, *samples.notices]:
             warn(notice)
     if tables := samples.tables():

@@ -69,7 +69,10 @@ def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
     x, notices = read(path)
 
     assert x == [*range(50), *range(100, 200)]
-    assert notices[0] == f"'{path}': 1 damaged chunk was left out"
+    assert notices[0] == (
+        f"'{path}' is damaged: a chunk with a wrong checksum or size, 0.0 to 0.0 s, is left out; "
+        '150 messages up to 0.0 s were read'
+    )
 
 
 def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, points):
@@ -92,7 +95,7 @@ def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, point
     assert 150 < len(x) < 200
     assert set(x) < set(range(200))
     assert 100 not in x
-    assert '1 damaged chunk was left out' in notices[0]
+    assert 'a chunk with a wrong checksum or size, 0.0 to 0.0 s, is left out' in notices[0]
 
 
 def points_bytes(store, point):

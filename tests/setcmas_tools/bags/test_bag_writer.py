@@ -10,6 +10,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
+from rosbags.rosbag2 import ReaderError
 from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError
@@ -63,6 +64,30 @@ def test_closed_bag_is_read_by_others(tmp_path, data):
     with (tmp_path / 'bag' / 'bag.mcap').open('rb') as stream:
         messages = list(make_reader(stream, validate_crcs=True).iter_messages())
     assert [bytes(message.data) for _, _, message in messages] == data
+
+
+@pytest.mark.parametrize('lost', [range(20), range(20, 40)])
+def test_one_flipped_bit_is_found(tmp_path, data, lost):
+    with BagWriter(tmp_path / 'bag') as writer:
+        topic = add_points(writer)
+        for i, message in enumerate(data):
+            writer.write(topic, 10**9 + i * 10**8, message)
+            if i in (19, 39):
+                writer.flush()
+    path = tmp_path / 'bag' / 'bag.mcap'
+    content = bytearray(path.read_bytes())
+    content[content.index(data[lost[5]]) + 6] ^= 0x40  # in the exponent of x
+    path.write_bytes(content)
+
+    with open_bag(path) as bag:
+        x = [topic.type.decode(message).x for topic, _, message in bag.messages()]
+        (notice,) = bag.notices
+
+    assert x == [float(i) for i in range(50) if i not in lost]
+    begin, end = lost[0] / 10, lost[-1] / 10
+    assert f'a chunk with a wrong checksum or size, {begin:.1f} to {end:.1f} s, is left' in notice
+    with pytest.raises(ReaderError, match='checksum'), AnyReader([path]) as reader:
+        list(reader.messages())
 
 
 def test_flushed_messages_are_readable_while_the_bag_is_open(tmp_path, data):

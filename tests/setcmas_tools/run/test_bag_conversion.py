@@ -2,6 +2,7 @@ import csv
 import math
 import subprocess
 import sys
+from operator import itemgetter
 from pathlib import Path
 
 import pytest
@@ -62,17 +63,17 @@ def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, p
     )
     odometry_rows = rows_of(report.files[1])
     assert len(odometry_rows) == 40
-    assert odometry_rows[12]['t'] == '1.200000000'
+    assert odometry_rows[12]['t'] == '-0.300000000'
     assert odometry_rows[12]['pose.pose.position.x'] == '112.0'
-    assert rows_of(report.files[0])[0]['t'] == '1.500000000'
+    assert rows_of(report.files[0])[0]['t'] == '0.000000000'
     assert sorted(path.name for path in report.folder.iterdir()) == sorted(
         [*(file.name for file in report.files), 'fleet.csv']
     )
 
 
 def test_the_fleets_time_begins_at_the_first_command(tmp_path, write_bag, run):
-    convert(write_bag(tmp_path / 'bag', run))
-    table = read_fleet(tmp_path / 'csv' / 'fleet.csv')
+    report = convert(write_bag(tmp_path / 'bag', run))
+    table = read_fleet(report.fleet)
 
     assert (table.t[0], table.t[-1]) == (-1.5, 2.4)
     assert table.robots == [1, 2]
@@ -93,13 +94,28 @@ def test_where_no_robot_is_commanded_time_begins_when_a_law_first_answers(
     assert table.t[0] == pytest.approx(-0.5)
 
 
-def test_without_a_command_time_begins_at_the_first_odometry(tmp_path, write_bag, run):
+def test_time_of_an_experiment_begins_at_its_start(tmp_path, write_bag, run, make):
+    pauses = [
+        ('/paused', at, make('std_msgs/msg/Bool', {'data': at != 2.5})) for at in (0, 2.5, 3)
+    ]
+    report = convert(write_bag(tmp_path / 'bag', sorted([*run, *pauses], key=itemgetter(1))))
+
+    assert read_fleet(report.fleet).t[0] == -2.5
+    assert [row['t'] for row in rows_of(report.files[0])] == [
+        '-2.500000000',
+        '0.000000000',
+        '0.500000000',
+    ]
+
+
+def test_without_a_command_time_begins_with_the_bag(tmp_path, write_bag, run):
     messages = [('/other', 0, run[0][2])] + [
         (topic, seconds + 1, message) for topic, seconds, message in run if 'odom' in topic
     ]
-    convert(write_bag(tmp_path / 'bag', messages))
+    report = convert(write_bag(tmp_path / 'bag', messages))
 
-    assert read_fleet(tmp_path / 'csv' / 'fleet.csv').t[0] == 0.0
+    assert read_fleet(report.fleet).t[0] == 1.0
+    assert [rows_of(file)[0]['t'] for file in report.files[:2]] == ['0.000000000', '1.000000000']
 
 
 def test_a_zero_quaternion_has_no_heading(tmp_path, write_bag, make):
