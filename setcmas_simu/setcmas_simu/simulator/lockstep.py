@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-import socket
+import uuid
+from array import array
 from collections.abc import Sequence
-
-import msgspec
+from typing import NamedTuple
 
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.ros import messages
 from setcmas_simu.ros.messages import NO_STAMP
 
@@ -53,22 +54,29 @@ def stamp_at(t: float) -> int:
     return _FIRST_NS + round(t * 1e9)
 
 
-class Follower(msgspec.Struct, frozen=True):
-    """A process that follows simulated time: a controller of robots, or a recorder (no robots)."""
+class Follower(NamedTuple):
+    """A process that follows simulated time: a controller of robots, or a recorder (no robots).
 
-    host: str
+    Attributes:
+        id: Number that no other follower has.
+        process: Process ID, for messages.
+        robots: Numbers of the robots that it controls.
+    """
+
+    id: int
     process: int
     robots: tuple[int, ...] = ()
 
     def __str__(self) -> str:
-        kind = 'controller' if self.robots else 'recorder'
-        return f'{kind} (process {self.process} on {self.host})'
+        kind = f'controller of {robots_in_words([*self.robots])}' if self.robots else 'recorder'
+        return f'{kind} (process {self.process})'
 
 
-class Answer(msgspec.Struct, frozen=True):
+class Answer(NamedTuple):
     """Progress of a follower.
 
     Attributes:
+        follower: The follower.
         stamp: Stamp in ns of the newest states that it has finished with.
         commanded: Stamp in ns of the last commands that it sent; NO_STAMP if it sent none.
         leaves: Whether it stops following.
@@ -82,20 +90,31 @@ class Answer(msgspec.Struct, frozen=True):
 
 def this_process(robots: tuple[int, ...] = ()) -> Follower:
     """Return this process as a follower."""
-    return Follower(socket.gethostname(), os.getpid(), robots)
+    return Follower(uuid.uuid4().int >> 65, os.getpid(), robots)
 
 
-def encode(answer: Answer) -> str:
-    """Return an answer as text."""
-    return msgspec.json.encode(answer).decode()
+_VERSION = 1
+_NB_FIELDS = 6  # before the robots
 
 
-def decode(text: str) -> Answer | None:
-    """Return the answer in a text; None if there is none."""
-    try:
-        return msgspec.json.decode(text, type=Answer)
-    except msgspec.DecodeError:
-        return None
+def encode(answer: Answer) -> array[int]:
+    """Return an answer as the numbers of a message on /lockstep (docs/ros.md)."""
+    id_number, process, robots = answer.follower
+    fields = (_VERSION, id_number, process, answer.stamp, answer.commanded, answer.leaves)
+    return array('q', (*fields, *robots))
+
+
+def decode(numbers: Sequence[int]) -> Answer:
+    """Return the answer in the numbers of a message; raise ValueError if it has none."""
+    if len(numbers) < _NB_FIELDS or numbers[0] != _VERSION:
+        raise ValueError(
+            f'its numbers are {[*numbers[:_NB_FIELDS]]}; they must be {_VERSION} (version), id, '
+            'process, stamp, commanded, leaves, robots'
+        )
+    _, id_number, process, stamp, commanded, leaves, *robots = numbers
+    if not all(1 <= robot <= MAX_ROBOTS for robot in robots):
+        raise ValueError(f'its robots are {robots}; they must be from 1 to {MAX_ROBOTS}')
+    return Answer(Follower(id_number, process, tuple(robots)), stamp, commanded, bool(leaves))
 
 
 class Roll:
@@ -117,6 +136,7 @@ class Roll:
         self._recorded = recorded
         self._window_ns = window_ns
         self._answers: dict[Follower, Answer] = {}
+        self._left: list[Answer] = []
         self._begun = False
 
     def __len__(self) -> int:
@@ -129,10 +149,15 @@ class Roll:
 
     def take(self, answer: Answer) -> None:
         """Store an answer."""
-        if answer.leaves:
-            self._answers.pop(answer.follower, None)
-        else:
+        if not answer.leaves:
             self._answers[answer.follower] = answer
+        elif last := self._answers.pop(answer.follower, None):
+            self._left.append(last)
+
+    def left(self) -> list[Answer]:
+        """Return the last answers of the controllers that have left since the last call."""
+        left, self._left = self._left, []
+        return [answer for answer in left if answer.follower.robots]
 
     def drop(self, late: Sequence[Answer]) -> None:
         """Remove followers that died without leaving."""

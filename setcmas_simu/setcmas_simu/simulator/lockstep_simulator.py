@@ -84,6 +84,8 @@ class LockstepLoop:
         reported = ''
         while not self._process.stopping:
             self._answers.take()
+            if left := self._roll.left():
+                reported = self._report_without(left, 'left')
             reason, on = self._awaited(exactly)
             if not reason and not self._paused:
                 if reported:
@@ -133,11 +135,16 @@ class LockstepLoop:
         if not late or self._node.count_publishers(topics.LOCKSTEP) >= len(self._roll):
             return None
         self._roll.drop(late)
+        return self._report_without(late, 'vanished')
+
+    def _report_without(self, gone: Sequence[Answer], how: str) -> str:
+        """Report followers that are gone; return who must replace them, '' if no process."""
         missing = self._roll.missing(self._ticks.stamp())
         waits = f'time waits at t = {self._ticks.time:g} s for {missing}'
-        are, it = ('are', 'them') if len(late) > 1 else ('is', 'it')
+        have, it = ('have', 'them') if len(gone) > 1 else ('has', 'it')
+        goes_on = f'time advances without {it}'
         self._node.get_logger().warning(
-            f'{_described(late)} {are} gone; {waits if missing else f"time advances without {it}"}'
+            f'{_described(gone)} {have} {how}; {waits if missing else goes_on}'
         )
         return missing
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import String
+from std_msgs.msg import Int64MultiArray
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -20,7 +20,7 @@ class Answerer:
     def __init__(self, node: Node, robots: tuple[int, ...] = ()) -> None:
         """Prepare to answer for controllers of these robots; without robots, for a recorder."""
         self._follower = this_process(robots)
-        self._publisher = node.create_publisher(String, topics.LOCKSTEP, qos.LATCHED)
+        self._publisher = node.create_publisher(Int64MultiArray, topics.LOCKSTEP, qos.LATCHED)
 
     def answer(self, stamp: int, commanded: int = NO_STAMP) -> None:
         """Report that this process has finished with the states of a time, in ns.
@@ -36,7 +36,7 @@ class Answerer:
         self._send(Answer(self._follower, NO_STAMP, leaves=True))
 
     def _send(self, answer: Answer) -> None:
-        self._publisher.publish(String(data=encode(answer)))
+        self._publisher.publish(Int64MultiArray(data=encode(answer)))
 
 
 class AnswerTopic(PolledTopic):
@@ -44,11 +44,19 @@ class AnswerTopic(PolledTopic):
 
     def __init__(self, node: Node, roll: Roll) -> None:
         self._roll = roll
-        super().__init__(node, String, topics.LOCKSTEP, self._on_text, qos.LATCHED_BY_MANY)
+        self._warn = node.get_logger().warning
+        self._ignored: set[str] = set()
+        super().__init__(
+            node, Int64MultiArray, topics.LOCKSTEP, self._on_numbers, qos.LATCHED_BY_MANY
+        )
 
-    def _on_text(self, message: String) -> None:
-        if answer := decode(message.data):
-            self._roll.take(answer)
+    def _on_numbers(self, message: Int64MultiArray) -> None:
+        try:
+            self._roll.take(decode(message.data))
+        except ValueError as error:
+            if (reason := str(error)) not in self._ignored:
+                self._ignored.add(reason)
+                self._warn(f'ignored a message on {topics.LOCKSTEP}: {reason}')
 
 
 class ClockTopic:

@@ -1,8 +1,15 @@
+import sys
+from pathlib import Path
+
+import pytest
+from processes import CTRL, SIMU
+
 from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.simulator.lockstep import Answer, Follower, Roll, decode, encode
 
-FIRST, SECOND = Follower('lab', 1, (1, 2)), Follower('lab', 2, (3,))
-RECORDER = Follower('lab', 3)
+FOREIGN = Path(__file__).parents[2] / 'setcmas_expe' / 'scripts' / 'foreign_controller.py'
+FIRST, SECOND = Follower(11, 1, (1, 2)), Follower(12, 2, (3,))
+RECORDER = Follower(13, 3)
 
 
 def roll(recorded=False):
@@ -47,12 +54,52 @@ def test_a_recorder_that_is_to_come_is_waited_for_and_may_be_behind_till_the_end
         ours.take(Answer(follower, 1200))
     assert ours.late(1200) == []
     assert [str(answer.follower) for answer in ours.late(1200, exactly=True)] == [
-        'recorder (process 3 on lab)'
+        'recorder (process 3)'
     ]
 
 
-def test_what_is_no_answer_is_none():
+def test_controllers_that_leave_are_reported_once():
+    ours = roll()
+    for follower in (FIRST, SECOND, RECORDER):
+        ours.take(Answer(follower, 1000))
+    for follower in (RECORDER, SECOND, SECOND):
+        ours.take(Answer(follower, NO_STAMP, leaves=True))
+
+    assert [str(answer.follower) for answer in ours.left()] == [
+        'controller of robot 3 (process 2)'
+    ]
+    assert ours.left() == []
+
+
+def test_an_answer_is_an_array_of_numbers():
     answer = Answer(FIRST, 1100, 1000)
 
+    assert [*encode(answer)] == [1, 11, 1, 1100, 1000, 0, 1, 2]
     assert decode(encode(answer)) == answer
-    assert decode('{"stamp": 1}') is None
+    assert decode(encode(Answer(RECORDER, NO_STAMP, leaves=True))).leaves
+
+
+@pytest.mark.parametrize(
+    ('numbers', 'message'),
+    [
+        ([], r'its numbers are \[\]; they must be 1 \(version\), id'),
+        ([1, 11, 1, 1100, 1000], r'1100, 1000\]; they must be'),
+        ([2, 11, 1, 1100, 1000, 0], r'\[2, 11'),
+        ([1, 11, 1, 1100, 1000, 0, 0], r'its robots are \[0\]; they must be from 1 to 2000'),
+    ],
+)
+def test_other_arrays_are_refused(numbers, message):
+    with pytest.raises(ValueError, match=message):
+        decode(numbers)
+
+
+def test_a_controller_without_ros_takes_part_until_it_leaves(start, domain):
+    pytest.importorskip('rclpy')
+    pytest.importorskip('cyclonedds')
+    simulator = start(*SIMU, '--nb-robots', '2', '--lockstep')
+    start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '2', '--robots', '1')
+    simulator.wait_for_output('simulating')
+    start(sys.executable, str(FOREIGN), str(domain)).wait_for_output('exact')
+
+    simulator.wait_for_output('the controller of robot 2 (process ')
+    assert 'has left; time advances without it' in simulator.output()
