@@ -79,7 +79,13 @@ def wait_for_fleet(process: RosProcess, node: FleetNode, listener: FleetListener
         'running in the same ROS domain and namespace? Robots of other simulators need --nb-robots'
     )
     warn = node.get_logger().warning
-    if not wait_until(process, is_known, lambda: warn(text)):
+
+    def remind() -> None:
+        found = robots_with_odometry(node)
+        there = f': {robots_in_words(found, "have")} odometry' if found else ''
+        warn(f'{text}{there}')
+
+    if not wait_until(process, is_known, remind):
         return 0
     if not listener.nb_robots:
         warn(f'the fleet is taken from odometry: {robots_in_words(seen[1])}')

@@ -147,6 +147,11 @@ class BridgeReports:
             [bridge.robot for bridge in bridges if bridge.guard.is_open],
             'the base of {} listens to cmd_vel directly: remap it (docs/lab_setup.md)',
         )
+        self._once(
+            'wheels',
+            [bridge.robot for bridge in bridges if bridge.has_invalid_wheels],
+            'the wheel odometry of {} has velocities that are NaN or infinite: they are ignored',
+        )
         for mocap, bridge in self._robots:
             if bridge.battery is not None and bridge.battery < LOW_PERCENT:
                 text = f'the battery of {{}} is at {bridge.battery:.0f} %: charge it'

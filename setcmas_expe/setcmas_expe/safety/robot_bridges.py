@@ -93,6 +93,7 @@ class CmdVelBridge:
         ignores_zero: Whether it moved although commanded zero, since the last pause.
         guard: The watch over its guard.
         wheels: Forward speed by its odometry in m/s, and time of arrival in s; None before.
+        has_invalid_wheels: Whether its odometry had velocities that are NaN or infinite.
         battery: Charge in percent; None if unknown.
     """
 
@@ -107,6 +108,7 @@ class CmdVelBridge:
         self.guard = GuardWatch(node, robot.namespace)
         self._motors = MotorPower(node, robot.topic(topics.MOTOR_POWER))
         self.wheels: tuple[float, float] | None = None
+        self.has_invalid_wheels = False
         self.battery: float | None = None
         self._scale = Battery()
         self._received = self._oldest = -math.inf
@@ -211,6 +213,8 @@ class CmdVelBridge:
             self._rolls = odometry.V, odometry.omega
             self.wheels = odometry.V, self._now
             self._obedience.measure(*self._rolls, self._now)
+        else:
+            self.has_invalid_wheels = True
 
     def _on_battery(self, message: BatteryState) -> None:
         self.battery = self._scale.percent(message.percentage)

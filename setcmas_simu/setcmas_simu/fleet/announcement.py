@@ -54,7 +54,7 @@ _Robot = Annotated[int, Meta(ge=1, le=MAX_ROBOTS)]
 class Announcement(msgspec.Struct, frozen=True):
     """The robots (sorted numbers) of one process, all of a fleet or a part.
 
-    Models are names or scripts, empty if all are unicycles; a time of None is the system clock.
+    Models are names or scripts, empty if all are unicycles; without time, the system clock counts.
     """
 
     nb_robots: Annotated[_Robot, Meta(description='size of the whole fleet')]

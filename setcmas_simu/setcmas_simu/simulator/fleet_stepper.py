@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -67,7 +68,7 @@ class FleetStepper:
         self.publish_time: Callable[[Time], object] = lambda _: None
         """Called with the stamp of each step before its states are published."""
         self.housekeeping: Callable[[], None] = lambda: None
-        """Called every two seconds."""
+        """Called every two seconds of real time."""
 
     @property
     def period(self) -> float:
@@ -114,8 +115,9 @@ class FleetStepper:
             robot.publish_picture(stamp, pose)
         self._transforms.publish(stamp, self._fleet.poses)
         self._count_missed_steps(now)
-        if now >= self._next_housekeeping:
-            self._next_housekeeping = now + _HOUSEKEEPING_S
+        # In real time: in lockstep two seconds of the simulation may be over at once.
+        if (real := time.monotonic()) >= self._next_housekeeping:
+            self._next_housekeeping = real + _HOUSEKEEPING_S
             self._report_missed_steps()
             self.housekeeping()
 

@@ -84,8 +84,10 @@ class LockstepLoop:
         reported = ''
         while not self._process.stopping:
             self._answers.take()
-            if left := self._roll.left():
-                reported = self._report_without(left, 'left')
+            left = self._roll.left()
+            # The last one usually leaves because all processes end.
+            if left and not self._roll.missing(self._ticks.stamp()):
+                self._report_without(left, 'left')
             reason, on = self._awaited(exactly)
             if not reason and not self._paused:
                 if reported:

@@ -93,6 +93,14 @@ def test_a_strange_announcement_is_reported_and_odometry_counts(
     assert options or taken in process.output()
 
 
+@pytest.mark.nightly
+def test_robots_that_are_not_announced_are_named_while_it_waits(start, peer, script):
+    SlowFleet(peer, 2)
+    process = start(*CTRL, '--algo', script(STAND))
+
+    peer.wait_for(lambda: 'need --nb-robots: robots 1-2 have odometry' in process.output())
+
+
 def test_robots_that_are_announced_later_are_named(start, script):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', script(STAND))
