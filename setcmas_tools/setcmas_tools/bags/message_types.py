@@ -6,6 +6,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -61,8 +62,10 @@ class BagTypes:
     """Resolves the types of a bag."""
 
     def __init__(self) -> None:
-        # Topics may disagree on a definition, as in merged bags.
         self._resolved: dict[tuple[str, str, bool], MessageType] = {}
+        # Decoders of a part are made once; topics that disagree on it, as in merged bags, have
+        # stores of their own.
+        self._shared = get_typestore(Stores.EMPTY)
 
     def resolve(self, connection: Connection) -> MessageType:
         """Return the type of a connection's messages.
@@ -80,22 +83,25 @@ class BagTypes:
             letters = sum(len(text) for _, text, _ in self._resolved)
             if letters > 20 * _MOST_LETTERS or len(self._resolved) > _MOST_TYPES:
                 raise UnresolvedTypeError('the definitions in the bag are too long or too many')
-            store = _store_for(connection)
+            store = self._store_for(connection)
             decode = _decoder(store, connection.msgtype, is_ros1)
             self._resolved[key] = MessageType(connection.msgtype, store, decode)
         return self._resolved[key]
 
-
-def _store_for(connection: Connection) -> Typestore:
-    if connection.msgdef.format == MessageDefinitionFormat.NONE:
-        return _store_of_ros(connection.msgtype)
-    store = get_typestore(Stores.EMPTY)
-    try:
-        store.register(_parse(connection))
-    # SyntaxError: of a damaged name
-    except (TypesysError, SyntaxError, ValueError, RecursionError) as error:
-        raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
-    return store
+    def _store_for(self, connection: Connection) -> Typestore:
+        if connection.msgdef.format == MessageDefinitionFormat.NONE:
+            return _store_of_ros(connection.msgtype)
+        try:
+            types = _parse(connection)
+            with suppress(TypesysError):
+                self._shared.register(types)
+                return self._shared
+            store = get_typestore(Stores.EMPTY)
+            store.register(types)
+        # SyntaxError: of a damaged name
+        except (TypesysError, SyntaxError, ValueError, RecursionError) as error:
+            raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
+        return store
 
 
 def _store_of_ros(msgtype: str) -> Typestore:

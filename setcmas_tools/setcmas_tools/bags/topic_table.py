@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice, pairwise
@@ -75,20 +75,30 @@ Lengths: TypeAlias = tuple[int, ...]
 """Lengths of all arrays of a message, in the order of its fields; they define its columns."""
 
 
-@dataclass(frozen=True)
-class Field:
-    """A field with one value; `cell` returns the cell of a message."""
+Field: TypeAlias = tuple[str, str, Callable[[Any], Any] | None]
+"""Name of a column, path of its value in a message, and conversion of the value to a cell."""
 
-    name: str
-    cell: Callable[[Any], Any]
+
+class Fields:
+    """Fields with one value each that follow each other, read at once."""
+
+    def __init__(self, fields: Sequence[Field]) -> None:
+        self._names, paths, converts = zip(*fields, strict=True)
+        get = attrgetter(*paths)
+        self._get = get if len(paths) > 1 else lambda message: (get(message),)
+        self._converts = [(i, convert) for i, convert in enumerate(converts) if convert]
 
     def read(self, message: Any, cells: list[Any], _lengths: list[int], /) -> None:
-        """Append the value."""
-        cells.append(self.cell(message))
+        """Append the values."""
+        values = list(self._get(message))
+        for i, convert in self._converts:
+            values[i] = convert(values[i])
+        cells += values
 
     def columns(self, _lengths: Iterator[int], /) -> Iterator[Column]:
-        """Yield the column."""
-        yield (), self.name
+        """Yield the columns."""
+        for i, name in enumerate(self._names):
+            yield (i,), name
 
 
 @dataclass(frozen=True)
@@ -136,7 +146,7 @@ class Array:
                     yield (i, *place), f'{self.name}[{i}].{name}'
 
 
-Part: TypeAlias = Field | Array
+Part: TypeAlias = Fields | Array
 
 
 def columns(parts: Sequence[Part], lengths: Iterator[int]) -> Iterator[Column]:
@@ -169,25 +179,42 @@ def parts_of_rows(store: Typestore, msgtype: str) -> list[Part]:
         store: Holds the definitions of the type and its parts.
         msgtype: Name of the type, such as `nav_msgs/msg/Odometry`.
     """
-    parts = list(_parts_of(store, msgtype))
+    fields = list(_parts_of(store, msgtype))
     if orientation := _orientation(store, msgtype):
-        parts.append(Field('yaw', _composed(attrgetter(orientation), _yaw)))
+        fields.append(('yaw', orientation, _yaw))
+    return _grouped(fields)
+
+
+def _grouped(found: Iterable[Field | Array]) -> list[Part]:
+    """Return the parts of a row: arrays, and the fields between them."""
+    parts: list[Part] = []
+    waiting: list[Field] = []
+    for one in [*found, None]:
+        if isinstance(one, tuple):
+            waiting.append(one)
+            continue
+        if waiting:
+            parts.append(Fields(waiting))
+        waiting = []
+        if one:
+            parts.append(one)
     return parts
 
 
-def _parts_of(store: Typestore, msgtype: str, name: str = '', path: str = '') -> Iterator[Part]:
+def _parts_of(
+    store: Typestore, msgtype: str, name: str = '', path: str = ''
+) -> Iterator[Field | Array]:
     for field, (kind, detail) in _fields(store, msgtype):
         field_name, field_path = f'{name}{field}', f'{path}{normalize_fieldname(field)}'
-        get = attrgetter(field_path)
         if kind == Nodetype.NAME and detail not in STAMPS:
             yield from _parts_of(store, detail, f'{field_name}.', f'{field_path}.')
         elif kind in (Nodetype.BASE, Nodetype.NAME):
-            convert = _CELLS.get(_type_name(kind, detail))
-            yield Field(field_name, _composed(get, convert) if convert else get)
+            yield field_name, field_path, _CELLS.get(_type_name(kind, detail))
         else:
+            get = attrgetter(field_path)
             element_kind, element = detail[0]
             if element_kind == Nodetype.NAME and element not in STAMPS:
-                yield Array(field_name, get, None, list(_parts_of(store, element)))
+                yield Array(field_name, get, None, _grouped(_parts_of(store, element)))
             else:
                 yield Array(field_name, get, cells_of(_type_name(element_kind, element)))
 
@@ -199,10 +226,6 @@ def _fields(store: Typestore, msgtype: str) -> list[tuple[str, Any]]:
 def _type_name(kind: Nodetype, detail: Any) -> str:
     name: str = detail[0] if kind == Nodetype.BASE else detail
     return name
-
-
-def _composed(get: Callable[[Any], Any], convert: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    return lambda message: convert(get(message))
 
 
 def _yaw(q: Any) -> float:

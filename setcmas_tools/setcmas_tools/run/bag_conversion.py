@@ -15,10 +15,9 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, parts_of_rows
 from setcmas_tools.run.csv_columns import FLEET
-from setcmas_tools.run.run_folder import stem_of_bag
 from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_samples import RunSamples
-from setcmas_tools.run.run_tables import FILE_NAMES, write_tables
+from setcmas_tools.run.run_tables import FILE_NAMES, stem_of_bag, write_tables
 
 _LONG_BAG = 50_000
 """Messages from which a progress bar appears: about 2 s."""

@@ -16,7 +16,7 @@ from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo, this_origin, write_info
-from setcmas_tools.run.run_tables import RunTables, write_tables
+from setcmas_tools.run.run_tables import BAG_ENDINGS, RunTables, stem_of_bag, write_tables
 from setcmas_tools.scenario.scenario_files import INPUTS
 
 
@@ -40,9 +40,6 @@ class OfflineOptions(Options):
         'end the run if one call of the script takes longer than this',
         default=10.0,
     )
-
-
-_BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
 
 
 @dataclass(frozen=True)
@@ -74,20 +71,6 @@ class RunSource:
         return self.folder / f'{self.stem}plots'
 
 
-def stem_of_bag(bag: Path) -> str:
-    """Return the prefix of the names of a bag's files.
-
-    It has no ending such as .mcap, unless only the ending distinguishes two bags of a folder.
-    """
-    bag = bag.resolve()
-    if bag.name == 'bag':
-        return ''
-    if bag.is_dir():
-        return f'{bag.name}_'
-    others = {bag.with_suffix(ending) for ending in ('', *_BAG_ENDINGS)} - {bag}
-    return f'{bag.name if any(other.exists() for other in others) else bag.stem}_'
-
-
 def find_run(path: Path) -> RunSource:
     """Return the files of a run.
 
@@ -105,7 +88,7 @@ def find_run(path: Path) -> RunSource:
 
 def _found(path: Path) -> RunSource:
     if path.is_file():
-        if path.suffix in _BAG_ENDINGS:
+        if path.suffix in BAG_ENDINGS:
             return RunSource(path.resolve().parent, bag=path)
         return RunSource(_folder_of_csv(path), fleet_csv=path)
     for place in (path / 'csv' / FLEET.name, path / FLEET.name):
@@ -129,7 +112,7 @@ def _folder_of_csv(fleet_csv: Path) -> Path:
 
 
 def _is_bag(path: Path) -> bool:
-    return any(f.name == 'metadata.yaml' or f.suffix in _BAG_ENDINGS for f in path.iterdir())
+    return any(f.name == 'metadata.yaml' or f.suffix in BAG_ENDINGS for f in path.iterdir())
 
 
 _PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)

@@ -24,7 +24,6 @@ from setcmas_simu.options.option import plain
 from setcmas_simu.plugins import plugin_versions
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
-from setcmas_tools.scenario.scenario import check_record
 
 FORMAT = 1
 
@@ -344,6 +343,8 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
+    from setcmas_tools.scenario.scenario import check_record  # tables alone do without
+
     info = read_record(folder / INFO_FILE, RunInfo)
     try:
         check_record(info.scenario if info else {})

@@ -62,7 +62,7 @@ class FleetSamples:
         """Return the table."""
         if not self._rows:
             return None
-        rows = np.array(self._rows).reshape(-1, _NB_NUMBERS)
+        rows = np.frombuffer(self._rows).reshape(-1, _NB_NUMBERS)
         x, y, z, w, *_ = rows[:, 4:].T
         is_known = x * x + y * y + z * z + w * w != 0.0  # a zero quaternion has no heading
         theta = np.where(is_known, yaw_of_quaternion(x, y, z, w), np.nan)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,23 @@ from setcmas_tools.run.law_output import (
 TASK_FILE = 'task.json'
 _MOST_TASK_BYTES = 10_000_000
 FILE_NAMES = (*(file.name for file in CSV_FILES), TASK_FILE)
+
+
+BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
+
+
+def stem_of_bag(bag: Path) -> str:
+    """Return the prefix of the names of a bag's files.
+
+    It has no ending such as .mcap, unless only the ending distinguishes two bags of a folder.
+    """
+    bag = bag.resolve()
+    if bag.name == 'bag':
+        return ''
+    if bag.is_dir():
+        return f'{bag.name}_'
+    others = {bag.with_suffix(ending) for ending in ('', *BAG_ENDINGS)} - {bag}
+    return f'{bag.name if any(other.exists() for other in others) else bag.stem}_'
 
 
 @dataclass(frozen=True)
@@ -101,17 +118,23 @@ def read_tables(fleet_csv: Path) -> RunTables:
         read_communication(folder),
         [_drawing(*row) for row in _rows(*(DRAWINGS.read(folder / DRAWINGS.name) or ()))],
         _read_references(folder / TASK_FILE),
-        None if safety is None else safety_record(list(map(_safety_row, *_lists(safety)))),
+        None if safety is None else safety_record(list(map(_safety_row, *map(_values, safety)))),
     )
 
 
-def _lists(columns: Iterable[Any]) -> Iterable[Any]:
-    return (column.tolist() if isinstance(column, np.ndarray) else column for column in columns)
+_AT_ONCE = 1000
+
+
+def _values(column: Any) -> Iterator[Any]:
+    """Yield the values of an array or a list; few numbers at a time are objects of Python."""
+    for i in range(0, len(column), _AT_ONCE):
+        part = column[i : i + _AT_ONCE]
+        yield from part.tolist() if isinstance(part, np.ndarray) else part
 
 
 def _rows(*columns: Any) -> Iterable[Any]:
     """Return the rows of columns that are arrays or lists."""
-    return zip(*_lists(columns), strict=True)
+    return zip(*map(_values, columns), strict=True)
 
 
 def write_fleet(table: FleetTable, path: Path) -> None:
