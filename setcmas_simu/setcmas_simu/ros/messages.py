@@ -75,7 +75,8 @@ class EncodedOdometry(NamedTuple):
     @property
     def fault(self) -> str:
         """Why the pose cannot be used; '' if it can."""
-        norm = sum(number * number for number in self.quaternion)
+        x, y, z, w = self.quaternion
+        norm = x * x + y * y + z * z + w * w
         if not math.isfinite(sum(self.position) + norm):
             return 'its pose is NaN or infinite'
         return '' if norm else 'its orientation is a zero quaternion'

@@ -55,6 +55,7 @@ class LiveTopics:
         self._run = run
         self._now = time.monotonic()
         self._robots: dict[str, PolledTopic] = {}
+        self._warned: set[str] = set()
         self._commands: dict[str, PolledTopic] = {}
         self._adjacency: Floats = np.empty((0, 0))
         self._departures = Departures()
@@ -173,9 +174,16 @@ class LiveTopics:
 
     def _on_odometry(self, robot: int, data: bytes) -> None:
         odometry = read_odometry(data)
-        if not odometry.fault:
-            pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
-            self._run.see(robot, pose, odometry.V, self._now)
+        if fault := odometry.fault:
+            self._warn_once(f'robot {robot} is not shown: {fault}')
+            return
+        pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
+        self._run.see(robot, pose, odometry.V, self._now)
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned:
+            self._warned.add(text)
+            self._node.get_logger().warning(text)
 
     def _on_command(self, _: Point32) -> None:
         # The time of the control laws stops while they are paused.
@@ -188,7 +196,7 @@ class LiveTopics:
         try:
             self._run.task = References.decoded(message.data).task
         except ValueError as error:
-            self._node.get_logger().warning(not_understood(error))
+            self._warn_once(not_understood(error))
 
     def _on_pause(self, message: Bool) -> None:
         self._run.states.requested = message.data

@@ -122,7 +122,7 @@ def _write_files(
         folder / FLEET.name if tables else None,
         sum(file.nb_rows for file in written),
         (bag.end_ns - bag.start_ns) / 1e9,
-        bag.notices + undecodable,
+        bag.notices + undecodable + samples.notices,
         samples.parameters_set(),
     )
 

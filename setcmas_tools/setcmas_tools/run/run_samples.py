@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,6 +73,17 @@ class FleetSamples:
         twist = message.twist.twist
         row = (time_ns / 1e9, robot, position.x, position.y, q.x, q.y, q.z, q.w)
         self._rows.extend((*row, twist.linear.x, twist.angular.z))
+
+
+def _unusable_poses(table: FleetTable) -> Iterator[str]:
+    """Yield a line for each robot with poses that are NaN, infinite or without a heading."""
+    unusable = ~np.isfinite(table.x + table.y + table.theta)
+    for robot in np.unique(table.robot[unusable]):
+        own = table.robot == robot
+        yield (
+            f'robot {robot}: {np.count_nonzero(unusable & own)} of {np.count_nonzero(own)} poses '
+            'cannot be used: NaN, infinite, or a zero quaternion'
+        )
 
 
 def _robot_of(name: str, topic: str) -> int | None:
@@ -260,6 +271,7 @@ class RunSamples:
         fleet = self._fleet.table()
         if fleet is None:
             return None
+        self.notices += _unusable_poses(fleet)
         rows = law_output.with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
         )
@@ -280,7 +292,8 @@ class RunSamples:
         try:
             self._references = References.decoded(message.data)
         except ValueError as error:  # of another program
-            self.notices = [not_understood(error)]
+            if (line := not_understood(error)) not in self.notices:
+                self.notices.append(line)
 
     def _take_parameters(self, time_ns: int, message: Any) -> None:
         for parameter in message.changed_parameters:

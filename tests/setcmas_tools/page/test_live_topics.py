@@ -53,7 +53,7 @@ def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer,
     begins(peer, viewed, state)
 
 
-def test_a_pose_that_cannot_be_used_is_not_shown(peer, viewed, state):
+def test_a_pose_that_cannot_be_used_is_reported_and_not_shown(peer, viewed, state, capfd):
     publisher = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
     odometry = Odometry()
     odometry.pose.pose.orientation.w = 0.0
@@ -61,8 +61,15 @@ def test_a_pose_that_cannot_be_used_is_not_shown(peer, viewed, state):
     viewed.look()
     peer.wait_for(publisher.get_subscription_count)
     publisher.publish(odometry)
-    peer.spin(0.2)
-    viewed.take(1.0)
+    shown = []
+
+    def is_reported():
+        viewed.take(1.0)
+        shown.append(capfd.readouterr().err)
+        reported = 'robot 1 is not shown: its orientation is a zero quaternion'
+        return reported in ''.join(shown)
+
+    peer.wait_for(is_reported)
     assert state.robots == []
 
     odometry.pose.pose.orientation.w = 1.0

@@ -121,12 +121,15 @@ def test_without_a_command_time_begins_with_the_bag(tmp_path, write_bag, run):
 def test_a_zero_quaternion_has_no_heading(tmp_path, write_bag, make):
     good, zero = odometry(make, 1.0, 0.5), make('nav_msgs/msg/Odometry', {})
     zero.pose.pose.orientation.w = 0.0
-    convert(write_bag(tmp_path / 'bag', [('/tb3_1/odom', 0, good), ('/tb3_1/odom', 1, zero)]))
+    messages = [('/tb3_1/odom', 0, good), ('/tb3_1/odom', 1, zero)]
+    report = convert(write_bag(tmp_path / 'bag', messages))
 
     headings = read_fleet(tmp_path / 'csv' / 'fleet.csv').theta
     assert headings.tolist() == pytest.approx([0.5, math.nan], nan_ok=True)
     yaws = [row['yaw'] for row in rows_of(tmp_path / 'csv' / 'tb3_1_odom.csv')]
     assert yaws[1] == 'nan'
+    unusable = 'robot 1: 1 of 2 poses cannot be used: NaN, infinite, or a zero quaternion'
+    assert report.notices == [unusable]
 
 
 def test_motion_capture_goes_before_wheel_odometry(tmp_path, write_bag, make):
