@@ -18,6 +18,7 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.process import FleetNode
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
 """Message classes by their name in options."""
@@ -163,7 +164,7 @@ def type_name(kind: str) -> str:
 class UnreadCommands:
     """Finds senders of commands that never arrive, because the robots take another type."""
 
-    def __init__(self, node: Node, robots: Sequence[int], kind: str) -> None:
+    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
         """Watch the command topics of robots that take a type, by its name in options."""
         self._node = node
         self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
@@ -188,13 +189,14 @@ class UnreadCommands:
             self._node.get_logger().warning(self._described(new, found[new[0]]))
 
     def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
+        topic = self._node.full_name(unread[0])
         more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
         other, own = type_name(sender.kind), type_name(self._kind)
         start = (
             f'start simu with --cmd-vel-type {sender.kind}, or ' if sender.kind in TYPES else ''
         )
         return (
-            f'{unread[0]}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
+            f'{topic}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
             f'command arrives; {start}send {own}'
         )
 
@@ -277,7 +279,8 @@ class CmdVelPublisher:
         self.mixed = None
         if others:
             own, other = type_name(self._type), type_name(others[0].kind)
-            self.mixed = f'{self.topic} carries {own}, but {others[0].name} takes {other}'
+            topic = self._publisher.topic_name
+            self.mixed = f'{topic} carries {own}, but {others[0].name} takes {other}'
         return any(endpoint.kind == self._type for endpoint in found)
 
     def other_commanders(self, own: bytes) -> list[str]:

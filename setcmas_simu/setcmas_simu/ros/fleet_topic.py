@@ -136,7 +136,8 @@ class FleetListener:
     def _ignore(self, reason: str) -> None:
         if reason not in self.unread:
             self.unread.append(reason)
+            topic = self._topic.subscription.topic_name
             self._node.get_logger().warning(
-                f'ignored on {topics.FLEET}: {reason}; announcements are latched {_TYPE}, '
+                f'ignored on {topic}: {reason}; announcements are latched {_TYPE}, '
                 'described in docs/schemas/fleet-1.json'
             )

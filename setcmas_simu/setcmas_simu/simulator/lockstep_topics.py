@@ -56,7 +56,7 @@ class AnswerTopic(PolledTopic):
         except ValueError as error:
             if (reason := str(error)) not in self._ignored:
                 self._ignored.add(reason)
-                self._warn(f'ignored a message on {topics.LOCKSTEP}: {reason}')
+                self._warn(f'ignored a message on {self.subscription.topic_name}: {reason}')
 
 
 class ClockTopic:
