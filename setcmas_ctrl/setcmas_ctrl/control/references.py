@@ -153,7 +153,9 @@ def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]
 
 def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
     try:
-        return kind(value)
+        result = kind(value)
+        msgspec.json.decode(json.dumps(result), type=_Value)  # as readers of /task do
+        return result
     except (TypeError, ValueError) as error:
         raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
 

@@ -3,7 +3,14 @@ from pathlib import Path
 import pytest
 from message_schemas import fits
 
-from setcmas_ctrl.control.references import References, references_of, references_of_fleet
+from setcmas_ctrl.control import references
+from setcmas_ctrl.control.references import (
+    References,
+    TaskNames,
+    checked_references,
+    references_of,
+    references_of_fleet,
+)
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
@@ -104,6 +111,13 @@ def test_messages_of_other_nodes_fit_neither_the_reader_nor_the_published_schema
     with pytest.raises(ValueError, match=r'Expected|truncated|missing|Invalid'):
         References.decoded(text)
     assert not fits('task-1', text)
+
+
+def test_a_task_whose_reference_is_no_number_is_refused_before_it_is_published(monkeypatch):
+    monkeypatch.setattr(references, 'TASKS', {'dance': TaskNames({'MODE': str})})
+
+    with pytest.raises(SetcmasError, match=r"law.py: MODE is 'fast'; Expected .*, got `str`"):
+        checked_references('dance', {'MODE': 'fast'}, 'law.py')
 
 
 def test_tasks_fit_the_published_schema():

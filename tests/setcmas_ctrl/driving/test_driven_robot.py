@@ -74,6 +74,7 @@ def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
     process.wait_for_output('/tb3_1/cmd_vel carries Twist, but /peer takes TwistStamped')
 
 
+@pytest.mark.nightly
 def test_a_chosen_type_that_robots_do_not_take_is_reported_once(start, law):
     start(*SIMU, '--nb-robots', '3', '--cmd-vel-type', 'twist').wait_for_output('simulating')
     process = start(*CTRL, '--algo', law, '--cmd-vel-type', 'twist_stamped')

@@ -122,6 +122,7 @@ def test_odometry_diagnostics_and_arena_are_published(start, peer, lab):
     lab.wait_for_command(1, (-0.1, 0.0))
 
 
+@pytest.mark.nightly
 def test_a_chosen_type_that_robots_do_not_take_and_invalid_wheels_are_reported_once(start, peer):
     LabPeer(peer, ('tb3_1', 'tb3_2'), Twist)
     wheels = Odometry()
