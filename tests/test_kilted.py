@@ -5,6 +5,7 @@ The variable is the folder `bin` of an environment with `pip install '.[ros-kilt
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from processes import SETCMAS, TIMEOUT_S
 from setcmas_tools import Run, simulate
 from setcmas_tools.run.bag_conversion import convert
 
+FOREIGN = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'foreign_controller.py'
 pytestmark = pytest.mark.kilted
 OF_JAZZY = (
     'LD_LIBRARY_PATH',
@@ -87,3 +89,12 @@ def test_a_fleet_of_both(command, start, peer, tmp_path, robots, laws):
         count = min(len(of_both.x) - 20, len(offline.x))  # without the end, when ctrl was stopped
         assert count > 50
         np.testing.assert_allclose(of_both.x[:count], offline.x[:count], atol=1e-9)
+
+
+def test_a_controller_with_cyclone_dds_takes_part_in_lockstep(command, start, domain):
+    pytest.importorskip('cyclonedds')
+    fleet = ('--nb-robots', '2')
+    start(*command['kilted'], 'simu', *fleet, '--lockstep').wait_for_output('in lockstep')
+    start(*command['kilted'], 'ctrl', '--algo', 'nav_wp', *fleet, '--robots', '1')
+
+    start(sys.executable, str(FOREIGN), str(domain)).wait_for_output('exact')
