@@ -32,6 +32,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.fleet_discovery',
     'setcmas_ctrl.driving.fleet_pause',
     'setcmas_ctrl.driving.fleet_time',
+    'setcmas_ctrl.driving.law_times',
     'setcmas_ctrl.driving.odometry',
     'setcmas_expe.doctor.lab_examination',
     'setcmas_expe.doctor.lab_watch',

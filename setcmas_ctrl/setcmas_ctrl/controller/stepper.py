@@ -20,12 +20,14 @@ from setcmas_ctrl.driving.driven_robot import Controller, SiToUni
 from setcmas_ctrl.driving.fleet_discovery import LostRobots, wait_until
 from setcmas_ctrl.driving.fleet_pause import PauseWatch
 from setcmas_ctrl.driving.fleet_time import FleetTime, FleetTimeTopic
+from setcmas_ctrl.driving.law_times import LawTimes
 from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.reports.reports import Started
+from setcmas_simu.ros import messages
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
@@ -78,6 +80,7 @@ class ControlStepper:
         self._graph = graph
         self._lost = LostRobots(self.robots, odometry, self._warn)
         self._take_signals: Callable[[], None] = lambda: None
+        self._law_times = LawTimes(node, self.robots) if pause else None  # of an experiment
 
     def get_ready(
         self, process: RosProcess, recorded: bool = False, lockstep: bool = False
@@ -242,6 +245,7 @@ class ControlStepper:
         return all(driver.paused for driver in self._drivers)
 
     def _control(self, t: float) -> None:
+        called = messages.stamp()
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
@@ -263,6 +267,8 @@ class ControlStepper:
         self._commander.use([driver.model for driver in self._drivers])
         wanted = np.array(velocities).T
         self._command(self._commander(wanted, self._odometry.poses, t), idle)
+        if self._law_times:
+            self._law_times.publish(called, self._odometry)
 
     def _command(self, commanded: Commanded, idle: Collection[int] = ()) -> None:
         """Publish wanted and allowed velocities, and command the robots."""

@@ -133,6 +133,7 @@ class CmdVelGuard(FleetNode):
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
         self._reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self._sent = _STOP
+        self._way = math.inf
         self._fights_until = -math.inf
         self._now = self._stepped = self._looked = self._reported = now - _LOOK_EVERY_S
         self._base = Base()
@@ -276,7 +277,8 @@ class CmdVelGuard(FleetNode):
         if report.stops and state is not was and loud:
             self.get_logger().warning(f'{name} is stopped: {reason}')
         self._report, self._reported = report, now
-        self._reports.publish(report.message(name, self._surroundings.cmd_vel))
+        self._reports.publish(report.message(name, self._surroundings.cmd_vel, self._way))
+        self._way = math.inf
 
     def _on_wheels(self, message: bytes) -> None:
         odometry = messages.read_odometry(message)
@@ -288,6 +290,7 @@ class CmdVelGuard(FleetNode):
         stamp = 0.0
         if isinstance(message, TwistStamped):
             stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            self._way = min(self._way, 1e-9 * self._cmd_vel.received_ns - stamp)
         self._commands.receive(V, omega, stamp, self._now)
         self._silence.receive(V, omega, self._now)
         if self._base.is_open and self._report.state in _DEFENDED and (V, omega) != _STOP:

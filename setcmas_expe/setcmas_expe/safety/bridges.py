@@ -163,7 +163,8 @@ class SafetyStepper:
 
     def _look_around(self) -> None:
         self._receiver.look_around()
-        for _, bridge in self._robots:
+        for mocap, bridge in self._robots:
+            mocap.look_around()
             bridge.look_around()
 
     def _paused(self) -> str:

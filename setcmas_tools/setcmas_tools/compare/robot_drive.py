@@ -104,8 +104,8 @@ def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
         SetcmasError: There is no run, or its commands were not recorded.
     """
     source = find_run(path)
-    bag = source.bag or source.folder / 'bag'
-    found = _recorded(bag, warn) if bag.exists() else _offline(Run.load(path, warn))
+    bag = source.recording
+    found = _recorded(bag, warn) if bag else _offline(Run.load(path, warn))
     if not found:
         raise SetcmasError(
             f"'{path}' has no commands of robots whose motion it has; its bag must hold "

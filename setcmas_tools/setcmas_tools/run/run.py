@@ -67,6 +67,8 @@ class Run:
     tables: RunTables
     info: RunInfo = field(default_factory=RunInfo)
     inputs: tuple[RunInput, ...] = ()
+    bag: Path | None = None
+    """Its recording, where it was read from a folder or a bag."""
 
     @classmethod
     def load(
@@ -102,6 +104,7 @@ class Run:
             replace(tables, references=references),
             replace(info, references=references),
             kept_inputs(source.folder, info.scenario),
+            source.recording,
         )
 
     def save(self, folder: str | Path, overwrite: bool = False) -> Path:

@@ -66,6 +66,12 @@ class RunSource:
         return stem_of_bag(self.bag)
 
     @property
+    def recording(self) -> Path | None:
+        """Its bag, also where there is a table; None if there is none."""
+        bag = self.bag or self.folder / 'bag'
+        return bag if bag.exists() else None
+
+    @property
     def plots(self) -> Path:
         """Default folder of its plots."""
         return self.folder / f'{self.stem}plots'
