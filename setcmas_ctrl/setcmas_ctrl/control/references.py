@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-import msgspec
 import numpy as np
 
 from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, short_repr
@@ -40,7 +39,8 @@ _Numbers = list[int | float]
 _Value = int | float | list[int | float | list[int | float | _Numbers]]
 
 
-class TaskMessage(msgspec.Struct, frozen=True):
+@dataclass(frozen=True)
+class TaskMessage:
     """Message on /task: name of the task, and its references, numbers and lists of numbers."""
 
     task: str
@@ -71,6 +71,8 @@ class References:
         Raises:
             ValueError: The line does not fit the schema of a TaskMessage.
         """
+        import msgspec  # a browser makes tasks, but does not read them
+
         message = msgspec.json.decode(text, type=TaskMessage)
         return cls(message.task, dict(message.values))
 
@@ -154,10 +156,18 @@ def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]
 def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
     try:
         result = kind(value)
-        msgspec.json.decode(json.dumps(result), type=_Value)  # as readers of /task do
+        if not _is_value(result):
+            raise ValueError('it must be a number or a list of numbers')
         return result
     except (TypeError, ValueError) as error:
         raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
+
+
+def _is_value(value: Any, levels: int = 3) -> bool:
+    """Return whether a reference fits a TaskMessage: numbers, in at most three levels of lists."""
+    if isinstance(value, list):
+        return levels > 0 and all(_is_value(item, levels - 1) for item in value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def number(value: Any) -> float:
