@@ -205,7 +205,7 @@ class CmdVelGuard(FleetNode):
         chosen = self._options.cmd_vel_type
         kind = chosen if chosen != AUTO else base.kind if base.is_open else CMD_VEL_TYPES[0]
         self._cmd_vel: PolledTopic = PolledTopic(
-            self, TYPES[kind], topics.CMD_VEL, self._on_cmd_vel, qos.ROBOT_COMMAND
+            self, TYPES[kind], topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND
         )
         # A base that only seems to listen to cmd_vel gets zeros on the guard's topic, too.
         names = [topics.CMD_VEL_GUARDED, *([topics.CMD_VEL] if base.is_open else [])]

@@ -17,7 +17,10 @@ COMMAND = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 ROBOT_COMMAND = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, lifespan=Duration(seconds=0.2)
 )
-"""Velocities over a radio link: late commands are dropped, not followed."""
+"""Velocities that are sent over a radio link: late ones are dropped, not followed.
+
+Not for receivers: by their clock, which may differ, all commands may be late.
+"""
 
 LOCKSTEP_STATE = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """States of robots in lockstep: late subscribers get the newest, recorders all of them."""

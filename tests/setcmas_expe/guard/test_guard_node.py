@@ -6,6 +6,7 @@ import signal
 import socket
 import sys
 import time
+from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
@@ -135,6 +136,23 @@ def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(s
     process.popen.send_signal(signal.SIGTERM)
     peer.wait_for(lambda: velocities(robot.received[-1]) == STOP)
     assert process.wait() == 0
+
+
+CLOCKS = sorted(Path('/usr/lib').glob('*/faketime/libfaketimeMT.so.1'))
+RUN = f'import sys; from {GUARD[2]} import main; sys.exit(main(sys.argv[1:]))'
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(not CLOCKS, reason='libfaketime is not installed')
+@pytest.mark.parametrize('shift', ['-3', '+3', '+100000'])
+def test_clocks_of_robots_need_not_agree_with_that_of_the_bridge(start, peer, shift):
+    robot = Robot(peer)
+    clock = {'LD_PRELOAD': CLOCKS[0], 'FAKETIME': shift, 'FAKETIME_DONT_FAKE_MONOTONIC': '1'}
+    start(GUARD[0], '-c', RUN, *NAMESPACE, env={name: str(to) for name, to in clock.items()})
+
+    robot.start(COMMAND)
+    robot.wanted = None
+    robot.wait_for(State.SILENT, STOP)
 
 
 def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, other):
