@@ -87,7 +87,7 @@ def undeclared(module, extras):
 
 def is_ros(module):
     """Return whether a module comes with the extra `ros`, or with ROS 2 alone."""
-    return module in ('launch', 'tf2_msgs') or any(
+    return module in ('launch', 'launch_ros', 'tf2_msgs') or any(
         name.startswith('ros-') for name in distributions().get(module, ())
     )
 

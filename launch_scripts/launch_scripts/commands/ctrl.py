@@ -35,20 +35,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     WatchOptions.add_to(parser)
     ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
     add_ros_arguments(parser)
+    parser.set_defaults(node_arguments=node_arguments)  # for launch files
 
 
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; return the exit status."""
+    fleet, arguments = _prepared(args)
+    robots = shown_robots(fleet.robots, fleet.nb_robots)
+    require_ros()
+    view = ViewOptions.of(args)
+    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
+        command = node_command(CONTROLLER, arguments + ros_arguments(args))
+        return run_in_foreground('ctrl', command, companions)
+
+
+def node_arguments(args: argparse.Namespace) -> list[str]:
+    """Return the arguments of the node, without those for ROS; show notes on the scenario."""
+    return _prepared(args)[1]
+
+
+def _prepared(args: argparse.Namespace) -> tuple[FleetOptions, list[str]]:
+    """Return the fleet, and the arguments of the node."""
     scenario = scenario_of(args)
     fleet = FleetOptions.among({**scenario.robots.values(), **FleetOptions.typed(args)})
     scenario.check()  # mistakes are found before anything starts
     for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas ctrl: {note}')
-    robots = shown_robots(fleet.robots, fleet.nb_robots)
-    require_ros()
-    view = ViewOptions.of(args)
-    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
-        options = ControllerOptions(**fleet.values(), watch=args.watch)
-        arguments = controller_arguments(scenario, options)
-        arguments += ros_arguments(args)
-        return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)
+    options = ControllerOptions(**fleet.values(), watch=args.watch)
+    return fleet, controller_arguments(scenario, options)

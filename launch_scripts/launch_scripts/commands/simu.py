@@ -34,19 +34,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     SimulationOptions.add_to(parser, without=of_scenario)
     ViewOptions.add_to(parser)
     add_ros_arguments(parser)
+    parser.set_defaults(node_arguments=node_arguments)  # for launch files
 
 
 def main(args: argparse.Namespace) -> int:
     """Simulate until Ctrl-C; return the exit status."""
+    given = _simulation(args)
+    robots = given.simulated().robots
+    require_ros()
+    view = ViewOptions.of(args)
+    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
+        command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
+        return run_in_foreground('simu', command, companions)
+
+
+def node_arguments(args: argparse.Namespace) -> list[str]:
+    """Return the arguments of the node, without those for ROS."""
+    return _simulation(args).arguments()
+
+
+def _simulation(args: argparse.Namespace) -> SimulationOptions:
     own = {'robots': args.robots, 'cmd_vel_type': args.cmd_vel_type}
     scenario = scenario_of(args, needs_law=False)
     values = {k: v for k, v in scenario.values().items() if k in SimulationOptions.options()}
     with typed_words():
         given = SimulationOptions(**own, **values)
-    simulated = given.simulated()  # report mistakes before anything starts
-    require_ros()
-    view = ViewOptions.of(args)
-    with fleet_views(view, simulated.robots, ros_arguments=args.ros_args) as companions:
-        given = replace(given, nb_robots=given.fleet_size)
-        command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
-        return run_in_foreground('simu', command, companions)
+    given.simulated()  # mistakes are reported before anything starts
+    return replace(given, nb_robots=given.fleet_size)
