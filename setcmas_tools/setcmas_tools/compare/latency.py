@@ -15,7 +15,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.compare.identification import Identified, identify
-from setcmas_tools.measures.consensus_metrics import CONSENSUS, fleet_consensus
+from setcmas_tools.measures.consensus_metrics import CONSENSUS
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.run.run import Run
 
@@ -27,6 +27,9 @@ MOST_DOUBT_S = 0.01
 _WINDOW_S = 10.0  # in which clocks do not drift apart
 _LONGEST_S = 0.5
 _SAME = 1e-6
+_SLOW_M_S = 0.02  # near the dead band
+_NEAR_LIMIT = 0.95  # of the largest speed: such commands may be saturated
+_FITS = 0.1  # largest part of the commands that a gain leaves unexplained
 
 
 @dataclass(frozen=True)
@@ -326,11 +329,36 @@ def bearable_delay(run: Run) -> float | None:
     """Return the delay in s up to which consensus converges; None for other tasks and graphs.
 
     It is pi / (2 lambda_n) of single integrators with equal delays (Olfati-Saber and Murray, IEEE
-    Transactions on Automatic Control 49(9), 2004, theorem 10). On a complete graph all modes decay
-    at the same rate, which is measured.
+    Transactions on Automatic Control 49(9), 2004, theorem 10). On a complete graph lambda_n is the
+    gain K of a law v_i = -K (p_i - centre).
     """
     if run.references is None or run.references.task != CONSENSUS or run.record is not None:
         return None
-    measured = fleet_consensus(run)
-    rate = measured.convergence_rate_1_s if measured else None
-    return math.pi / (2.0 * rate) if rate else None
+    gain = _gain(run)
+    return math.pi / (2.0 * gain) if gain else None
+
+
+def _gain(run: Run) -> float | None:
+    """Return the K that the commands show; None unless they are those of such a law."""
+    given = run.commands
+    if given is None:
+        return None
+    wanted = np.stack([given.vx, given.vy])
+    tracks = [run[robot] for robot in run.robots]
+    places = np.array(  # shape (2, N, rows)
+        [
+            [np.interp(given.t, track.t, track.x) for track in tracks],
+            [np.interp(given.t, track.t, track.y) for track in tracks],
+        ]
+    )
+    own = places[:, np.searchsorted(run.robots, given.robot), np.arange(len(given.t))]
+    offset = own - places.mean(axis=1)
+    speed = np.hypot(*wanted)
+    free = (speed > _SLOW_M_S) & (speed < _NEAR_LIMIT * speed.max(initial=0.0))
+    wanted, offset = wanted[:, free], offset[:, free]
+    square = np.sum(offset**2)
+    if not square:
+        return None
+    gain = float(-np.sum(wanted * offset) / square)
+    left = np.linalg.norm(wanted + gain * offset) / np.linalg.norm(wanted)
+    return gain if gain > 0.0 and left < _FITS else None

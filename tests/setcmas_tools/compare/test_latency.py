@@ -115,9 +115,20 @@ def test_lines_name_what_is_unknown():
     ]
 
 
-def test_delay_that_consensus_bears():
-    run = simulate('consensus', 4, 30.0)
+task = 'consensus'
 
-    assert bearable_delay(run) == pytest.approx(math.pi / (2 * 0.5), rel=0.1)
+
+def halted(robotNo, nbRobots, poses, t):
+    vx, vy = -np.tanh(5.0 * (poses[:2, robotNo - 1] - poses[:2].mean(axis=1)))
+    return (vx, vy) if t < 10.0 else (0.0, 0.0)
+
+
+def test_delay_that_consensus_bears():
+    run = simulate('consensus', 4, 30.0, filter='barrier', limits='burger')  # its rate is 0.15
+
+    assert bearable_delay(run) == pytest.approx(math.pi / (2 * 0.5), rel=0.01)
+    other = simulate(halted, 4, 30.0)
+    assert other.references.task == 'consensus'
+    assert bearable_delay(other) is None  # it is not linear
     assert bearable_delay(simulate('nav_wp', 2, 5.0)) is None
     assert fleet_latency(run) is None  # a simulation
