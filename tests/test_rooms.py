@@ -21,6 +21,9 @@ FILES, ARROWS, THIN_ARROWS = 370, 270, 50
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
 
+ADDED_FREELY = ('setcmas_ctrl.algorithms.', 'setcmas_ctrl.exercises.')
+"""Files that users may add, too, which do not count."""
+
 MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.event_triggered_comm',
     'setcmas_ctrl.controller.graph_watch',
@@ -191,8 +194,9 @@ def arrows():
 
 
 def test_the_house_is_small_enough_to_be_read():
-    print(f'{len(MODULES)} files, {len(arrows())} arrows')
-    assert len(MODULES) <= FILES
+    files = [name for name in MODULES if not name.startswith(ADDED_FREELY)]
+    print(f'{len(files)} files, {len(arrows())} arrows')
+    assert len(files) <= FILES
     assert len(arrows()) <= ARROWS
 
 
@@ -224,7 +228,8 @@ def test_a_function_has_at_most_eight_parameters():
 def test_a_room_holds_at_most_a_dozen_files_and_scripts():
     for package in PACKAGES:
         for folder in (ROOT / package / package).rglob('*'):
-            if folder.is_dir() and folder.name not in ('__pycache__', 'commands'):
+            is_free = folder.name in ('__pycache__', 'commands', 'algorithms', 'exercises')
+            if folder.is_dir() and not is_free:
                 inside = [path for path in folder.glob('*.py') if path.name != '__init__.py']
                 assert len(inside) <= 14, f'{folder}: {len(inside)} files'
 

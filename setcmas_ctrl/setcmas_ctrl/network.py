@@ -3,18 +3,56 @@
     def control(robotNo, nbRobots, poses, t):
         for j in network.neighbours():            # robots whose states this robot receives
             weight = network.adjacency()[robotNo - 1, j - 1]
+        network.send({'x': 1.0, 'goal': [2, 3]})  # to whoever receives this robot's state
+        for sender, message in network.received().items():
+            message.value['x'], message.age
 
 The answers are for the robot whose `control` is running, at the current time.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Protocol
+
 from setcmas_ctrl.communication import graph as communication_graph
+from setcmas_ctrl.communication.message_content import (
+    Content,
+    Message,
+    Value,
+    checked_value,
+    read_only,
+)
 from setcmas_simu.arrays import Floats
+
+
+class Exchange(Protocol):
+    """Carries messages between the robots of a run."""
+
+    @property
+    def t(self) -> float:
+        """Time of the current call in s."""
+
+    def begin(self) -> None:
+        """Prepare for messages: a law uses them.
+
+        Raises:
+            RuntimeError: There can be none in this run.
+        """
+
+    def send(self, robot: int, value: Value) -> None:
+        """Let the next states that a robot sends carry a value."""
+
+    def received(self, robot: int) -> Mapping[int, Content]:
+        """Return what a robot has received last, by the numbers of the senders."""
+
 
 # All robots of a process share this module: each call of a control law sets both anew.
 _robot = 0
 _adjacency: Floats | None = None
+_exchange: Exchange | None = None
+_outgoing: Value | None = None
 
 
 def neighbours() -> list[int]:
@@ -52,6 +90,58 @@ def laplacian() -> Floats:
     return communication_graph.laplacian(adjacency())
 
 
+def send(value: Any) -> None:
+    """Send a value with the states that this robot sends from now on, until the next value.
+
+    Robots that receive such a state have the value from their next call on. In one call the last
+    value counts.
+
+    Args:
+        value: A finite number, an array with up to 2 dimensions, or a flat dict of names to
+            these; at most 64 numbers and 16 names.
+
+    Raises:
+        RuntimeError: Called outside `control`.
+        TypeError, ValueError: It cannot be sent.
+    """
+    global _outgoing
+    _begin()
+    _outgoing = checked_value(value)
+
+
+def received() -> dict[int, Message]:
+    """Return the last message from each robot, by its number; none from robots never received.
+
+    Raises:
+        RuntimeError: Called outside `control`.
+    """
+    _begin()
+    if not _exchange:
+        return {}
+    t = _exchange.t
+    return {
+        sender: Message(read_only(content.value), round(t - content.t, 9), content.t)
+        for sender, content in sorted(_exchange.received(_robot).items())
+    }
+
+
+@contextmanager
+def exchanged_by(exchange: Exchange | None) -> Iterator[None]:
+    """Let an exchange carry the messages of all laws inside; None carries none."""
+    global _exchange
+    before, _exchange = _exchange, exchange
+    try:
+        yield
+    finally:
+        _exchange = before
+
+
+def _begin() -> None:
+    adjacency()
+    if _exchange:
+        _exchange.begin()
+
+
 def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> None:
     """Answer for a robot from now on (for callers of control laws); no matrix is complete."""
     global _robot, _adjacency
@@ -60,6 +150,8 @@ def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> None
 
 
 def end_call() -> None:
-    """Stop answering."""
-    global _adjacency
-    _adjacency = None
+    """Stop answering, and send what the call has given to `send`."""
+    global _adjacency, _outgoing
+    _adjacency, value, _outgoing = None, _outgoing, None
+    if value is not None and _exchange:
+        _exchange.send(_robot, value)

@@ -3,6 +3,7 @@ import pytest
 from ros1_recordings import CONSENSUS, WP_NAV
 from runs import distance
 
+from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import ALGORITHMS, find_script
 from setcmas_simu.fleet.fleet import start_poses
@@ -104,6 +105,35 @@ def test_distance_formation_comes_to_the_wanted_distances():
     ]
 
     np.testing.assert_allclose(gaps, 3.0, atol=0.35)
+
+
+@pytest.mark.parametrize('graph', ['path', 'ring', 'directed_ring', 'star', 'complete'])
+def test_leader_election_agrees_after_as_many_calls_as_the_diameter(graph):
+    numbers = [3, 1, 9, 4, 5, 2]
+    run = simulate('leader_election', 6, 10.0, graph=graph, set={'NUMBERS': numbers})
+    links = (PRESETS[graph](6) > 0) + np.eye(6)
+    diameter = next(k for k in range(6) if np.linalg.matrix_power(links, k).all())
+    largest = np.array([one.value[0] for one in run.messages]).reshape(-1, 6)
+
+    assert np.flatnonzero((largest == 9).all(axis=1))[0] <= diameter
+    if graph in ('directed_ring', 'complete'):
+        assert not (largest[diameter - 1] == 9).all()
+    assert (largest[diameter:] == 9).all()
+    assert {tuple(one.value[1:]) for one in run.messages[-6:]} == {(3.0, -5.0, -5.0)}
+
+
+def test_robots_gather_where_the_elected_leader_starts():
+    run = simulate('leader_election', 4, 60.0, graph='path', loss=0.3, delay=0.2, seed=5)
+    leader = int(run.messages[-1].value[1])
+
+    assert np.abs(run.poses[-1, :2] - run.poses[0, :2, leader - 1, None]).max() < 0.05
+
+
+def test_leader_election_warns_of_a_graph_that_is_not_connected(capfd):
+    run = simulate('leader_election', 4, 2.0, graph=np.kron(np.eye(2), 1 - np.eye(2)))
+
+    assert 'tb3_1: the graph is not strongly connected' in capfd.readouterr().out
+    assert len({one.value[0] for one in run.messages[-4:]}) == 2
 
 
 @pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)

@@ -3,6 +3,7 @@ import pytest
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import path, star
+from setcmas_ctrl.communication.message_content import Content
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 
@@ -74,3 +75,64 @@ def test_other_failures_say_nothing_of_the_network(tmp_path):
     with pytest.raises(ControlError) as error:
         law(tmp_path, 'return np.inf, 0')(POSES, 0.0)
     assert 'receives' not in str(error.value)
+
+
+class Exchange:
+    """Delivers everything to all robots at once."""
+
+    t = 1.0
+
+    def __init__(self):
+        self.contents = {}
+
+    def begin(self):
+        pass
+
+    def send(self, robot, value):
+        self.contents[robot] = Content(self.t, value)
+
+    def received(self, robot):
+        return {sender: one for sender, one in self.contents.items() if sender != robot}
+
+
+def test_messages_have_values_ages_and_times(tmp_path):
+    exchange = Exchange()
+    asking = 'm = network.received()[1]; return m.value["x"], m.age + 10 * m.t'
+    with network.exchanged_by(exchange):
+        law(tmp_path, 'network.send(0); network.send({"x": 7}); return 0, 0', 1)(POSES, 1.0)
+        exchange.t = 1.3
+
+        assert law(tmp_path, asking, 2)(POSES, 1.3) == (7.0, 10.3)
+        assert law(tmp_path, 'return len(network.received()), 0', 1)(POSES, 1.3) == (0, 0)
+
+
+def test_what_cannot_be_sent_is_an_error_in_the_line_of_the_script(tmp_path):
+    exchange = Exchange()
+    with network.exchanged_by(exchange), pytest.raises(ControlError) as error:
+        law(tmp_path, 'network.send("hello"); return 0, 0')(POSES, 0.0)
+
+    assert str(error.value).startswith(
+        "law.py, line 4: TypeError: network.send got 'hello'; it must be a finite number"
+    )
+    assert exchange.contents == {}
+
+
+def test_a_call_that_fails_later_has_sent_its_message(tmp_path):
+    exchange = Exchange()
+    with network.exchanged_by(exchange), pytest.raises(ControlError):
+        law(tmp_path, 'network.send(3); return 1 / 0, 0')(POSES, 0.0)
+
+    assert exchange.contents[2].value == 3.0
+
+
+def test_without_a_run_messages_go_nowhere(tmp_path):
+    assert law(tmp_path, 'network.send(3); return len(network.received()), 0')(POSES, 0.0) == (
+        0,
+        0,
+    )
+
+
+@pytest.mark.parametrize('use', [network.received, lambda: network.send(1)])
+def test_messages_work_only_in_calls(use):
+    with pytest.raises(RuntimeError, match='only while setcmas calls control'):
+        use()

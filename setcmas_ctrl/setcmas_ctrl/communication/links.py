@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,7 @@ class LinkCounts:
 
 
 Indices = NDArray[np.intp]
+Objects = NDArray[np.object_]
 Choice = slice | Indices | NDArray[np.bool_]
 
 
@@ -130,7 +131,8 @@ class Links:
 
     A receiver holds the last state that it received from each sender (zero-order hold). Receivers
     know what robots sent before `begin`, as if it was sent long ago. When a link comes up later,
-    the last state of the sender is sent over it once more: it is latched.
+    the last state of the sender is sent over it once more: it is latched. A state may carry
+    content, an object that shares its delay and its loss.
 
     Attributes:
         counts: Counts of messages since `begin`.
@@ -168,12 +170,15 @@ class Links:
         self.counts = LinkCounts.zero(*shape)
         self._flat = LinkCounts(*(count.reshape(-1) for count in vars(self.counts).values()))
         self._all_received = False  # whether each link that is up has delivered a message
+        self._contents: _Contents | None = None  # of states without content there is none
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph at the start of the run."""
         self._wire(adjacency, self._wanted(adjacency))
         routes = self._routes[self._numbers[self._routes.senders] >= 0]
         self._flat_held[routes.held] = self._with_noise(routes)
+        if self._contents:
+            self._contents.held[routes.cells] = self._contents.sent[routes.senders]
 
     def connect(self, adjacency: Floats, now: float) -> None:
         """Bring links up and down to match a graph; `now` is in s on any steady clock."""
@@ -186,6 +191,8 @@ class Links:
         self._deliver(now)  # messages that arrived before a link goes down are not lost
         rows, senders = np.nonzero(self._up & ~wanted)
         self._held[rows, :, senders] = np.nan
+        if self._contents:
+            self._contents.held[rows * len(self._numbers) + senders] = None
         new = wanted & ~self._up & (self._numbers >= 0)
         self._times_up[new] += 1
         self._wire(adjacency, wanted)
@@ -198,7 +205,27 @@ class Links:
         columns: Indices = np.asarray(senders, dtype=np.intp)
         self._numbers[columns] += 1
         self.last_sent[:, columns] = poses
+        if self._contents:
+            self._contents.sent[columns] = self._contents.attached[columns]
         self._carry(self._routes.sent_by(columns, len(self._numbers)), now)
+
+    def attach(self, sender: int, content: object) -> None:
+        """Let the states of a sender, a column, carry content from the next one on."""
+        self._contents = self._contents or _Contents.none(*self._up.shape)
+        self._contents.attached[sender] = content
+
+    def forget_contents(self) -> None:
+        """Drop all contents, those on their way too."""
+        self._contents = None
+        for delay, queue in self._on_the_way.items():
+            self._on_the_way[delay] = deque(one._replace(contents=None) for one in queue)
+
+    def contents(self, receiver: int) -> dict[int, Any]:
+        """Return the content last received by a receiver, a row, by the senders' columns."""
+        if not self._contents:
+            return {}
+        held = self._contents.held.reshape(self._up.shape)[receiver]
+        return {sender: one for sender, one in enumerate(held.tolist()) if one is not None}
 
     def known_poses(self, own_poses: Floats, now: float) -> Floats:
         """Return the poses that each receiver knows at a time in s, with its own pose exact.
@@ -236,10 +263,12 @@ class Links:
             lost = happens(words, routes.loss)
             self._flat.lost[routes.cells] += lost
         poses = self._with_noise(routes)
+        carried = self._contents and self._contents.sent[routes.senders]
         for delay, queue in self._on_the_way.items():
             which = self._arriving(routes, lost, delay)
             cells, held = routes.cells[which], routes.held[:, which]
-            messages = Messages(now + delay, cells, held, poses[:, which], self._routes)
+            contents = None if carried is None else carried[which]
+            messages = Messages(now + delay, cells, held, poses[:, which], self._routes, contents)
             if delay:
                 queue.append(messages)
             else:
@@ -260,18 +289,21 @@ class Links:
         return poses
 
     def _arrive(self, messages: Messages) -> None:
-        arrival, cells, held, poses, routes = messages
+        arrival, cells, held, poses, routes, contents = messages
         counts = self._flat
         if routes is not self._routes:  # links may have gone down meanwhile
             up = self._up.reshape(-1)[cells]
             counts.lost[cells[~up]] += 1
             cells, held, poses = cells[up], held[:, up], poses[:, up]
+            contents = None if contents is None else contents[up]
         if not self._all_received:
             counts.first[cells[np.isnan(counts.first[cells])]] = arrival
             self._all_received = not np.isnan(counts.first[self._routes.cells]).any()
         counts.last[cells] = arrival
         counts.received[cells] += 1
         self._flat_held[held] = poses
+        if contents is not None and self._contents:
+            self._contents.held[cells] = contents
 
 
 class Messages(NamedTuple):
@@ -283,6 +315,7 @@ class Messages(NamedTuple):
         held: As in `Routes`, shape (3, n).
         poses: Transmitted poses: rows x, y in m and theta in rad, shape (3, n).
         routes: Links that were up at the time of sending.
+        contents: Their contents, shape (n,); None if no robot has attached one.
     """
 
     arrival: float
@@ -290,3 +323,24 @@ class Messages(NamedTuple):
     held: Indices
     poses: Floats
     routes: Routes
+    contents: Objects | None
+
+
+class _Contents(NamedTuple):
+    """Contents of states; None for a state without.
+
+    Attributes:
+        attached: Those that the next states of the senders will carry, shape (N,).
+        sent: Those of the last states sent, shape (N,).
+        held: Those that the receivers hold, as `Routes.cells`, shape (R * N,).
+    """
+
+    attached: Objects
+    sent: Objects
+    held: Objects
+
+    @classmethod
+    def none(cls, nb_receivers: int, nb_senders: int) -> _Contents:
+        """Return those of robots that have sent states only."""
+        sizes = nb_senders, nb_senders, nb_receivers * nb_senders
+        return cls(*(np.full(size, None, dtype=object) for size in sizes))

@@ -6,7 +6,13 @@ The student's condition is a function `ctc` in a script, in one of two forms:
     def ctc(pos, vit, last_pos, last_vit, t): -> bool
 
 pos: position x, y, 0 in m; vit: velocity vx, vy, 0 in m/s, both in the world frame; last_pos and
-last_vit: the same in the last state sent; t: time since the start of the run, in s.
+last_vit: the same in the last state sent; t: time since the start of the run, in s. Either form
+may also have the keyword arguments `value` and `last_value`:
+
+    def ctc(pos, last_pos, t, *, value, last_value): -> bool
+
+the value that the robot's law gave last to `network.send`, and the one sent with the last state;
+None if there is none.
 """
 
 from __future__ import annotations
@@ -20,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_ctrl.communication.message_content import Value, read_only
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
@@ -44,6 +51,9 @@ CTC = 'ctc(pos, last_pos, t)'
 
 CONSEQUENCE = 'sends its state whenever the condition fails'
 """What happens to a robot whose condition fails."""
+
+VALUES = ('value', 'last_value')
+"""Keyword arguments that a condition may take."""
 
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 
@@ -81,9 +91,10 @@ def takes_velocities(condition: Any, name: str) -> bool:
     if not callable(condition):
         raise SetcmasError(f'{name} has no function ctc; it must have {_FORMS}')
     signature = inspect.signature(condition)
+    values = dict.fromkeys(values_taken(condition))
     for nb_arguments in (3, 5):
         try:
-            signature.bind(*range(nb_arguments))
+            signature.bind(*range(nb_arguments), **values)
         except TypeError:
             continue
         return nb_arguments == 5
@@ -92,11 +103,22 @@ def takes_velocities(condition: Any, name: str) -> bool:
     )
 
 
+def values_taken(condition: Callable[..., Any]) -> list[str]:
+    """Return the names of `VALUES` that a condition takes as keyword-only arguments."""
+    parameters = inspect.signature(condition).parameters
+    return [
+        name
+        for name in VALUES
+        if name in parameters and parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
+    ]
+
+
 class Broadcast:
     """Decides at each odometry whether one robot sends its state.
 
     Attributes:
         last: The state sent last; None before the first.
+        value: The value that its law sent last; None before the first.
     """
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
@@ -110,7 +132,10 @@ class Broadcast:
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
+        self._values_taken = values_taken(condition)
         self.last: State | None = None
+        self.value: Value | None = None
+        self._last_value: Value | None = None
         self._failing = False
 
     @classmethod
@@ -131,7 +156,7 @@ class Broadcast:
         state = pose, V
         triggered = self.last is None or self._evaluate(state, self.last, t)
         if triggered:
-            self.last = state
+            self.last, self._last_value = state, self.value
         return triggered
 
     def _evaluate(self, state: State, last: State, t: float) -> bool:
@@ -139,8 +164,10 @@ class Broadcast:
         arguments = [_position(state), _position(last)]
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
+        given = {'value': self.value, 'last_value': self._last_value}
+        values = {name: read_only(given[name]) for name in self._values_taken}
         try:
-            answer = checked_answer(self._condition(*arguments, t), self.path)
+            answer = checked_answer(self._condition(*arguments, t, **values), self.path)
         except StopCall:
             raise
         except BaseException as error:  # whatever a script raises, the robots continue

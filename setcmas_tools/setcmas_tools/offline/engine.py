@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl import network
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import Algo
 from setcmas_ctrl.scripts.output import named_output
@@ -78,13 +79,12 @@ def simulate(
         scenario = Scenario.of(scenario, **changes)
     one = Simulation(scenario, warn, progress)
     seed_scripts(one.seed)
-    radio = None
-    if not one.communication.is_ideal:
-        radio = OfflineCommunication(one.communication, one.nb_robots, warn)
+    radio = OfflineCommunication(one.communication, one.nb_robots, warn)
     with (
         board.of_run(),
         kept_state(_warning_of_functions(one)),
         named_output(),
+        network.exchanged_by(radio),
         offline_tables.recorded_drawings() as drawings,
     ):
         one.load()
@@ -105,12 +105,12 @@ def _warning_of_functions(one: Simulation) -> Callable[[], object]:
     return cache(partial(one.warn, message)) if functions else bool
 
 
-def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingRecord) -> Run:
+def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) -> Run:
     """Simulate a run whose scripts are loaded.
 
     Args:
         one: The simulation.
-        radio: Its communication; None if each robot knows the poses of all.
+        radio: Its communication.
         drawings: Record of the drawings of its scripts.
     """
     nb_robots = one.nb_robots
@@ -124,17 +124,18 @@ def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingR
     tables = RunTables(
         offline_tables.motion(t, states[:, :3], states[:, 3], states[:, 5]),
         offline_tables.commands(control_t, velocities),
-        radio.record() if radio else None,
+        radio.record(t),
         drawings.drawings(),
+        messages=radio.sent,
     )
-    conditions = radio.reports if radio else None
+    conditions = radio.reports if radio.is_on else None
     return one.run(tables, controllers.reports, conditions)
 
 
 def _integrate(
     fleet: VirtualFleet,
     controllers: FleetLaws,
-    radio: OfflineCommunication | None,
+    radio: OfflineCommunication,
     given: Simulation,
     drawings: DrawingRecord,
 ) -> tuple[Floats, Floats, Floats, Floats]:
@@ -150,7 +151,7 @@ def _integrate(
     states[0] = fleet.states[:6]
     notes.done = 1
     poses = through_quaternion(fleet.poses)
-    if radio:
+    if radio.is_on:
         radio.measure(poses, fleet.states[3], 0.0)
 
     def advance(done: int, step: int) -> Floats:
@@ -162,7 +163,7 @@ def _integrate(
         notes.done = step + 1
         if progress:
             progress(float(t[step]))
-        if not radio:
+        if not radio.is_on:
             return through_quaternion(fleet.poses)
         received = through_quaternion(later[:, :3].transpose(1, 0, 2))
         for k, now in enumerate(t[done + 1 : step + 1].tolist()):
@@ -174,8 +175,7 @@ def _integrate(
         if step > done:
             poses, done = advance(done, step), step
         drawings.t = now
-        received = radio.known_poses(poses, now) if radio else ()
-        commanded = controllers(poses, now, *received)
+        commanded = controllers(poses, now, *radio.known_poses(poses, now))
         velocities[call, :2] = commanded.wanted
         if commanded.allowed is not None:
             velocities[call, 2:] = commanded.allowed

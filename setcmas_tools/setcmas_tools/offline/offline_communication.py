@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +14,29 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.graph import GraphChanges
+from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.message_content import Content, Value
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import board
-from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
+from setcmas_tools.run.communication_record import (
+    CommunicationRecord,
+    Counts,
+    SentMessage,
+    record_of,
+)
 
 
 class OfflineCommunication:
     """Messages between the robots of a simulated fleet.
 
     Attributes:
+        is_on: Whether there are links. Robots that know all poses have none until a law uses
+            messages.
+        t: Time of the current calls in s.
+        sent: Messages that laws have sent.
         reports: Errors of triggering conditions.
     """
 
@@ -42,8 +54,11 @@ class OfflineCommunication:
             SetcmasError: A triggering condition cannot be loaded.
         """
         robots = range(1, nb_robots + 1)
+        self.is_on = not communication.is_ideal
+        self.t = 0.0
+        self.sent: list[SentMessage] = []
+        self._communication = communication
         self._graph = communication.graph
-        self._links = communication.links(robots)
         self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
         self._event_triggered = communication.event_triggered
         self._threshold = communication.threshold
@@ -54,10 +69,15 @@ class OfflineCommunication:
         )
         self._nb_robots = nb_robots
         self._all = np.arange(nb_robots)
+        self._poses: Floats = np.full((3, nb_robots), np.nan)
         self._times: list[float] = []
         self._triggered: list[NDArray[np.bool_]] = []
         self._changes = GraphChanges(nb_robots)
         self._begun = False
+
+    @cached_property
+    def _links(self) -> Links:
+        return self._communication.links(range(1, self._nb_robots + 1))
 
     def measure(self, poses: Floats, V: Floats, t: float) -> None:
         """Send the states of the robots whose conditions trigger at time t (s).
@@ -67,10 +87,10 @@ class OfflineCommunication:
             V: Forward speeds in m/s, shape (N,).
             t: Time in s.
         """
-        self._times.append(t)
         if not self._event_triggered:
             self._links.send(self._all, poses, t)
             return
+        self._times.append(t)
         if self._broadcasts:
             triggered = self._triggered_by_scripts(poses, V, t)
         else:
@@ -91,7 +111,7 @@ class OfflineCommunication:
         notes.end()
         return np.array(results)
 
-    def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
+    def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats] | tuple[()]:
         """Return the poses that each robot knows at time t (s), and the adjacency matrix.
 
         Args:
@@ -99,19 +119,47 @@ class OfflineCommunication:
             t: Time in s.
 
         Returns:
-            Poses by robot, NaN for robots that it does not hear; and the matrix.
+            Poses by robot, NaN for robots from which it receives nothing; and the matrix. Nothing
+            if there are no links.
         """
+        self._poses, self.t = poses, t
+        if not self.is_on:
+            return ()
         adjacency = self._graph.adjacency(t, poses[:2])
-        if not self._begun:
-            self._begun = True
-            self._links.begin(adjacency)
-        else:
+        if self._begun:
             self._links.connect(adjacency, t)
-        self._changes.note(t, adjacency)
+        else:
+            self._links.begin(adjacency)
+        self._changes.note(t if self._begun else 0.0, adjacency)
+        self._begun = True
         return self._links.known_poses(poses, t), adjacency
 
-    def record(self) -> CommunicationRecord:
-        """Return the record of all messages."""
+    def begin(self) -> None:
+        """Let there be links, over which the robots have sent their poses already."""
+        if not self.is_on:
+            self.is_on = True
+            self._links.send(self._all, self._poses, self.t)
+            self.known_poses(self._poses, self.t)
+
+    def send(self, robot: int, value: Value) -> None:
+        """Let the next states that a robot sends carry a value."""
+        self.sent.append(SentMessage(self.t, robot, value))
+        self._links.attach(robot - 1, Content(self.t, value))
+        if self._broadcasts:
+            self._broadcasts[robot - 1].value = value
+
+    def received(self, robot: int) -> Mapping[int, Content]:
+        """Return what a robot has received last, by the numbers of the senders."""
+        return {sender + 1: one for sender, one in self._links.contents(robot - 1).items()}
+
+    def record(self, times: Floats) -> CommunicationRecord | None:
+        """Return the record of all messages; None if there were no links.
+
+        Args:
+            times: Times of the robots' states in s, shape (K,).
+        """
+        if not self.is_on:
+            return None
         counts = self._links.counts
         intervals = counts.mean_interval
         was_up = counts.sent > 0
@@ -126,9 +174,8 @@ class OfflineCommunication:
             )
             for i, j in zip(*np.nonzero(was_up), strict=True)
         }
-        times = np.array(self._times)
         sent = np.array(self._triggered, dtype=float).reshape(-1, self._nb_robots)
-        evaluated = times[: len(self._triggered)]
+        evaluated = np.array(self._times)
         numbers = range(1, self._nb_robots + 1)
         robots = np.tile(np.array(numbers, dtype=float), len(evaluated))
         triggers = np.column_stack(

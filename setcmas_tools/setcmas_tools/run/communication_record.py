@@ -6,9 +6,11 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from setcmas_ctrl.communication.message_content import Value
 from setcmas_simu.arrays import Floats
 
 
@@ -28,6 +30,19 @@ class Counts:
     received: int
     lost: int
     mean_interval: float
+
+
+class SentMessage(NamedTuple):
+    """A value that the law of a robot sent.
+
+    Attributes:
+        t: Time in s from the first command of the run.
+        robot: Number of the robot, from 1.
+    """
+
+    t: float
+    robot: int
+    value: Value
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,11 @@ def _known_numbers(cells: Sequence[str]) -> Any:
     return _numbers([cell or 'nan' for cell in cells])
 
 
+def _indices(cells: Sequence[str]) -> Any:
+    _bounded([cell for cell in cells if cell], 0, _MOST_COUNTED)
+    return _known_numbers(cells)
+
+
 _LATEST_S = 1e6
 _MOST_COUNTED = 1e15
 _ROBOT = f'a whole number from 1 to {MAX_ROBOTS}'
@@ -70,6 +75,8 @@ COUNT = Cells('a whole number', '.0f', partial(_bounded, least=0, most=_MOST_COU
 ROBOT = Cells(_ROBOT, '.0f', partial(_bounded, least=1, most=MAX_ROBOTS))
 RECEIVER = Cells(f"{_ROBOT}, or '{ALL}'", '', _receivers)
 SECONDS = Cells('a number, or empty', '', _known_numbers)
+EXACT_NUMBER = Cells('a number', '', _numbers)
+INDEX = Cells('a whole number, or empty', '', _indices)
 TEXT = Cells('text', '', list)
 
 
@@ -283,4 +290,15 @@ GRAPH = CsvFile(
         *_columns(SHORT_NUMBER, weight='weight of the link from t on'),
     ),
 )
-CSV_FILES = (FLEET, COMMANDS, DRAWINGS, SAFETY, COUNTS, TRIGGERS, GRAPH)
+MESSAGES = CsvFile(
+    'messages.csv',
+    'values that laws sent to other robots, a row for each number',
+    (
+        *_T_ROBOT,
+        *_columns(TEXT, name='name of the value; empty if it has none'),
+        *_columns(INDEX, row='place in an array, from 0; empty for a number'),
+        *_columns(INDEX, column='place in a row of a matrix, from 0; else empty'),
+        *_columns(EXACT_NUMBER, value='the number'),
+    ),
+)
+CSV_FILES = (FLEET, COMMANDS, DRAWINGS, SAFETY, COUNTS, TRIGGERS, GRAPH, MESSAGES)

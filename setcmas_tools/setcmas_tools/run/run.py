@@ -19,7 +19,7 @@ from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import UNICYCLE, model_names
-from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
 from setcmas_tools.run.inputs import RunInput, kept_inputs
@@ -145,6 +145,11 @@ class Run:
     def record(self) -> CommunicationRecord | None:
         """Messages of each link; None if unknown, or if all robots knew all poses."""
         return self.tables.communication
+
+    @property
+    def messages(self) -> list[SentMessage]:
+        """The values that the laws sent with `network.send`, sorted by time, then robot."""
+        return self.tables.messages
 
     @property
     def drawings(self) -> list[Drawing]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.communication.message_content import checked_value
 from setcmas_ctrl.control.references import References
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited, written_whole
-from setcmas_tools.run.communication_record import CommunicationRecord, Counts
+from setcmas_tools.run.communication_record import CommunicationRecord, Counts, SentMessage
 from setcmas_tools.run.csv_columns import (
     ALL,
     COMMANDS,
@@ -23,6 +26,7 @@ from setcmas_tools.run.csv_columns import (
     DRAWINGS,
     FLEET,
     GRAPH,
+    MESSAGES,
     SAFETY,
     TRIGGERS,
 )
@@ -69,6 +73,7 @@ class RunTables:
         drawings: The spheres that the scripts drew, sorted by time.
         references: The task of the law, if it has one.
         safety: The states of the robots of an experiment; None of a simulation.
+        messages: The values that the laws sent, sorted by time, then robot.
     """
 
     fleet: FleetTable
@@ -77,6 +82,7 @@ class RunTables:
     drawings: list[Drawing] = field(default_factory=list)
     references: References | None = None
     safety: SafetyRecord | None = None
+    messages: list[SentMessage] = field(default_factory=list)
 
 
 def write_tables(tables: RunTables, folder: Path) -> None:
@@ -98,6 +104,9 @@ def write_tables(tables: RunTables, folder: Path) -> None:
     if safety := tables.safety:
         rows = _rows(safety.t, safety.robot, safety.state, safety.overruled)
         SAFETY.write(folder / SAFETY.name, rows)
+    if tables.messages:
+        rows = (row for one in tables.messages for row in _message_rows(one))
+        MESSAGES.write(folder / MESSAGES.name, rows)
     if tables.references:
         with written_whole(folder / TASK_FILE) as file:
             file.write(f'{tables.references.encoded()}\n')
@@ -119,6 +128,7 @@ def read_tables(fleet_csv: Path) -> RunTables:
         [_drawing(*row) for row in _rows(*(DRAWINGS.read(folder / DRAWINGS.name) or ()))],
         _read_references(folder / TASK_FILE),
         None if safety is None else safety_record(list(map(_safety_row, *map(_values, safety)))),
+        _read_messages(folder / MESSAGES.name),
     )
 
 
@@ -171,6 +181,40 @@ def _drawing(t: float, robot: float, name: str, kind: str, *numbers: float) -> D
     x, y, z, diameter, red, green, blue, alpha = numbers
     sphere = Sphere(x, y, z, diameter, (red, green, blue), alpha)
     return Drawing(t, int(robot), name, kind, sphere)
+
+
+def _message_rows(message: SentMessage) -> Iterator[tuple[Any, ...]]:
+    """Yield a row for each number of a message."""
+    values = message.value if isinstance(message.value, Mapping) else {'': message.value}
+    for name, value in values.items():
+        for place, number in np.ndenumerate(value):
+            row, column = (*place, '', '')[:2]
+            yield message.t, message.robot, name, row, column, float(number)
+
+
+def _read_messages(path: Path) -> list[SentMessage]:
+    """Read the messages of a run.
+
+    Raises:
+        SetcmasError: The file is damaged.
+    """
+    messages = []
+    rows = _rows(*(MESSAGES.read(path) or ()))
+    for (t, robot), own in groupby(rows, itemgetter(0, 1)):
+        values = {name: _array(list(cells)) for name, cells in groupby(own, itemgetter(2))}
+        value = values[''] if list(values) == [''] else values
+        try:
+            messages.append(SentMessage(t, int(robot), checked_value(value)))
+        except (TypeError, ValueError) as error:
+            raise SetcmasError(f"'{path}' is damaged at t = {t:g} s: {error}") from error
+    return messages
+
+
+def _array(rows: list[tuple[Any, ...]]) -> Any:
+    """Return the number or array in some rows of one value, in the order of writing."""
+    numbers, last = [row[-1] for row in rows], rows[-1]
+    shape = [int(place) + 1 for place in last[3:5] if not math.isnan(place)]
+    return np.reshape(numbers, shape) if math.prod(shape) == len(numbers) else None
 
 
 def write_communication(record: CommunicationRecord, folder: Path) -> None:

@@ -207,3 +207,52 @@ def test_messages_that_are_not_taken_do_not_pile_up():
         links.send(ALL, moved(k), 0.1 * k)
 
     assert all(len(queue) <= 4 for queue in links._on_the_way.values())
+
+
+def test_a_state_carries_what_was_attached_before_it():
+    links = begun(path(3))
+    links.attach(0, 'a')
+    assert links.contents(1) == {}
+
+    links.send(ALL, POSES, 0.1)
+
+    assert [links.contents(robot) for robot in range(3)] == [{}, {0: 'a'}, {}]
+
+
+def test_content_shares_delay_and_loss_of_its_state():
+    links = begun(delay=0.3, loss=0.5, seed=3)
+    arrived = []
+    for k in range(1, 30):
+        links.attach(1, k)
+        links.send(ALL, moved(k), 0.1 * k)
+        known = links.known_poses(moved(k), 0.1 * k)[0, 0, 1]
+        content = links.contents(0).get(1)
+        arrived.append(content)
+        assert content is None or known == moved(content)[0, 1]
+
+    assert 5 < len(set(arrived)) < 20  # some were lost
+    assert links.counts.lost[0, 1] > 5
+
+
+def test_a_link_that_goes_down_loses_content_and_later_has_that_of_the_last_state():
+    links = begun()
+    links.attach(2, 'old')
+    links.send(ALL, POSES, 0.1)
+    links.connect(np.zeros((3, 3)), 0.2)
+    assert links.contents(0) == {}
+
+    links.attach(2, 'new')  # not sent yet
+    links.connect(complete(3), 0.3)
+
+    assert links.contents(0) == {2: 'old'}
+
+
+def test_forgotten_contents_do_not_arrive():
+    links = begun(delay=0.3)
+    links.attach(2, 'old')
+    links.send(ALL, POSES, 0.1)
+    links.forget_contents()
+    links.attach(1, 'new')
+    links.known_poses(POSES, 1.0)
+
+    assert links.contents(0) == {}

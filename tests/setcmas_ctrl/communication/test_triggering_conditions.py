@@ -120,3 +120,22 @@ def test_a_condition_that_works_again_is_reported_too(broadcast, said):
 def test_scripts_that_have_no_condition(broadcast, text, message):
     with pytest.raises(SetcmasError, match=message):
         broadcast(text)
+
+
+@pytest.mark.parametrize('positions', ['pos, last_pos', 'pos, vit, last_pos, last_vit'])
+def test_a_condition_may_take_the_values_of_messages(broadcast, positions):
+    own = broadcast(
+        f'def ctc({positions}, t, *, value, last_value=3):\n'
+        '    return last_value is None or abs(value["x"] - last_value["x"]) > 1\n'
+    )
+    decided = []
+    for x in (0.0, 1.0, 1.5, 2.0, 2.6, 3.7):
+        own.value = {'x': x} if x else None
+        decided.append(own.is_triggered((0.0, 0.0, 0.0), 0.0, x))
+
+    assert decided == [True, True, False, False, True, True]
+
+
+def test_a_condition_that_needs_another_keyword_is_refused(broadcast):
+    with pytest.raises(SetcmasError, match='takes neither 3 nor 5 arguments'):
+        broadcast('def ctc(pos, last_pos, t, *, content):\n    return True\n')

@@ -24,11 +24,12 @@ def script(folder, text, name='law.py'):
 CONTROL = 'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
 
 
-def test_the_five_built_in_laws_are_found_by_name(folder):
+def test_the_built_in_laws_are_found_by_name(folder):
     paths = {find_script(name) for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in}
 
     assert sorted(path.stem for path in paths) == [
         'consensus',
+        'leader_election',
         'leader_follower_distance_formation',
         'leader_follower_formation',
         'nav_wp',

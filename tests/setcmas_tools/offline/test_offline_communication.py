@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
@@ -226,3 +227,90 @@ def test_a_thousand_robots_in_a_ring():
     assert np.isfinite(run.poses).all()
     assert not run.failed_robots
     assert len(run.record.links) == 2000
+
+
+def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():
+    received = {}
+
+    def control(robotNo, nbRobots, poses, t):
+        received[robotNo, round(t, 6)] = {
+            sender: (message.value, message.age) for sender, message in network.received().items()
+        }
+        network.send(100 * robotNo + round(5 * t))
+        return 0, 0
+
+    run = simulate(control, 3, 1.0, graph='path')
+
+    assert received[2, 0.0] == received[1, 0.0] == {}
+    assert received[2, 0.6] == {1: (102, 0.2), 3: (302, 0.2)}
+    assert received[1, 0.6] == {2: (202, 0.2)}
+    assert [(one.robot, one.value) for one in run.messages[:4]] == [
+        (1, 100), (2, 200), (3, 300), (1, 101),
+    ]  # fmt: skip
+
+
+def test_messages_have_the_delay_and_the_losses_of_poses():
+    times = {}
+
+    def control(robotNo, nbRobots, poses, t):
+        known = poses[0, 2 - robotNo]
+        if message := network.received().get(3 - robotNo):
+            times.setdefault(robotNo, []).append((t, message.t, known - message.value))
+        network.send(float(poses[0, robotNo - 1]))
+        return 0.3, 0
+
+    run = simulate(control, 2, 30.0, delay=0.3, loss=0.4, rate=10, seed=2)
+    t, sent, moved = np.array(times[1]).T
+    ages = t - sent
+
+    # A value rides with the next state, 0.1 s later, which the robot has reached at 0.3 m/s.
+    assert ages.min() == pytest.approx(0.4)
+    assert (np.diff(ages) > 0.05).mean() == pytest.approx(0.4, abs=0.1)
+    np.testing.assert_allclose(moved[20:], 0.03, atol=1e-6)
+    assert run.record.links[1, 2].lost > 50
+
+
+def test_an_event_triggered_robot_sends_its_value_with_its_state():
+    def control(robotNo, nbRobots, poses, t):
+        seen[robotNo] = {sender: one.value for sender, one in network.received().items()}
+        network.send(round(t))
+        return 0, 0
+
+    def ctc(pos, last_pos, t, *, value, last_value):
+        return value is not None and (last_value is None or value > last_value + 1)
+
+    seen = {}
+    run = simulate(control, 2, 9.9, event_triggered=True, ctc=ctc)
+
+    assert seen == {1: {2: 10}, 2: {1: 10}}
+    assert {one.sent for one in run.record.robots.values()} == {7}
+
+
+def test_robots_that_know_all_poses_have_links_from_the_first_message_on():
+    def late(robotNo, nbRobots, poses, t):
+        if t >= 0.95:
+            network.send(1)
+        return 0.1 * len(network.received()) if t >= 0.95 else 0.0, 0.0
+
+    run = simulate(late, 3, 2.0)
+
+    assert run.record.links[1, 2].sent == 10
+    assert run.record.robots[1].sent == 21
+    assert run.commands.of(1).vx[:6].tolist() == [0.0] * 6
+    assert run.commands.of(1).vx[6:] == pytest.approx(0.2)
+    assert simulate('consensus', 3, 2.0).record is None
+
+
+def test_a_message_that_cannot_be_sent_is_reported_with_its_line():
+    said = []
+
+    def control(robotNo, nbRobots, poses, t):
+        network.send({'place': (robotNo, np.float64(t) / 0)})
+        return 0, 0
+
+    with np.errstate(divide='ignore', invalid='ignore'):
+        run = simulate(control, 1, 0.5, warn=said.append)
+
+    assert 'which is not finite' in said[0]
+    assert "network.send({'place'" in said[0]
+    assert not run.messages

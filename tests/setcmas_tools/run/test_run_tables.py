@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.communication_record import Counts, record_of
+from setcmas_tools.run.communication_record import Counts, SentMessage, record_of
 from setcmas_tools.run.csv_columns import (
     COMMANDS,
     COUNTS,
@@ -161,3 +161,29 @@ def test_allowed_velocities_are_kept(tmp_path):
 
     assert read.of(2).allowed.verdict.tolist() == [1, 3]
     assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
+
+
+def test_messages_are_read_as_they_were_written(tmp_path):
+    value = {'x': 1 / 3, 'v': np.array([1.0]), 'A': np.arange(6.0).reshape(2, 3)}
+    messages = [SentMessage(0.2, 1, 5.0), SentMessage(0.2, 2, value), SentMessage(0.4, 2, value)]
+    fleet = fleet_table([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    write_tables(RunTables(fleet, messages=messages), tmp_path)
+    number, *others = read_tables(tmp_path / 'fleet.csv').messages
+
+    assert number == messages[0]
+    for one, other in zip(others, messages[1:], strict=True):
+        assert one[:2] == other[:2]
+        assert list(one.value) == ['x', 'v', 'A']
+        assert one.value['x'] == value['x']
+        np.testing.assert_array_equal(one.value['A'], value['A'])
+        assert one.value['v'].shape == (1,)
+
+
+@pytest.mark.parametrize('row', ['0,1,x,1,,2', '0,1,x y,,,2', '0,1,,,,nan', '0,1,x,0,0.5,1'])
+def test_damaged_messages_are_reported(tmp_path, row):
+    fleet = fleet_table([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    write_tables(RunTables(fleet), tmp_path)
+    (tmp_path / 'messages.csv').write_text(f't,robot,name,row,column,value\n{row}\n')
+
+    with pytest.raises(SetcmasError, match=r'messages\.csv'):
+        read_tables(tmp_path / 'fleet.csv')

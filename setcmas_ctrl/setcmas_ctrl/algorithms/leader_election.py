@@ -1,0 +1,48 @@
+"""Leader election: the robots agree on one of them by messages, and gather where it starts.
+
+Each robot has a number, and sends the largest that it has received so far (max-consensus):
+
+    m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
+
+with m_i(0) its own number. The robot with the largest number leads. After k calls each robot has
+the largest number within k links, so in a strongly connected graph without loss or delay all agree
+after as many calls as the graph's diameter. The leader's place p goes with its number, and
+
+    v_i = K (p - p_i)
+
+Source: FloodMax in Lynch, Distributed Algorithms, Morgan Kaufmann, 1996, section 4.1.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.saturation import dead_band
+
+task = 'consensus'  # selects its metrics and plots
+
+K = 0.5  # gain (1/s)
+NUMBERS = []  # of robots 1, 2, ...; without any, each robot draws its own
+
+leader = ()  # number, robot and place (m) of the leader, as far as this robot has received
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot towards the leader's place."""
+    global leader
+    x, y = poses[:2, robotNo - 1]
+    if not leader:
+        number = NUMBERS[robotNo - 1] if NUMBERS else np.random.default_rng().random()
+        leader = (number, robotNo, x, y)
+        if robotNo == 1:
+            warn_if_not_connected(nbRobots)
+    for message in network.received().values():
+        leader = max(leader, tuple(message.value))
+    network.send(leader)
+    return dead_band(K * (leader[2] - x), K * (leader[3] - y))
+
+
+def warn_if_not_connected(nbRobots):
+    """Print a warning if some robot cannot receive from some other, even through others."""
+    links = np.eye(nbRobots) + (network.adjacency() > 0)
+    if not np.linalg.matrix_power(links, nbRobots).all():
+        print('the graph is not strongly connected now: there may be several leaders')
