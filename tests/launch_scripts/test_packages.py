@@ -83,7 +83,8 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, source / package, ignore=skipped)
     shutil.copy(ROOT / 'pyproject.toml', source)
-    shutil.copytree(ROOT / 'tests', source / 'tests', ignore=skipped)
+    for folder in ('tests', 'docs'):
+        shutil.copytree(ROOT / folder, source / folder, ignore=skipped)
     binaries = Path(sys.executable).parent
     # A workspace finds its packages by itself, not through an editable install beside it.
     environment = {**os.environ, 'PATH': f'{binaries}:{os.environ["PATH"]}'}

@@ -245,7 +245,7 @@ def _run_in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
         done = subprocess.run(command, capture_output=True, text=True, errors='replace')
         if done.returncode == _INVALID_INPUT or not (place / 'csv').is_dir():
             return _not_run(done.stderr, script)
-        run = Run.load(place, lambda _: None)
+        run = replace(Run.load(place, lambda _: None), bag=None)  # it goes with the folder
     return ScenarioRun(run, _failure(run.info), run.outcome.state in _TO_THE_END)
 
 
