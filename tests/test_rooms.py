@@ -29,6 +29,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.graph_watch',
     'setcmas_ctrl.controller.law_loader',
     'setcmas_ctrl.controller.markers',
+    'setcmas_ctrl.controller.message_topics',
     'setcmas_ctrl.controller.network_links',
     'setcmas_ctrl.controller.stepper',
     'setcmas_ctrl.driving.driven_robot',

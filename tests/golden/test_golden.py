@@ -13,7 +13,7 @@ from processes import run_setcmas
 NUMBER = re.compile(rb'-?\d+\.\d+(?:e[-+]\d+)?')
 LAST_DIGIT = 1.1e-9
 SAME_MATHS = store.maths() == store.MATHS.read_text().strip()
-QUICK = ('event_triggered',)
+QUICK = ('event_triggered', 'leader_election')
 """Runs that are made over ROS in the quick tests."""
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from math import prod
+from math import isfinite, prod
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -152,3 +152,15 @@ def value_of(dimensions: Iterable[Any], numbers: Sequence[float]) -> Value:
     if rest:
         raise ValueError(f'{len(rest)} of {len(numbers)} numbers have no dimension')
     return checked_value(values[''] if list(values) == [''] else values)
+
+
+def content_of(dimensions: Iterable[Any], offset: int, data: Iterable[float]) -> Content:
+    """Return the content in the numbers of a message: a time, and a value from an offset on.
+
+    Raises:
+        TypeError, ValueError: They are something else.
+    """
+    numbers = [float(number) for number in data]
+    if not numbers or not isfinite(numbers[0]) or offset < 1:
+        raise ValueError('it must begin with a time in s, and data_offset must be 1 at least')
+    return Content(numbers[0], value_of(dimensions, numbers[offset:]))

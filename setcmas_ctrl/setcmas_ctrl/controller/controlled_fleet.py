@@ -206,14 +206,13 @@ class ControlledFleet:
     def _connect(self) -> list[EventTriggeredComm]:
         """Let the robots communicate; return those that send states when triggered."""
         in_lockstep, stepper = isinstance(self._time, Lockstep), self.stepper
-        if not self._communication.is_ideal:
-            profile = qos.LOCKSTEP_STATE if in_lockstep else qos.LATCHED
-            stepper.communication = FleetCommunication(
-                self._node, self._odometry, self._communication, self._robots, profile
-            )
+        profile = qos.LOCKSTEP_STATE if in_lockstep else qos.LATCHED
+        stepper.communication = FleetCommunication(
+            self._node, self._odometry, self._communication, self._robots, profile
+        )
         if not self._communication.event_triggered:
             return []
-        return broadcasters(
+        senders = broadcasters(
             self._node,
             self._robots,
             self._communication,
@@ -223,6 +222,8 @@ class ControlledFleet:
             stepper.watch,
             in_lockstep,
         )
+        stepper.communication.broadcasters = {one.robot: one for one in senders}
+        return senders
 
     def _loop(
         self, senders: list[EventTriggeredComm], graph: GraphWatch
@@ -239,8 +240,14 @@ class ControlledFleet:
             clock = self._clock_of_another_simulator()
         stepper.clock = clock
         loop = StepLoop(process, 1.0 / rate, stepper.step, clock)
-        if stepper.communication:  # it counts when a state comes
+
+        def poll() -> None:
             loop.poll = stepper.take
+
+        if stepper.links:  # it counts when a state comes
+            poll()
+        elif stepper.communication:
+            stepper.communication.on_begin = poll
         return loop
 
     def _clock_of_another_simulator(self) -> TopicClock:

@@ -9,6 +9,7 @@ import argparse
 import contextlib
 from functools import partial
 
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.control.control_options import (
     SCRIPT_FAILED,
@@ -80,7 +81,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         process.take_signals()  # scripts may have changed the handlers while loading
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:
-            with contextlib.suppress(StopCall):
+            with contextlib.suppress(StopCall), network.exchanged_by(stepper.communication):
                 stepper.get_ready(process, args.recorded, isinstance(loop, LockstepLoop))
                 _heed(parameters, stepper, loop)
                 loop.run()

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
 from setcmas_ctrl.driving.odometry import FleetOdometry, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
@@ -54,6 +55,10 @@ class EventTriggeredComm:
     def use(self, broadcast: Broadcast) -> None:
         """Use another condition, which sends its first state."""
         self._broadcast = broadcast
+
+    def carry(self, value: Value) -> None:
+        """Take the value that the next states carry, for the condition."""
+        self._broadcast.value = value
 
     def take(self, state: State) -> None:
         """Decide whether to send a state."""

@@ -49,7 +49,7 @@ class LockstepLoop:
         self._rate = rate
         self._answerer = Answerer(node, stepper.robots)
         if stepper.communication:
-            stepper.communication.jitter_s = 0.0
+            stepper.communication.in_lockstep = True
         self._graph = graph
         self._recorded = {node.full_name(topics.LOCKSTEP)}
         self._nb_publishers = 0

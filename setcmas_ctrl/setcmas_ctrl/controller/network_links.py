@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
 
 from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.message_content import Content, Value
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.controller.message_topics import MessageTopics
 from setcmas_ctrl.driving.odometry import FleetOdometry, State, read_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
@@ -26,7 +32,17 @@ _TIMER_JITTER_S = 0.02
 
 
 class FleetCommunication:
-    """Takes the states that robots send, and provides the states that each receiver knows."""
+    """Takes the states that robots send, and provides what each receiver knows.
+
+    Attributes:
+        is_on: Whether there are links. Robots that know all poses have none until a law uses
+            messages.
+        t: Time of the current calls in s.
+        stamps: Stamps of the states that event-triggered robots have sent, in ns, shape (N,).
+        in_lockstep: Whether steps are exactly on time.
+        broadcasters: Those of the event-triggered robots of this process, by robot.
+        on_begin: Called when links begin because of messages.
+    """
 
     def __init__(
         self,
@@ -41,47 +57,102 @@ class FleetCommunication:
         Without event triggering the odometry must have all robots. The profile is the quality of
         service of the published graph.
         """
+        self._node = node
         self._odometry = odometry
         self._communication = communication
         self._robots = robots
+        self._profile = profile
         self._own = np.array(robots) - 1
-        self._links = communication.links(robots)
         self._nb_robots = odometry.poses.shape[1]
         self._published: Floats = np.zeros((self._nb_robots, self._nb_robots))
         self._segment = ''
         self._log = node.get_logger().info
-        self.jitter_s = _TIMER_JITTER_S
-        """A step this much too early counts as on time."""
+        self.in_lockstep = False
         self._begun = False
         self._next_graph = self._next_counts = 0.0
-        self._graph_publisher = None
-        if not communication.reaches_all:
-            self._graph_publisher = node.create_publisher(
-                Float32MultiArray, topics.COMMUNICATION_GRAPH, profile
+        self._graph_publisher: Publisher | None = None
+        self._counts_publishers: list[Publisher] = []
+        self.stamps = np.full(self._nb_robots, NO_STAMP)
+        self._states: list[PolledTopic] = []
+        self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
+        self.t = 0.0
+        self.broadcasters: Mapping[int, EventTriggeredComm] = {}
+        self.on_begin: Callable[[], object] = bool
+        self.is_on = not communication.is_ideal
+        if self.is_on:
+            self._open()
+
+    def _open(self) -> None:
+        """Create the topics."""
+        if not self._communication.reaches_all:
+            self._graph_publisher = self._node.create_publisher(
+                Float32MultiArray, topics.COMMUNICATION_GRAPH, self._profile
             )
         self._counts_publishers = [
-            node.create_publisher(
+            self._node.create_publisher(
                 Float64MultiArray, topics.robot_topic(robot, topics.LINKS), qos.LATCHED
             )
-            for robot in robots
+            for robot in self._robots
         ]
-        self.stamps = np.full(self._nb_robots, NO_STAMP)
-        """Stamps of the states that event-triggered robots have sent, in ns, shape (N,)."""
-        self._states: list[PolledTopic] = []
         for robot in range(1, self._nb_robots + 1):
-            if communication.event_triggered:
+            if self._communication.event_triggered:
                 topic = topics.robot_topic(robot, topics.TRIG_ODOM)
                 on_state = partial(self._on_state, robot)
                 self._states.append(
-                    PolledTopic(node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
+                    PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
                 )
             else:
-                odometry.listen(robot, partial(self._send, robot))
+                self._odometry.listen(robot, partial(self._send, robot))
+
+    @cached_property
+    def _links(self) -> Links:
+        return self._communication.links(self._robots)
+
+    def begin(self) -> None:
+        """Prepare for messages, on links over which the robots have sent their poses already.
+
+        Raises:
+            RuntimeError: In lockstep, other processes control some of the robots.
+        """
+        if self.in_lockstep and len(self._robots) < self._nb_robots:
+            raise RuntimeError(
+                'in lockstep, robots that use messages must all be controlled by one process; '
+                'leave out --robots'
+            )
+        self._messages.listen()
+        if not self.is_on:
+            self.is_on = True
+            self._open()
+            poses, now = self._odometry.poses, self._odometry.now
+            self._links.send(np.arange(self._nb_robots), poses, now)
+            self.known_poses(self.t)
+            self.on_begin()
+
+    def send(self, robot: int, value: Value) -> None:
+        """Let the next states that a robot of this process sends carry a value."""
+        content = Content(self.t, value)
+        self._attach(robot, content)
+        if robot in self.broadcasters:
+            self.broadcasters[robot].carry(value)
+        self._messages.publish(robot, content)
+
+    def received(self, robot: int) -> Mapping[int, Content]:
+        """Return what a robot of this process has received last, by the senders' numbers."""
+        contents = self._links.contents(self._robots.index(robot))
+        return {sender + 1: content for sender, content in contents.items()}
+
+    def forget_messages(self) -> None:
+        """Drop all messages: the laws start anew."""
+        self._links.forget_contents()
+
+    def _attach(self, robot: int, content: Content) -> None:
+        self._links.attach(robot - 1, content)
 
     def take(self) -> None:
-        """Take the states that robots have sent; call after taking odometry."""
+        """Take what robots have sent; call after taking odometry."""
         for topic in self._states:
             topic.take()
+        self._messages.take()
 
     def _on_state(self, robot: int, data: bytes) -> None:
         state = read_state(data)
@@ -103,8 +174,9 @@ class FleetCommunication:
             Poses by receiver, shape (R, 3, N), NaN for unknown robots; and the matrix (N, N).
         """
         now = self._odometry.now
-        # A step at t = 9.9998 s corresponds to t = 10 s offline, when a graph may switch.
-        t += self.jitter_s
+        if not self.in_lockstep:
+            # A step at t = 9.9998 s corresponds to t = 10 s offline, when a graph may switch.
+            t += _TIMER_JITTER_S
         self._report_segment(t)
         poses = self._odometry.poses
         adjacency = self._communication.graph.adjacency(t, poses[:2])

@@ -75,7 +75,7 @@ class ControlStepper:
             own = list(self.robots)
             self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
         self.communication: FleetCommunication | None = None
-        """What each robot knows of the fleet; None if all robots know all poses."""
+        """Links and messages of the robots; None before they are connected."""
         self._stepped = 0.0
         self._graph = graph
         self._lost = LostRobots(self.robots, odometry, self._warn)
@@ -93,9 +93,9 @@ class ControlStepper:
         process.spin_until(lambda: not self._taken(odometry.missing), _OFFERED_WITHIN_S)
         odometry.accept_best_effort(odometry.missing())
         self._await(process, 'odometry', odometry.missing, odometry.topic_of, self._odometry_hint)
-        if self.communication:
+        if self.links:
             state_of = partial(robot_topic, topic=TRIG_ODOM)
-            self._await(process, 'states', self.communication.missing, state_of, _sent_hint)
+            self._await(process, 'states', self.links.missing, state_of, _sent_hint)
         # The robots, and a recorder if there is one, must get the very first command.
         process.spin_until(self._graph.all_connected(), _LISTENERS_WAIT_S)
         wait_s = _RECORDER_WAIT_S if recorded else _LISTENERS_WAIT_S
@@ -175,6 +175,11 @@ class ControlStepper:
         self._time.follow_clock()
 
     @property
+    def links(self) -> FleetCommunication | None:
+        """What each robot knows of the fleet; None if all robots know all poses."""
+        return self.communication if self.communication and self.communication.is_on else None
+
+    @property
     def t(self) -> float:
         """Time t of the control laws in s: 0 before their first call, constant while paused."""
         return self._time.at(self.clock.now())
@@ -191,6 +196,8 @@ class ControlStepper:
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law
         self._time.begin_anew()
+        if self.links:
+            self.links.forget_messages()
 
     def follow(self, gains: GainOptions) -> None:
         """Use other gains from now on."""
@@ -207,8 +214,8 @@ class ControlStepper:
             driver.stop()
         for driver in self._drivers:
             driver.cmd_vel.wait_until_sent()
-        if self.communication:
-            self.communication.stop()
+        if self.links:
+            self.links.stop()
 
     def take(self) -> None:
         """Take pending messages: poses, pause requests, states that robots have sent."""
@@ -249,7 +256,9 @@ class ControlStepper:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
-            poses, adjacency = self.communication.known_poses(t)
+            self.communication.t = t
+        if self.links:
+            poses, adjacency = self.links.known_poses(t)
         velocities, idle = [], set()
         for controller, known in zip(self._controllers, poses, strict=False):
             velocity = None

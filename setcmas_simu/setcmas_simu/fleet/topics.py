@@ -23,6 +23,7 @@ GUARD_STATE = 'guard_state'
 TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
 LINKS = 'links'
+MESSAGE = 'message'
 RESET = 'reset'
 PAUSE = 'pause'
 OF_ROBOT = (
@@ -33,6 +34,7 @@ OF_ROBOT = (
     CMD_VEL,
     TRIG_ODOM,
     TRIG_EVENT,
+    MESSAGE,
     RESET,
     PAUSE,
 )

@@ -39,3 +39,6 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 LATCHED_BY_MANY = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """For subscribers of a topic on which several processes each keep a last message."""
+
+LATCHED_VALUES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Values from scripts: topics begin with the first value, which late recorders get, too."""

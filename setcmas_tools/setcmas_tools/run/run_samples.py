@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
+from setcmas_ctrl.communication.message_content import content_of
 from setcmas_ctrl.control.references import References, not_understood
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
@@ -19,7 +22,12 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_tools.run import law_output
-from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
+from setcmas_tools.run.communication_record import (
+    CommunicationRecord,
+    Counts,
+    SentMessage,
+    record_of,
+)
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_tables import RunTables
@@ -99,6 +107,7 @@ class CommunicationSamples:
         self._events: dict[int, list[tuple[int, int]]] = {}
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []
+        self.messages: list[SentMessage] = []
 
     def take_event(self, robot: int, time_ns: int, message: Any) -> None:
         """Take an evaluation of a robot's triggering condition."""
@@ -114,6 +123,14 @@ class CommunicationSamples:
         """Take the counts of all links to a robot; the last ones hold."""
         data = np.asarray(message.data, dtype=float)
         self._counts[receiver] = data[: len(data) // 4 * 4].reshape(-1, 4)
+
+    def take_message(self, robot: int, time_ns: int, message: Any) -> None:
+        """Take a value that the law of a robot sent; those of other programs are left out."""
+        with suppress(TypeError, ValueError):
+            given = message.layout
+            content = content_of(given.dim, given.data_offset, message.data)
+            # The first is sent shortly before the first command.
+            self.messages.append(SentMessage(max(0.0, time_ns / 1e9), robot, content.value))
 
     def record(self, table: FleetTable) -> CommunicationRecord | None:
         """Return the record of the run; None if the bag holds no communication."""
@@ -260,6 +277,9 @@ class RunSamples:
             (topics.LINKS, 'std_msgs/msg/Float64MultiArray'): (
                 partial(self._communication.take_counts, robot)
             ),
+            (topics.MESSAGE, 'std_msgs/msg/Float64MultiArray'): (
+                partial(self._communication.take_message, robot)
+            ),
             (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): partial(self._take_command, robot),
             (topics.CMD_CART_VEL_ALLOWED, 'geometry_msgs/msg/Point32'): (
                 partial(self._take_allowed, robot)
@@ -282,6 +302,7 @@ class RunSamples:
             self._drawings.drawings(),
             self._references,
             law_output.safety_record(self._safety) if self._safety else None,
+            sorted(self._communication.messages, key=itemgetter(0, 1)),
         )
 
     def parameters_set(self) -> list[ParameterChange]:

@@ -122,6 +122,17 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
     ]
 
 
+def test_in_lockstep_messages_need_all_robots_in_one_process(peer):
+    communication = FleetCommunication(
+        peer.node, FleetOdometry(peer.node, 2), chosen_communication(2), [1]
+    )
+    communication.in_lockstep = True
+
+    with pytest.raises(RuntimeError, match='all be controlled by one process; leave out --robots'):
+        communication.begin()
+    assert not communication.is_on
+
+
 def test_a_process_reports_the_links_of_its_own_robots(start, peer):
     start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
     options = ['--graph', 'directed_ring', '--nb-robots', '3', '--robots', '2-3']
