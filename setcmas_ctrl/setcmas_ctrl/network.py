@@ -136,6 +136,16 @@ def exchanged_by(exchange: Exchange | None) -> Iterator[None]:
         _exchange = before
 
 
+def contents() -> dict[int, Content]:
+    """Return what this robot has received last, by sender, for callers in whose place others ask.
+
+    Raises:
+        RuntimeError: Called outside `control`.
+    """
+    adjacency()
+    return dict(_exchange.received(_robot)) if _exchange else {}
+
+
 def _begin() -> None:
     adjacency()
     if _exchange:

@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.communication.message_content import Value, layout
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
@@ -28,7 +29,10 @@ from setcmas_tools.grade.sandboxed_script import (
     REQUEST,
     TRIGGERED,
     VELOCITY,
+    Contents,
+    Encoded,
     Refusal,
+    Reply,
     SandboxedScript,
 )
 from setcmas_tools.offline.child_channel import MachineError
@@ -196,7 +200,8 @@ class SandboxedScripts:
         answer = self._asked(work.robot, b'', f'{work.script} has been loading', Failure(''))
         kinds = {loaded: velocities for velocities, loaded in LOADED.items()}
         if answer not in kinds:
-            self._lose(Failure(_refusal(answer).message))
+            refusal = _reply(answer)
+            self._lose(Failure(refusal.message if isinstance(refusal, Refusal) else _INVALID))
         return kinds[answer]
 
     def _law(
@@ -208,41 +213,65 @@ class SandboxedScripts:
             is_new = adjacency is not self._adjacency[robot - 1]
             self._adjacency[robot - 1] = adjacency
             arrays = (poses, adjacency) if is_new else (poses,)
-            vx, vy = self._answer(robot, t, arrays, VELOCITY, is_new)
+            received = {
+                sender: Encoded(*layout(content.value), content.t)
+                for sender, content in network.contents().items()
+            }
+            given = Contents(received) if received else None
+            vx, vy = self._answer(robot, t, arrays, VELOCITY, is_new, given)
             return vx, vy
 
         return control
 
     def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
-        def asked(*vectors: Floats, t: float) -> bool:
-            return bool(self._answer(robot, t, vectors, TRIGGERED)[0])
+        def asked(*vectors: Floats, t: float, **values: Value | None) -> bool:
+            encoded = {name: Encoded.of(value) for name, value in values.items()}
+            given = Contents(values=encoded) if any(encoded.values()) else None
+            return bool(self._answer(robot, t, vectors, TRIGGERED, given=given)[0])
 
-        def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
-            return asked(pos, last_pos, t=t)
+        def ctc(pos: Floats, last_pos: Floats, t: float, *, value: Any, last_value: Any) -> bool:
+            return asked(pos, last_pos, t=t, value=value, last_value=last_value)
 
         def long_ctc(
-            pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
+            pos: Floats,
+            vit: Floats,
+            last_pos: Floats,
+            last_vit: Floats,
+            t: float,
+            *,
+            value: Any,
+            last_value: Any,
         ) -> bool:
-            return asked(pos, vit, last_pos, last_vit, t=t)
+            vectors = pos, vit, last_pos, last_vit
+            return asked(*vectors, t=t, value=value, last_value=last_value)
 
         return long_ctc if velocities else ctc
 
     def _answer(
-        self, robot: int, t: float, arrays: Sequence[Floats], form: Struct, is_new: bool = False
+        self,
+        robot: int,
+        t: float,
+        arrays: Sequence[Floats],
+        form: Struct,
+        is_new: bool = False,
+        given: Contents | None = None,
     ) -> tuple[Any, ...]:
-        """Return the numbers that a robot's function returns.
+        """Return the numbers that a robot's function returns, and send what it sends.
 
         Raises:
             ControlError: It fails.
             LostError: Its process has ended.
         """
-        request = REQUEST.pack(is_new, t)
+        request = REQUEST.pack(is_new, sum(array.size for array in arrays), t)
         request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
+        request += msgspec.json.encode(given) if given else b''
         here = Failure('', robot=robot, t=t)
         answer = self._asked(robot, request, f'{self._name} has not returned', here)
         if len(answer) == form.size:
             return form.unpack(answer)
-        refusal = _refusal(answer)
+        refusal = _sent_on(_reply(answer))
+        if isinstance(refusal, Reply):
+            return refusal.velocity
         message, place = refusal.message, (Path(refusal.file), refusal.line)
         if not self.failure:
             self.failure = replace(here, message=message, script=refusal.file, line=refusal.line)
@@ -273,14 +302,31 @@ class SandboxedScripts:
         raise LostError(failure.message)
 
 
-def _refusal(answer: bytes) -> Refusal:
-    """Return the error in a reply, without control characters."""
+_INVALID = 'the submission sent an invalid reply'
+
+
+def _reply(answer: bytes) -> Reply | Refusal:
+    """Return the answer of a law that uses messages, or the error, without control characters."""
     try:
+        if answer.startswith(b'{"velocity"'):
+            return msgspec.json.decode(answer, type=Reply)
         sent = msgspec.json.decode(answer, type=Refusal)
     except msgspec.MsgspecError:
-        return Refusal('the submission sent an invalid reply')
+        return Refusal(_INVALID)
     message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
-    return Refusal(message, kind, file, sent.line)
+    return Refusal(message, kind, file, sent.line, sent.messages)
+
+
+def _sent_on(reply: Reply | Refusal) -> Reply | Refusal:
+    """Use messages as the law of a reply does; return the reply, or that it is invalid."""
+    try:
+        if value := reply.messages.sent:
+            network.send(value.value)
+        elif reply.messages.are_used:
+            network.received()
+    except (TypeError, ValueError, OverflowError, RuntimeError):  # RuntimeError: of a condition
+        return Refusal(_INVALID)
+    return reply
 
 
 def _ignore(_: str) -> None:

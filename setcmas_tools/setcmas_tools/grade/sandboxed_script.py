@@ -14,8 +14,21 @@ from typing import Annotated, Any, cast
 import msgspec
 import numpy as np
 
-from setcmas_ctrl import drawing
-from setcmas_ctrl.communication.triggering_conditions import CTC, checked_answer, takes_velocities
+from setcmas_ctrl import drawing, network
+from setcmas_ctrl.communication.message_content import (
+    Content,
+    Dimension,
+    Value,
+    layout,
+    read_only,
+    value_of,
+)
+from setcmas_ctrl.communication.triggering_conditions import (
+    CTC,
+    checked_answer,
+    takes_velocities,
+    values_taken,
+)
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
@@ -24,10 +37,10 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.child_channel import Channel
 
-REQUEST = struct.Struct('<?xxxxxxxd')
-"""Whether a new adjacency matrix follows the poses, and time in s.
+REQUEST = struct.Struct('<?xxxId')
+"""Whether a new adjacency matrix follows the poses, count of numbers that follow, and time in s.
 
-The numbers of the arrays that the function takes follow.
+The numbers of the arrays that the function takes follow, then `Contents`, if there are any.
 """
 LOADED = {False: b'loaded', True: b'loaded, with velocities'}
 """Answer of a script that is loaded, by whether its condition takes velocities."""
@@ -47,6 +60,41 @@ _FOR_SCRIPTS = (
 )
 
 
+class Encoded(msgspec.Struct, frozen=True):
+    """A value: its dimensions and numbers, see `message_content.layout`; and when it was sent."""
+
+    dimensions: list[Dimension]
+    numbers: list[float]
+    t: float = 0.0
+
+    @classmethod
+    def of(cls, value: Value | None, t: float = 0.0) -> Encoded | None:
+        """Return a value, encoded; None for None."""
+        return None if value is None else cls(*layout(value), t)
+
+    @property
+    def value(self) -> Value:
+        """The value; TypeError or ValueError is raised if it is none."""
+        return value_of(self.dimensions, self.numbers)
+
+
+class Contents(msgspec.Struct, frozen=True):
+    """What a robot has received, by sender; or the values that a condition gets, by name."""
+
+    received: dict[int, Encoded] = {}
+    values: dict[str, Encoded | None] = {}
+
+
+_contents = msgspec.json.Decoder(Contents).decode  # made here: confined, it finds no module
+
+
+class Messages(msgspec.Struct, frozen=True):
+    """Use of messages in a call: whether the law used any, and the value that it sent."""
+
+    are_used: bool = False
+    sent: Encoded | None = None
+
+
 class Refusal(msgspec.Struct, frozen=True):
     """An error instead of an answer: its kind, such as ValueError, and place; 0 is no line."""
 
@@ -54,6 +102,50 @@ class Refusal(msgspec.Struct, frozen=True):
     kind: str = ''
     file: str = ''
     line: Annotated[int, msgspec.Meta(ge=0, le=10**9)] = 0
+    messages: Messages = Messages()
+
+
+class Reply(msgspec.Struct, frozen=True):
+    """The answer of a law that uses messages: its velocity in m/s, and their use."""
+
+    velocity: tuple[float, float]
+    messages: Messages
+
+
+class _Mailbox:
+    """Messages of the call of a law: those received, and the value sent."""
+
+    def __init__(self) -> None:
+        self.t = 0.0
+        self._received: dict[int, Content] = {}
+        self._are_used = False
+        self._sent: Value | None = None
+
+    def open(self, t: float, rest: bytes) -> None:
+        """Take what the robot has received, encoded; t is the time of the call in s."""
+        self.t, self._are_used, self._sent = t, False, None
+        given = _contents(rest) if rest else Contents()
+        self._received = {
+            sender: Content(one.t, one.value) for sender, one in given.received.items()
+        }
+
+    def begin(self) -> None:
+        """Note that the law uses messages."""
+        self._are_used = True
+
+    def send(self, robot: int, value: Value) -> None:
+        """Take the value that the law sends."""
+        del robot
+        self._sent = value
+
+    def received(self, robot: int) -> dict[int, Content]:
+        """Return what the robot has received."""
+        del robot
+        return self._received
+
+    def used(self) -> Messages | None:
+        """Return the use of messages in this call; None without any."""
+        return Messages(True, Encoded.of(self._sent)) if self._are_used else None
 
 
 class _NoCanvas:
@@ -107,16 +199,23 @@ class SandboxedScript:
         path, nb_robots = Path(self.script).resolve(), self.nb_robots
         law = ControlLaw(path, self.robot, nb_robots, self.settings)
         adjacency: Floats = np.empty(0)
+        mailbox = _Mailbox()
 
         def answer(request: bytes) -> bytes:
             nonlocal adjacency
-            is_new, t = REQUEST.unpack_from(request)
-            numbers: Floats = np.frombuffer(request, offset=REQUEST.size)
+            is_new, t, numbers, rest = _parts(request)
             if is_new:
                 adjacency = numbers[3 * nb_robots :].reshape(nb_robots, nb_robots)
-            return VELOCITY.pack(
-                *law(numbers[: 3 * nb_robots].reshape(3, nb_robots), t, adjacency)
-            )
+            poses = numbers[: 3 * nb_robots].reshape(3, nb_robots)
+            mailbox.open(t, rest)
+            try:
+                with network.exchanged_by(mailbox):
+                    vx, vy = law(poses, t, adjacency)
+            except ControlError as error:
+                return _encoded(_refusal(error), mailbox.used())
+            if used := mailbox.used():
+                return msgspec.json.encode(Reply((float(vx), float(vy)), used))
+            return VELOCITY.pack(vx, vy)
 
         return False, answer
 
@@ -124,17 +223,20 @@ class SandboxedScript:
         """Load the condition; return whether it takes velocities, and a function of requests."""
         path = Path(self.script).resolve()
         condition: Any = vars(load_script(path, self.robot, CTC)).get('ctc')
+        with_velocities, names = takes_velocities(condition, path.name), values_taken(condition)
 
         def answer(request: bytes) -> bytes:
-            _, t = REQUEST.unpack_from(request)
-            vectors = np.frombuffer(request, offset=REQUEST.size).reshape(-1, 3).copy()
+            _, t, numbers, rest = _parts(request)
+            given = _contents(rest) if rest else Contents()
+            encoded = {name: given.values.get(name) for name in names}
+            values = {name: one and read_only(one.value) for name, one in encoded.items()}
             try:
-                result = condition(*vectors, t)
+                result = condition(*numbers.reshape(-1, 3).copy(), t, **values)
             except BaseException as error:
                 raise failure_of(error, path) from error
             return TRIGGERED.pack(checked_answer(result, path))
 
-        return takes_velocities(condition, path.name), answer
+        return with_velocities, answer
 
 
 def import_for_scripts() -> None:
@@ -147,6 +249,13 @@ def import_for_scripts() -> None:
             getattr(tools, name)
 
 
+def _parts(request: bytes) -> tuple[bool, float, Floats, bytes]:
+    """Return the parts of a request: whether the matrix is new, t, numbers, encoded contents."""
+    is_new, count, t = REQUEST.unpack_from(request)
+    numbers: Floats = np.frombuffer(request, count=count, offset=REQUEST.size)
+    return is_new, t, numbers, request[REQUEST.size + numbers.nbytes :]
+
+
 def _refusal(error: ControlError) -> Refusal:
     kind, file, line = cast(tuple[Any, Any, Any], error.key)
     if kind == 'result':
@@ -154,6 +263,6 @@ def _refusal(error: ControlError) -> Refusal:
     return Refusal(str(error), kind, file.name, line or 0)
 
 
-def _encoded(refusal: Refusal) -> bytes:
-    short = msgspec.structs.replace(refusal, message=refusal.message[:_LONGEST_TEXT])
-    return msgspec.json.encode(short)
+def _encoded(refusal: Refusal, used: Messages | None = None) -> bytes:
+    text, messages = refusal.message[:_LONGEST_TEXT], used or Messages()
+    return msgspec.json.encode(msgspec.structs.replace(refusal, message=text, messages=messages))

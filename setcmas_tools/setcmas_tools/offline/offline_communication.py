@@ -150,7 +150,8 @@ class OfflineCommunication:
 
     def received(self, robot: int) -> Mapping[int, Content]:
         """Return what a robot has received last, by the numbers of the senders."""
-        return {sender + 1: one for sender, one in self._links.contents(robot - 1).items()}
+        contents = self._links.contents(robot - 1) if self.is_on else {}
+        return {sender + 1: content for sender, content in contents.items()}
 
     def record(self, times: Floats) -> CommunicationRecord | None:
         """Return the record of all messages; None if there were no links.

@@ -10,6 +10,7 @@ import psutil
 import pytest
 from sandboxes import forbid_mounts
 
+from setcmas_ctrl import network
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
@@ -73,6 +74,58 @@ def test_a_law_in_a_sandbox_hears_and_draws_as_it_does_offline(host, tmp_path):
     own = simulate(scenario, algo=tmp_path / 'law.py')
 
     assert same(run(host, source, scenario).run, own)
+
+
+TALKING = """
+from setcmas_ctrl import network
+def control(i, n, poses, t):
+    received = network.received()
+    network.send({'x': poses[0, i - 1], 'v': [i, t]})
+    if round(t, 1) == 1.0:
+        1 / 0
+    total = sum(one.age * one.value['x'] + one.value['v'][0] for one in received.values())
+    return 0.02 * total, 0.1 * len(received)
+"""
+
+
+@pytest.mark.parametrize('scenario', [LOSSY.replace(delay=0.15), FLEET.replace(duration=3.0)])
+def test_a_law_in_a_sandbox_uses_messages_as_it_does_offline(host, tmp_path, scenario):
+    (tmp_path / 'law.py').write_text(TALKING)
+
+    own = simulate(scenario, algo=tmp_path / 'law.py', warn=str)
+    done = run(host, TALKING, scenario)
+
+    assert same(done.run, own)
+    assert 'ZeroDivisionError' in done.failure.message
+    assert [(one.t, one.robot, one.value['x']) for one in done.run.messages] == [
+        (one.t, one.robot, one.value['x']) for one in own.messages
+    ]
+    assert done.run.record.links == own.record.links
+
+
+def test_what_cannot_be_sent_is_an_error_in_a_sandbox_too(host):
+    source = 'from setcmas_ctrl import network\ndef control(i, n, poses, t):\n'
+    done = run(host, source + '    network.send([[1], 2])\n    return 0, 0\n')
+
+    assert 'law.py, line 3: TypeError: network.send got [[1], 2]' in done.failure.message
+    assert not done.run.messages
+
+
+def test_a_condition_in_a_sandbox_gets_values(host, tmp_path):
+    source = 'def ctc(pos, last_pos, t, *, value, last_value):\n'
+    source += '    return value is not None and (not last_value or value > last_value + 1)\n'
+    (tmp_path / 'law.py').write_text(source)
+
+    def law(i, n, poses, t):
+        network.send(t * i)
+        return 0.1 * len(network.received()), 0
+
+    scenario = SHORT.replace(algo=law, event_triggered=True, duration=4.0)
+    own = simulate(scenario, ctc=tmp_path / 'law.py')
+    done = run(host, source, scenario, function=CTC)
+
+    assert same(done.run, own)
+    assert done.run.record.robots[1].sent < done.run.record.robots[2].sent
 
 
 def test_random_numbers_repeat_and_differ_between_robots(host):
@@ -170,6 +223,15 @@ ENDS = {
     'answers': (
         '    import os, struct\n'
         '    for _ in range(3): os.write(3, struct.pack("<Q4s", 4, b"full"))\n'
+        '    os.close(3)',
+        'sent an invalid reply',
+    ),
+    'messages': (
+        '    import os, struct\n'
+        '    sent = b\'{"dimensions": [["a", -9, 9999999999999999999999]], "numbers": []}\'\n'
+        '    used = b\'"messages": {"are_used": true, "sent": \' + sent + b"}"\n'
+        '    reply = b\'{"velocity":[0.0,0.0], \' + used + b"}"\n'
+        '    os.write(3, struct.pack("<Q", len(reply)) + reply)\n'
         '    os.close(3)',
         'sent an invalid reply',
     ),
