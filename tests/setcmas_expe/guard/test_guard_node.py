@@ -155,6 +155,26 @@ def test_clocks_of_robots_need_not_agree_with_that_of_the_bridge(start, peer, sh
     robot.wait_for(State.SILENT, STOP)
 
 
+STALLING = """
+import sys, time
+from setcmas_expe.guard.surroundings import Surroundings
+base, stalls = Surroundings.base, 6 * [0.0] + [0.4]
+def stalling(self):
+    time.sleep(stalls.pop(0) if stalls else 0.0)
+    return base(self)
+Surroundings.base = stalling
+"""
+
+
+def test_a_guard_that_stalls_does_not_find_later_commands_late(start, peer):
+    robot = Robot(peer)
+    start(GUARD[0], '-c', STALLING + RUN, *NAMESPACE)
+
+    robot.start(COMMAND)
+    peer.wait_for_new(robot.received, 100)  # it stalls meanwhile, 3.5 s after its start
+    robot.start(COMMAND)
+
+
 def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, other):
     robot = Robot(peer)
     start(*GUARD, *NAMESPACE)
