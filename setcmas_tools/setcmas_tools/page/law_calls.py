@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from setcmas_ctrl.communication.communication_settings import (
 )
 from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.message_content import value_in_words
 from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -34,6 +35,7 @@ _MOST_CALLS = 6_000
 """Of all robots; of longer runs the page has each second, fifth, ... call."""
 _MOST_KNOWN = 300_000
 """Positions that robots knew of each other; with more, the page would be too large for a mail."""
+_MOST_MESSAGES = 20_000
 _TOO_MUCH = 'not on this page, because the run is too long'
 _OVERRULED = {
     Verdict.CHANGED: 'The safety filter overruled it.',
@@ -74,8 +76,18 @@ def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
         if filtered:
             entry['allowedX'] = packed(filtered.vx[rows])
             entry['allowedY'] = packed(filtered.vy[rows])
-        entries[robot] = entry | _known(history, knowledge, robot, t)
+        entry |= _known(history, knowledge, robot, t)
+        entries[robot] = entry | _sent_values(run, robot)
     return entries
+
+
+def _sent_values(run: Run, robot: int) -> dict[str, Any]:
+    """Return the values that the law of a robot sent, as text, if it sent any."""
+    own = [message for message in run.messages if message.robot == robot]
+    if not own or len(run.messages) > _MOST_MESSAGES:
+        return {}
+    texts = changes([value_in_words(message.value) for message in own])
+    return {'messages': {'t': packed([message.t for message in own]), 'texts': texts}}
 
 
 def _fastest(run: Run) -> float:
@@ -126,6 +138,7 @@ def _known(history: RunHistory, knowledge: Knowledge, robot: int, t: Floats) -> 
     if history.run.record is None:
         return {}
     calls = [knowledge.of(robot, now) for now in t.tolist()]
+    sent = knowledge.sent(robot, t.tolist())
     if reason := next((unknown for poses, unknown in calls if poses is None), ''):
         return {'unknown': reason}
     known: Floats = np.array([poses for poses, _ in calls])
@@ -139,6 +152,7 @@ def _known(history: RunHistory, knowledge: Knowledge, robot: int, t: Floats) -> 
                 'x': packed(known[:, 0, sender]),
                 'y': packed(known[:, 1, sender]),
             }
+            | ({'sent': packed(sent[sender])} if sender in sent else {})
             for sender in range(known.shape[2])
             if sender + 1 != robot and np.isfinite(known[:, 0, sender]).any()
         ]
@@ -148,7 +162,7 @@ def _known(history: RunHistory, knowledge: Knowledge, robot: int, t: Floats) -> 
 _LOST = 'not recorded: messages were lost or changed at random while the run went in real time'
 _CHANNEL = 'not recorded: what delayed, lost or changed messages is not known'
 _OTHERS = 'not recorded: the links do not reproduce the recorded messages'
-_SENT, _CONNECTED, _CALLED = range(3)
+_SENT, _CONNECTED, _CALLED, _ATTACHED = range(4)
 _Event = tuple[float, int, Any]
 
 
@@ -164,6 +178,7 @@ class Knowledge:
         """Prepare; a robot's links are played at its first call of `of`."""
         self._history = history
         self._received: dict[int, tuple[Floats, Floats] | str] = {}
+        self._contents: dict[int, list[dict[int, float]]] = {}
 
     def of(self, robot: int, t: float) -> tuple[Floats | None, str]:
         """Return the poses that a robot knew at a time in s, or why they are unknown.
@@ -186,6 +201,24 @@ class Knowledge:
         known[:, robot - 1] = newest[:, robot - 1]
         return known, ''
 
+    def sent(self, robot: int, times: Sequence[float]) -> dict[int, list[float]]:
+        """Return when the values that a robot had at some of its calls were sent.
+
+        Args:
+            robot: Its number.
+            times: Times of the calls in s, shape (C,), for which `of` knows the poses.
+
+        Returns:
+            Times in s by sender, a column from 0, shape (C,); NaN where it had no value yet.
+        """
+        received = self._received.get(robot)
+        if not isinstance(received, tuple):
+            return {}
+        places = np.searchsorted(received[0], np.array(times) + SAME_TIME_S, side='right') - 1
+        held = [self._contents[robot][max(0, place)] for place in places.tolist()]
+        senders = {sender for contents in held for sender in contents}
+        return {sender: [one.get(sender, math.nan) for one in held] for sender in senders}
+
     def _played(self, robot: int, record: CommunicationRecord) -> tuple[Floats, Floats] | str:
         """Return the poses that a robot received, shape (C, 3, N), at the C calls of its law."""
         run, size = self._history.run, self._size
@@ -196,30 +229,36 @@ class Knowledge:
             return _LOST  # how many messages went before the first call is not recorded
         links = Links([robot], channel, run.info.seed)
         own = np.zeros((3, 1))
-        times, poses = [], []
+        times, poses, contents = [], [], []
         for t, kind, robots in self._events(robot, record):
             if kind == _SENT:
                 links.send(robots, self._by_number(self._history.newest(t))[:, robots], t)
             elif kind == _CALLED:
                 times.append(t)
                 poses.append(links.known_poses(own, t)[0].copy())
+                contents.append(links.contents(0))
+            elif kind == _ATTACHED:
+                links.attach(robots - 1, t)
             elif times:
                 links.connect(robots, t)
             else:
                 links.begin(robots)
         if channel.is_random and not _agrees(links, robot, record):
             return _OTHERS
+        self._contents[robot] = contents
         return np.array(times), np.array(poses)
 
     def _events(self, robot: int, record: CommunicationRecord) -> Iterator[_Event]:
-        """Yield the events, sorted by time; at one time states are sent first."""
+        """Yield the events, sorted by time; at one time states are sent first, and values last."""
         run, size = self._history.run, self._size
         changes = np.unique(record.changes[:, 0]).tolist()
         commands = run.commands
         calls = commands.t[commands.robot == robot] if commands else run.table.of(robot).t
         connected = ((t, _CONNECTED, record.adjacency(t, size)) for t in changes)
         called = ((t, _CALLED, None) for t in calls[calls >= 0.0].tolist())
-        yield from heapq.merge(_sent(run, record), connected, called, key=lambda one: one[:2])
+        attached = ((one.t, _ATTACHED, one.robot) for one in run.messages)
+        events = _sent(run, record), connected, called, attached
+        yield from heapq.merge(*events, key=lambda one: one[:2])
 
     @property
     def _size(self) -> int:

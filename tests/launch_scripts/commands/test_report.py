@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from PIL import Image
-from processes import refuses
+from processes import refuses, run_here
 from report_pages import HOSTILE, LAW, Page
 
 from launch_scripts.cli import main
@@ -269,3 +269,21 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
         assert browser.execute_script(SCROLLED) == []
     finally:
         browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': ''})
+
+
+@pytest.mark.nightly
+@NEEDS_CHROMIUM
+def test_messages_are_shown_in_what_a_robot_knew(tmp_path, browser):
+    from selenium.webdriver.common.by import By
+
+    options = ['--algo=leader_election', '--nb-robots=3', '--graph=path', '--set=NUMBERS=[5,1,9]']
+    run_here('offline', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)
+    run_here('report', 'out', '-o', 'report.html', cwd=tmp_path)
+    browser.get(f'{(tmp_path / "report.html").as_uri()}#t=1')
+    browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
+    about = browser.find_element(By.ID, 'about').text
+
+    sent = r'its message: \[9, 3, -5, -5\] \(sent at t = 0\.80 s\)'
+    assert re.search(rf'tb3_1 at \(.*\) m; {sent}', about)
+    assert about.endswith('Its law sent [9, 3, -5, -5] at t = 1.00 s.')
+    assert browser.get_log('browser') == []

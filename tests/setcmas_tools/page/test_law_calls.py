@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from report_pages import HOSTILE, unpacked
 
+from setcmas_ctrl import network
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.law_calls import Knowledge, calls_entry, failure_at
 from setcmas_tools.page.run_history import RunHistory
@@ -108,6 +109,30 @@ def test_it_is_what_each_law_was_given(case, tmp_path):
         known, reason = knowledge.of(robot, t)
         assert not reason
         np.testing.assert_allclose(known, poses, atol=1e-8)
+
+
+@pytest.mark.parametrize('case', CASES)
+def test_messages_are_those_that_each_law_received(case, tmp_path):
+    given = {}
+
+    def control(robot, nb_robots, poses, t):
+        received = network.received().items()
+        given[robot, round(t, 6)] = {sender: message.t for sender, message in received}
+        network.send({'a': [robot, t]} if robot > 1 else t)
+        return 0.1 * robot, 0.1
+
+    run = simulate(control, 4, 8.0, seed=3, **CASES[case])
+    entries = calls_entry(RunHistory(Run.load(run.save(tmp_path / 'run'))))
+
+    assert len(given) == 4 * 40
+    for (robot, t), received in given.items():
+        place = round(5 * t)
+        known = {one['number']: one['sent'] for one in entries[robot]['known'] if 'sent' in one}
+        shown = {sender: unpacked(sent)[place] for sender, sent in known.items()}
+        shown = {sender: sent for sender, sent in shown.items() if np.isfinite(sent)}
+        assert shown == pytest.approx(received)
+    assert entries[1]['messages']['texts'][1] == (1, '0.2')
+    assert entries[2]['messages']['texts'][1] == (1, 'a = [2, 0.2]')
 
 
 def test_links_that_come_and_go(tmp_path):

@@ -1,7 +1,7 @@
 // The table of the robots, and details of the selected one.
 
 import {find, number} from './canvas.js';
-import {callAt, poseAt, robots, stateAt, wrapped} from './history.js';
+import {callAt, poseAt, robots, run, stateAt, valueAt, wrapped} from './history.js';
 
 const rows = new Map();
 const UNKNOWN = {x: NaN, y: NaN, theta: NaN, v: NaN};
@@ -58,6 +58,8 @@ export function fillAbout(now, selected) {
   if (call) aboutCall(call); else if (!words) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
   if (call) aboutKnown(call);
+  const message = call && valueAt(call.calls, call.t);
+  if (message) line(`Its law sent ${message.text} at t = ${number(message.t, 2)} s.`);
 }
 function aboutCall({calls, place, kind, t, vx, vy}) {
   if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, wanted (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
@@ -70,6 +72,10 @@ function aboutKnown({calls, place}) {
   line('It knew of the others:');
   for (const one of calls.known) {
     const where = isNaN(one.x[place]) ? 'an unknown place' : `(${number(one.x[place], 3)}, ${number(one.y[place], 3)}) m`;
-    line(`${one.name} at ${where}`).className = 'known';
+    line(`${one.name} at ${where}`, aboutMessage(one, place)).className = 'known';
   }
+}
+function aboutMessage({number: sender, sent}, place) {
+  const message = sent && valueAt(run.calls[sender], sent[place]);
+  return message ? `; its message: ${message.text} (sent at t = ${number(message.t, 2)} s)` : '';
 }
