@@ -48,7 +48,9 @@ class Exchange(Protocol):
         """Return what a robot has received last, by the numbers of the senders."""
 
 
-# All robots of a process share this module: each call of a control law sets both anew.
+_Call = tuple[int, Floats | None, Value | None]
+
+# All robots of a process share this module: each call of a control law sets these anew.
 _robot = 0
 _adjacency: Floats | None = None
 _exchange: Exchange | None = None
@@ -152,16 +154,54 @@ def _begin() -> None:
         _exchange.begin()
 
 
-def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> None:
-    """Answer for a robot from now on (for callers of control laws); no matrix is complete."""
-    global _robot, _adjacency
-    _robot = robot
+def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> _Call:
+    """Answer for a robot from now on (for callers of control laws); no matrix is complete.
+
+    Returns:
+        The call that it interrupts, for `end_call`: a law may call another one.
+    """
+    global _robot, _adjacency, _outgoing
+    before = _robot, _adjacency, _outgoing
+    _robot, _outgoing = robot, None
     _adjacency = communication_graph.complete(nb_robots) if matrix is None else matrix
+    return before
 
 
-def end_call() -> None:
-    """Stop answering, and send what the call has given to `send`."""
-    global _adjacency, _outgoing
-    _adjacency, value, _outgoing = None, _outgoing, None
+def end_call(before: _Call) -> None:
+    """Go on with the call before, and send what the ended call has given to `send`."""
+    global _robot, _adjacency, _outgoing
+    robot, value = _robot, _outgoing
+    _robot, _adjacency, _outgoing = before
     if value is not None and _exchange:
-        _exchange.send(_robot, value)
+        _exchange.send(robot, value)
+
+
+class Mailbox:
+    """Messages of calls outside a run: an exchange that keeps what a robot sends.
+
+    Attributes:
+        t: Time of the call in s.
+        are_used: Whether the law uses messages.
+        sent: The value that it sends.
+    """
+
+    def __init__(self, t: float, contents: Mapping[int, Content]) -> None:
+        """Take what the robot has received at a time in s, by sender."""
+        self.t = t
+        self.are_used = False
+        self.sent: Value | None = None
+        self._contents = contents
+
+    def begin(self) -> None:
+        """Note that the law uses messages."""
+        self.are_used = True
+
+    def send(self, robot: int, value: Value) -> None:
+        """Keep the value that the law sends."""
+        del robot
+        self.sent = value
+
+    def received(self, robot: int) -> Mapping[int, Content]:
+        """Return what the robot has received."""
+        del robot
+        return self._contents

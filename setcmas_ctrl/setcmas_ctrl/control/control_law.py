@@ -96,7 +96,7 @@ class ControlLaw:
         Raises:
             ControlError: The script raised, or did not return two finite numbers.
         """
-        network.begin_call(self.robot, self._nb_robots, adjacency)
+        before = network.begin_call(self.robot, self._nb_robots, adjacency)
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
         except (StopCall, ControlError):  # ControlError: from another law
@@ -110,7 +110,7 @@ class ControlLaw:
                 failure = ControlError(text, failure.key, place=failure.place)
             raise failure from error
         finally:
-            network.end_call()
+            network.end_call(before)
         if type(result) is tuple and len(result) == 2:  # the usual case
             vx, vy = result
             if type(vx) in _FLOATS and type(vy) in _FLOATS and isfinite(vx) and isfinite(vy):

@@ -94,6 +94,11 @@ class Messages(msgspec.Struct, frozen=True):
     are_used: bool = False
     sent: Encoded | None = None
 
+    @classmethod
+    def of(cls, mailbox: network.Mailbox) -> Messages:
+        """Return the use of a mailbox."""
+        return cls(mailbox.are_used, Encoded.of(mailbox.sent))
+
 
 class Refusal(msgspec.Struct, frozen=True):
     """An error instead of an answer: its kind, such as ValueError, and place; 0 is no line."""
@@ -110,42 +115,6 @@ class Reply(msgspec.Struct, frozen=True):
 
     velocity: tuple[float, float]
     messages: Messages
-
-
-class _Mailbox:
-    """Messages of the call of a law: those received, and the value sent."""
-
-    def __init__(self) -> None:
-        self.t = 0.0
-        self._received: dict[int, Content] = {}
-        self._are_used = False
-        self._sent: Value | None = None
-
-    def open(self, t: float, rest: bytes) -> None:
-        """Take what the robot has received, encoded; t is the time of the call in s."""
-        self.t, self._are_used, self._sent = t, False, None
-        given = _contents(rest) if rest else Contents()
-        self._received = {
-            sender: Content(one.t, one.value) for sender, one in given.received.items()
-        }
-
-    def begin(self) -> None:
-        """Note that the law uses messages."""
-        self._are_used = True
-
-    def send(self, robot: int, value: Value) -> None:
-        """Take the value that the law sends."""
-        del robot
-        self._sent = value
-
-    def received(self, robot: int) -> dict[int, Content]:
-        """Return what the robot has received."""
-        del robot
-        return self._received
-
-    def used(self) -> Messages | None:
-        """Return the use of messages in this call; None without any."""
-        return Messages(True, Encoded.of(self._sent)) if self._are_used else None
 
 
 class _NoCanvas:
@@ -199,7 +168,6 @@ class SandboxedScript:
         path, nb_robots = Path(self.script).resolve(), self.nb_robots
         law = ControlLaw(path, self.robot, nb_robots, self.settings)
         adjacency: Floats = np.empty(0)
-        mailbox = _Mailbox()
 
         def answer(request: bytes) -> bytes:
             nonlocal adjacency
@@ -207,14 +175,19 @@ class SandboxedScript:
             if is_new:
                 adjacency = numbers[3 * nb_robots :].reshape(nb_robots, nb_robots)
             poses = numbers[: 3 * nb_robots].reshape(3, nb_robots)
-            mailbox.open(t, rest)
+            given = _contents(rest) if rest else Contents()
+            received = {
+                sender: Content(one.t, one.value) for sender, one in given.received.items()
+            }
+            mailbox = network.Mailbox(t, received)
             try:
                 with network.exchanged_by(mailbox):
                     vx, vy = law(poses, t, adjacency)
             except ControlError as error:
-                return _encoded(_refusal(error), mailbox.used())
-            if used := mailbox.used():
-                return msgspec.json.encode(Reply((float(vx), float(vy)), used))
+                return _encoded(_refusal(error), Messages.of(mailbox))
+            if mailbox.are_used:
+                reply = Reply((float(vx), float(vy)), Messages.of(mailbox))
+                return msgspec.json.encode(reply)
             return VELOCITY.pack(vx, vy)
 
         return False, answer
@@ -264,5 +237,5 @@ def _refusal(error: ControlError) -> Refusal:
 
 
 def _encoded(refusal: Refusal, used: Messages | None = None) -> bytes:
-    text, messages = refusal.message[:_LONGEST_TEXT], used or Messages()
+    text, messages = refusal.message[:_LONGEST_TEXT], used or refusal.messages
     return msgspec.json.encode(msgspec.structs.replace(refusal, message=text, messages=messages))

@@ -16,8 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl import network
+from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
-from setcmas_ctrl.communication.triggering_conditions import further_than, takes_velocities
+from setcmas_ctrl.communication.triggering_conditions import (
+    further_than,
+    takes_velocities,
+    values_taken,
+)
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import load_script, names_to_set
@@ -262,8 +267,11 @@ def calls_of(
     may_differ = _MAY_DIFFER[is_condition]
     calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
     replays = [_Replayed(one, calls, is_condition) for one in altered if not one.is_out]
+    sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
     laws = {
-        robot: _playing(robot, calls, replays, is_condition)
+        robot: _condition(robot, calls, replays)
+        if is_condition
+        else _law(robot, calls, replays, sent)
         for robot in range(1, base.nb_robots + 1)
     }
     played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
@@ -336,34 +344,52 @@ class _Replayed:
         if script:
             condition = vars(load_script(script, robot, CONDITION))['ctc']
         with_velocities = takes_velocities(condition, str(script))
+        names = values_taken(condition)
 
-        def sends(pos: Floats, vit: Floats, last: Floats, last_vit: Floats, t: float) -> Any:
-            given = (pos, vit, last, last_vit, t) if with_velocities else (pos, last, t)
-            return bool(condition(*given)), 0.0
+        def sends(*given: Any) -> Any:
+            *states, t, values = given
+            states = states if with_velocities else states[::2]
+            return bool(condition(*states, t, **{name: values[name] for name in names})), 0.0
 
         return sends
 
 
-def _playing(
-    robot: int, calls: Calls, replays: Sequence[_Replayed], is_condition: bool
+def _law(
+    robot: int,
+    calls: Calls,
+    replays: Sequence[_Replayed],
+    sent: Mapping[tuple[int, float], Value],
 ) -> Callable[..., Any]:
-    """Return the law or condition of a robot that repeats what the submission answered."""
+    """Return the law of a robot that repeats what the submission answered, and sent."""
     times = iter(range(len(calls.t)))
 
     def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> Any:
         del robotNo, nbRobots
         call, adjacency = next(times), network.adjacency()
         calls.heading[call, robot - 1] = poses[2, robot - 1]
-        for one in replays:
-            one.answer(robot, call, poses, t, adjacency)
+        with network.exchanged_by(network.Mailbox(t, network.contents())):
+            for one in replays:
+                one.answer(robot, call, poses, t, adjacency)
+        if (robot, round(t, 6)) in sent:
+            network.send(sent[robot, round(t, 6)])
         vx, vy = calls.own[call, robot - 1].tolist()
         return vx, vy
 
-    def ctc(pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float) -> bool:
+    return control
+
+
+def _condition(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callable[..., Any]:
+    """Return the condition of a robot that repeats what the submission answered."""
+    times = iter(range(len(calls.t)))
+
+    def ctc(
+        pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float, *, value: Any, last_value: Any
+    ) -> bool:
         call = next(times)
         calls.heading[call, robot - 1] = np.hypot(*(pos - last_pos)[:2])
+        values = {'value': value, 'last_value': last_value}
         for one in replays:
-            one.answer(robot, call, pos, vit, last_pos, last_vit, t)
+            one.answer(robot, call, pos, vit, last_pos, last_vit, t, values)
         return bool(calls.own[call, robot - 1, 0])
 
-    return control if not is_condition else ctc
+    return ctc

@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.offline.altered_solutions import SOLUTION, Mistake, altered_solutions, calls_of
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.scenario.scenario import Scenario
+
+LAW = ALGORITHMS.file('leader_election')
+WRONG = {'leader = max(leader': 'leader = min(leader'}
+
+
+@pytest.mark.parametrize('name', [SOLUTION, '0'])
+def test_solutions_get_the_messages_that_a_submission_received(name, tmp_path):
+    base = Scenario.of('', nb_robots=4, duration=4.0, graph='path', loss=0.2, seed=2)
+    base = base.replace(set={'NUMBERS': [3, 1, 4, 2]})
+    mistakes = [Mistake('the smallest', change=WRONG)]
+    (tmp_path / 'law.py').write_text(mistakes[0].source(LAW) if name else LAW.read_text())
+    run = simulate(base, algo=tmp_path / 'law.py')
+    altered = altered_solutions(LAW, mistakes, is_condition=False, folder=tmp_path)
+
+    calls = calls_of('one', base, run, False, altered)
+
+    agree = {one: not calls.differs(calls.answers[one]).any() for one in calls.answers}
+    assert agree[name]
+    assert not (name and agree[SOLUTION])
+    assert np.isfinite(calls.answers[name]).all()
+
+
+def test_conditions_get_the_values_that_the_laws_sent(tmp_path):
+    source = 'def ctc(pos, last_pos, t, *, value, last_value):\n'
+    source += '    return last_value is None or value[1] > last_value[1]\n'
+    script = tmp_path / 'when.py'
+    script.write_text(source)
+    base = Scenario.of(LAW, nb_robots=3, duration=3.0, event_triggered=True)
+    altered = altered_solutions(script, [], is_condition=True, folder=tmp_path)
+
+    calls = calls_of('one', base, simulate(base, ctc=script), True, altered)
+
+    assert not calls.differs(calls.solution).any()
