@@ -57,6 +57,25 @@ def test_parameters_of_a_fleet_are_listed_and_set(ros2, peer):
         assert process.wait() == 0
 
 
+def test_a_message_of_a_law_is_echoed_as_in_the_docs(ros2, peer, tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'from setcmas_ctrl import network\n'
+        'def control(robotNo, nbRobots, poses, t):\n'
+        "    network.send({'x': 1.5, 'goal': [2, 3]})\n"
+        '    return 0.1, 0\n'
+    )
+    ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '1')
+    law = str(tmp_path / 'law.py')
+    ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', law)
+    moves(peer, '/tb3_1/cmd_vel')
+
+    echoed = ros2('topic', 'echo', '--once', '/tb3_1/message').splitlines()
+    _, _, shown = PAGE.read_text().partition('/tb3_1/message\nlayout')
+    wanted = f'layout{shown}'.partition('```')[0].splitlines()
+    assert len(wanted) == 14
+    assert [line for line in wanted if line != '- 4.2'] == echoed[:10] + echoed[11:14]
+
+
 def test_the_launch_files(ros2, peer):
     launch = ('launch', 'launch_scripts')
     fleet = ('nb_robots:=2', 'namespace:=/a')

@@ -100,6 +100,9 @@ def _robot_of(name: str, topic: str) -> int | None:
     return robot if own else None
 
 
+_LATE_S = 0.5
+
+
 class CommunicationSamples:
     """Collects triggers, graphs, and the counts of links."""
 
@@ -129,8 +132,10 @@ class CommunicationSamples:
         with suppress(TypeError, ValueError):
             given = message.layout
             content = content_of(given.dim, given.data_offset, message.data)
-            # The first is sent shortly before the first command.
-            self.messages.append(SentMessage(max(0.0, time_ns / 1e9), robot, content.value))
+            # The first may be recorded late; t starts anew with new laws, and stops in pauses.
+            t = time_ns / 1e9
+            sent = content.t if abs(content.t - t) < _LATE_S else t
+            self.messages.append(SentMessage(max(0.0, sent), robot, content.value))
 
     def record(self, table: FleetTable) -> CommunicationRecord | None:
         """Return the record of the run; None if the bag holds no communication."""

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
@@ -68,3 +69,28 @@ def test_a_bag_of_robots_with_other_names(tmp_path, write_bag, make):
     run.save(tmp_path / 'run')
     with pytest.raises(SetcmasError, match='--odometry-topic is for bags'):
         Run.load(tmp_path / 'run', odometry_topic='/{name}/odom')
+
+
+def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, make):
+    def message(label, offset, *data):
+        dimension = make('std_msgs/msg/MultiArrayDimension', {'label': label, 'size': 1})
+        layout = {'layout.dim': [dimension], 'layout.data_offset': offset}
+        return make('std_msgs/msg/Float64MultiArray', layout | {'data': np.array(data)})
+
+    odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
+    command = make('geometry_msgs/msg/TwistStamped', {})
+    bag = write_bag(
+        tmp_path / 'bag',
+        [
+            ('/tb3_1/odom', 0.9, odometry),
+            ('/tb3_1/cmd_vel', 1.0, command),
+            ('/tb3_1/message', 1.15, message('x', 1, 0.0, 5.0)),  # recorded late
+            ('/tb3_1/message', 1.2, message('', 0, 0.2, 5.0)),  # of another program
+            ('/tb3_1/message', 5.0, message('', 1, 0.2, 6.0)),  # t has started anew
+            ('/tb3_1/odom', 5.1, odometry),
+        ],
+    )
+    run = Run.load(bag)
+
+    assert run.messages == [(0.0, 1, {'x': 5.0}), (pytest.approx(4.0), 1, 6.0)]
+    assert run.record is None
