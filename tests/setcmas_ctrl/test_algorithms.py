@@ -107,10 +107,11 @@ def test_distance_formation_comes_to_the_wanted_distances():
     np.testing.assert_allclose(gaps, 3.0, atol=0.35)
 
 
+@pytest.mark.parametrize('rates', [{}, {'rate': 25, 'robot_rate': 25}], ids=['usual', 'theory'])
 @pytest.mark.parametrize('graph', ['path', 'ring', 'directed_ring', 'star', 'complete'])
-def test_leader_election_agrees_after_as_many_calls_as_the_diameter(graph):
+def test_leader_election_agrees_after_as_many_calls_as_the_diameter(graph, rates):
     numbers = [3, 1, 9, 4, 5, 2]
-    run = simulate('leader_election', 6, 10.0, graph=graph, set={'NUMBERS': numbers})
+    run = simulate('leader_election', 6, 4.0, graph=graph, set={'NUMBERS': numbers}, **rates)
     links = (PRESETS[graph](6) > 0) + np.eye(6)
     diameter = next(k for k in range(6) if np.linalg.matrix_power(links, k).all())
     largest = np.array([one.value[0] for one in run.messages]).reshape(-1, 6)

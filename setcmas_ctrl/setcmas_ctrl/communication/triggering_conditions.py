@@ -119,6 +119,7 @@ class Broadcast:
     Attributes:
         last: The state sent last; None before the first.
         value: The value that its law sent last; None before the first.
+        last_value: The value in the state sent last; None if it had none.
     """
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
@@ -135,7 +136,7 @@ class Broadcast:
         self._values_taken = values_taken(condition)
         self.last: State | None = None
         self.value: Value | None = None
-        self._last_value: Value | None = None
+        self.last_value: Value | None = None
         self._failing = False
 
     @classmethod
@@ -156,7 +157,7 @@ class Broadcast:
         state = pose, V
         triggered = self.last is None or self._evaluate(state, self.last, t)
         if triggered:
-            self.last, self._last_value = state, self.value
+            self.last, self.last_value = state, self.value
         return triggered
 
     def _evaluate(self, state: State, last: State, t: float) -> bool:
@@ -164,7 +165,7 @@ class Broadcast:
         arguments = [_position(state), _position(last)]
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
-        given = {'value': self.value, 'last_value': self._last_value}
+        given = {'value': self.value, 'last_value': self.last_value}
         values = {name: read_only(given[name]) for name in self._values_taken}
         try:
             answer = checked_answer(self._condition(*arguments, t, **values), self.path)

@@ -229,7 +229,8 @@ def _sending_error(run: Run, right: Scenario) -> float | None:
         t, _, sent = run.record.triggers[run.record.triggers[:, 1] == robot].T
         does = sent == 1
         states = _at(run.table.of(robot), t)
-        must = decisions(right.communication, len(run.robots), robot, t, states, does)
+        own = [message for message in run.messages if message.robot == robot]
+        must = decisions(right.communication, len(run.robots), robot, t, states, does, own)
         nb_wrong += int(np.sum(does != must))
         nb_counted += int(np.sum(does | must))
     return nb_wrong / nb_counted if nb_counted else None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -27,6 +28,8 @@ from setcmas_tools.run.communication_record import (
     SentMessage,
     record_of,
 )
+
+_SAME_TIME_S = 1e-6
 
 
 class OfflineCommunication:
@@ -193,6 +196,7 @@ def decisions(
     times: Floats,
     states: Floats,
     sent: NDArray[np.bool_],
+    messages: Iterable[SentMessage] = (),
 ) -> NDArray[np.bool_]:
     """Return whether a robot's condition holds at given times, shape (E,).
 
@@ -203,13 +207,19 @@ def decisions(
         times: Times in s, shape (E,).
         states: x, y in m, theta in rad and the forward speed in m/s, shape (E, 4).
         sent: Whether the robot has sent its state then, whatever the condition is, shape (E,).
+        messages: Values that its law has sent, sorted by time.
     """
     chosen = chosen_communication(nb_robots, options)
     condition = chosen.broadcast(robot, ErrorReports(lambda _: None))
     holds = []
+    values = deque(messages)
     rows = zip(times.tolist(), states.tolist(), sent.tolist(), strict=True)
     for t, (x, y, theta, speed), is_sent in rows:
-        last, state = condition.last, ((x, y, theta), speed)
+        while (
+            values and values[0].t < t - _SAME_TIME_S
+        ):  # a call comes after the state of its time
+            condition.value = values.popleft().value
+        last, state = (condition.last, condition.last_value), ((x, y, theta), speed)
         holds.append(condition.is_triggered(*state, t))
-        condition.last = state if is_sent else last
+        condition.last, condition.last_value = (state, condition.value) if is_sent else last
     return np.array(holds)

@@ -256,3 +256,12 @@ def test_forgotten_contents_do_not_arrive():
     links.known_poses(POSES, 1.0)
 
     assert links.contents(0) == {}
+
+
+def test_contents_sent_before_the_start_are_known():
+    links = Links([1, 2, 3], Channel.of(3, delay=1.0), 0)
+    links.attach(2, 'early')
+    links.send(ALL, POSES, -0.1)
+    links.begin(path(3))
+
+    assert [links.contents(robot) for robot in range(3)] == [{}, {2: 'early'}, {}]
