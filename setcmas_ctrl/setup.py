@@ -13,7 +13,7 @@ setup(
     description=manifest.findtext('description'),
     license=manifest.findtext('license'),
     packages=find_packages(include=[name, f'{name}.*']),
-    package_data={name: ['config/*', 'exercises/*.yaml', 'py.typed']},
+    package_data={name: ['config/*', 'exercises/*.yaml', 'sessions/*', 'py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{name}']),
         (f'share/{name}', ['package.xml']),

@@ -67,6 +67,9 @@ def generated_files() -> dict[Path, str]:
         text = json.dumps({'$schema': _JSON_SCHEMA} | schema(kind), indent=2)
         text = re.sub(r'\\n +', r'\\n', text)  # only Python 3.13 strips the indentation itself
         files[DOCS / 'schemas' / f'{name}.json'] = f'{text}\n'
+    for page in sorted((ROOT / 'setcmas_ctrl' / 'setcmas_ctrl' / 'sessions').glob('session_*.md')):
+        _, _, text = page.read_text().split('---\n', 2)
+        files[DOCS / 'course' / page.name] = text
     robots = list(range(1, 9))
     files[ROOT / 'setcmas_simu' / 'rviz' / 'simulation_8.rviz'] = rviz_config(robots)
     files[ROOT / 'setcmas_expe' / 'rviz' / 'experiment_8.rviz'] = rviz_config(robots, True)

@@ -1,4 +1,4 @@
-"""Write a control script, a robot script or a lab file to the current folder.
+"""Write a control script, a robot script, a lab file or a practical session to the current folder.
 
 Examples:
   setcmas new my_law                               a commented law that runs
@@ -6,12 +6,14 @@ Examples:
   setcmas new my_law --from consensus --exercise   the exercise, for you to fill in
   setcmas new my_robot --robot                     your own robot, for --model my_robot.py
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
+  setcmas new --session 3                          session_3/: exercise, scenarios and questions
 """
 
 from __future__ import annotations
 
 import argparse
 import keyword
+import re
 import sys
 from importlib import resources
 from importlib.util import find_spec
@@ -21,6 +23,8 @@ from launch_scripts.processes.environment import missing_ros
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
+
+SESSION_PAGE = 'session.md'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,10 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     lab = 'a lab file with every default (default NAME: lab)'
     parser.add_argument('--lab', action='store_true', help=lab)
+    session = 'a folder for practical session N of three hours (default NAME: session_N)'
+    parser.add_argument('--session', metavar='N', help=session)
 
 
 def main(args: argparse.Namespace) -> int:
     """Write the file and show the next step; return the exit status."""
+    if args.session:
+        return _write_session(args)
     if args.lab:
         return _write_lab_file(args)
     if not args.name:
@@ -77,6 +85,42 @@ def _write_lab_file(args: argparse.Namespace) -> int:
     print(f'edit {target}, then run')
     print(f'    setcmas expe --emulate --lab {target} --algo nav_wp')
     return 0
+
+
+def _write_session(args: argparse.Namespace) -> int:
+    if args.source or args.exercise or args.robot or args.lab:
+        raise SetcmasError('--session writes a whole folder; leave the other options out')
+    sessions = Path(str(resources.files('setcmas_ctrl') / 'sessions'))
+    source = sessions / f'session_{args.session}.md'
+    if not source.is_file():
+        known = sorted(path.stem.rpartition('_')[2] for path in sessions.glob('session_*.md'))
+        raise SetcmasError(f"there is no session '{args.session}'; there are {', '.join(known)}")
+    _, head, page = source.read_text(encoding='utf-8').split('---\n', 2)
+    folder = Path(args.name or source.stem)
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        raise SetcmasError(f"'{folder}' already exists; choose another name") from None
+    except OSError as error:
+        raise SetcmasError(f"'{folder}' cannot be created: {error.strerror}") from error
+    end = f'_{args.session}'
+    files = [path for path in sessions.iterdir() if path.stem.endswith(end)]
+    contents = {f'{one.stem.removesuffix(end)}{one.suffix}': one.read_bytes() for one in files}
+    contents |= {SESSION_PAGE: page.encode(), 'questions.md': questions(page).encode()}
+    for exercise in re.findall(r'exercise: (\w+)', head):
+        contents[f'my_{exercise}.py'] = EXERCISES.file(exercise).read_bytes()
+    for name, content in contents.items():
+        _write(folder / name, content)
+    print(f'read {folder / SESSION_PAGE}, and work in the folder:')
+    print(f'    cd {folder}')
+    return 0
+
+
+def questions(page: str) -> str:
+    """Return the title and the questions of a session's page, with room for answers."""
+    title = page.strip().partition('\n')[0]
+    asked = re.findall(r'^\*\*Q\d+\.\d+\*\*.*?(?=\n\n|\n*\Z)', page, re.DOTALL | re.MULTILINE)
+    return '\n\n'.join([title, 'Names:', *(f'{one}\n\n' for one in asked)])
 
 
 def _new_file(name: str) -> Path:

@@ -1,7 +1,10 @@
+import re
+
 import pytest
 from processes import refuses, run_here, run_setcmas
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_tools import Scenario, simulate
 
 
 def test_the_new_script_runs_by_the_command_that_is_printed(tmp_path):
@@ -72,6 +75,24 @@ def test_a_script_that_hides_a_built_in_law_is_reported_when_written_and_when_ru
     assert '--algo consensus now runs this file instead of the built-in law' in written.stdout
     assert run.returncode == 0
     assert '--algo consensus runs consensus.py in this folder' in run.stderr
+
+
+@pytest.mark.parametrize('number', range(1, 7))
+def test_a_session_is_a_folder_with_exercise_scenarios_and_questions(tmp_path, number):
+    run_setcmas('new', '--session', str(number), cwd=tmp_path)
+    folder = tmp_path / f'session_{number}'
+    page, asked = ((folder / name).read_text() for name in ('session.md', 'questions.md'))
+
+    assert page.startswith(f'# Session {number}: ')
+    numbers = re.findall(rf'\*\*(Q{number}\.\d+)\*\*', asked)
+    assert numbers == [f'Q{number}.{i}' for i in range(1, len(numbers) + 1)] != []
+    assert page.count(f'**Q{number}.') == len(numbers)
+    for path in folder.glob('*.py'):
+        assert path.name in page
+    for path in folder.glob('*.yaml'):
+        if 'segments' not in path.read_text():  # a graph
+            assert simulate(Scenario.load(path), duration=1.0, warn=print).t[-1] == 1.0
+        assert path.name in page
 
 
 def test_without_ros_there_is_setcmas_offline(tmp_path):

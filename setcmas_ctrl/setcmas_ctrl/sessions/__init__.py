@@ -1,0 +1,1 @@
+"""Practical sessions; the names of their files end with the number of the session."""
