@@ -148,11 +148,14 @@ class FleetCommunication:
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)
 
+    def take_values(self) -> None:
+        """Take values from other processes; call before taking the states that carry them."""
+        self._messages.take()
+
     def take(self) -> None:
-        """Take what robots have sent; call after taking odometry."""
+        """Take the states that robots have sent; call after taking odometry."""
         for topic in self._states:
             topic.take()
-        self._messages.take()
 
     def _on_state(self, robot: int, data: bytes) -> None:
         state = read_state(data)

@@ -240,6 +240,8 @@ class ControlStepper:
         self._graph.check()
 
     def _take(self, now: float) -> None:
+        if self.communication:
+            self.communication.take_values()
         self._odometry.take(now)
         if self.communication:
             self.communication.take()

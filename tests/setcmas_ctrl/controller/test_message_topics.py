@@ -114,13 +114,14 @@ def test_a_value_that_cannot_be_sent_is_reported_with_its_line(start, peer, scri
     assert '3 | network.send({"goal": "left"})' in output
 
 
-def test_conditions_get_the_values_of_their_laws(start, peer, script):
+def test_each_value_that_a_condition_sends_is_received_in_another_process(start, peer, script):
     law = script(
         """
         from setcmas_ctrl import network
         def control(robotNo, nbRobots, poses, t):
-            network.send({'count': t // 1})
-            return 0, 0
+            received = network.received()
+            network.send({'count': min(t // 0.3, 3)})
+            return 0.01 * max([0, *(1 + one.value['count'] for one in received.values())]), 0
         """
     )
     when = script(
@@ -131,11 +132,15 @@ def test_conditions_get_the_values_of_their_laws(start, peer, script):
         'when.py',
     )
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
-    states = peer.listen(Odometry, '/tb3_1/trig_odom', LATCHED)
-    sent = messages_of(peer, [1])[0]
-    start(*CTRL, '--algo', law, '--nb-robots', '2', '--event-triggered', '--ctc', when)
+    states = peer.listen(Odometry, '/tb3_2/trig_odom', LATCHED)
+    sent = messages_of(peer, [2])[0]
+    wanted = peer.cmd_cart_vel(1)
+    for robot in ('1', '2'):
+        options = ['--robots', robot, '--event-triggered', '--ctc', when]
+        start(*CTRL, '--algo', law, '--nb-robots', '2', *options)
 
-    peer.wait_for(lambda: len(states) >= 4)
+    # The last value triggers one state only.
+    peer.wait_for(lambda: wanted and wanted[-1].x == pytest.approx(0.04))
     assert len(states) <= 1 + len({message.data[1] for message in sent})
 
 
