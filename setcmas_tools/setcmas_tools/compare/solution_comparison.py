@@ -1,7 +1,7 @@
 """Comparisons of a run with that of the solution: of positions, paths and answers.
 
-Answers are compared at the calls of the submission: the solution gets the poses that the
-submission got, so that neither the paths nor the timing of earlier calls matter.
+Answers are compared at the calls of the submission: the solution gets the poses and messages that
+the submission got, so that neither the paths nor the timing of earlier calls matter.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.formation_shape import shape_distance
 from setcmas_tools.compare.run_distance import distances_between
-from setcmas_tools.offline.altered_solutions import saturated
+from setcmas_tools.offline.altered_solutions import SOLUTION, Altered, calls_of, saturated
 from setcmas_tools.offline.fleet_laws import answers, load_laws
 from setcmas_tools.offline.offline_communication import decisions
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
@@ -168,6 +168,8 @@ def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
 
     Empty without commands, or if the solution fails.
     """
+    if run.messages:
+        return _velocities_with_messages(run, right)
     pairs = []
     laws = load_laws(right.law, len(run.robots)) if run.commands else []
     for robot, law in zip(run.robots, laws, strict=bool(laws)):
@@ -178,6 +180,15 @@ def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
             return []
         pairs.append((np.column_stack([own.vx, own.vy]), wanted))
     return pairs
+
+
+def _velocities_with_messages(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
+    """Return the same for laws that use messages, whose run is repeated; empty if it cannot be."""
+    solution = Altered(SOLUTION, right.law.scripts().paths[0], is_kept=True)
+    calls = calls_of('', right, run, False, [solution])
+    if calls is None:
+        return []
+    return [(calls.own[:, i], calls.solution[:, i]) for i in range(len(run.robots))]
 
 
 def _angle(own: Floats, wanted: Floats) -> float:

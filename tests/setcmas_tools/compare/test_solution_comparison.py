@@ -42,3 +42,18 @@ def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
 
     found = compared(['direction_error'], run, solution, right, of_condition=False)
     assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)
+
+
+@pytest.mark.parametrize(('gain', 'error'), [(0.1, 0.0), (0.15, 0.5)])
+def test_a_solution_gets_the_messages_that_a_submission_received(gain, error):
+    options = {'nb_robots': 4, 'duration': 6, 'graph': 'path', 'loss': 0.2, 'vnom': 5}
+    options['set'] = {'NUMBERS': [3, 1, 4, 2], 'K': 0.1}
+    right = Scenario.of(str(ALGORITHMS.file('leader_election')), **options)
+    run, solution = (simulate(right, set=options['set'] | {'K': k}) for k in (gain, 0.1))
+
+    found = compared(['answer_error', 'direction_error'], run, solution, right, False)
+
+    assert found == {
+        'answer_error': pytest.approx(error / 1.5, abs=1e-3),
+        'direction_error': pytest.approx(0.0, abs=1e-3),
+    }
