@@ -19,7 +19,7 @@ from setcmas_ctrl.control.control_options import (
 )
 from setcmas_ctrl.controller.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
-from setcmas_ctrl.controller.script_outcomes import end_process, end_stuck_script
+from setcmas_ctrl.controller.script_outcomes import end_stuck_script
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.output import named_output
@@ -28,7 +28,7 @@ from setcmas_ctrl.scripts.shared_state import kept_state
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import NoReturn
 
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.scripts.call_watch import CallWatch
@@ -39,13 +37,6 @@ def end_stuck_script(
             raise StopCall
 
     process.on_stop_signal = on_stop_signal
-
-
-def end_process(status: int) -> NoReturn:
-    """End this process with an exit status, despite running threads of scripts."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
 
 
 class ScriptOutcomes:

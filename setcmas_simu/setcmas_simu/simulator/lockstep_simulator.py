@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 
@@ -71,7 +72,7 @@ class LockstepLoop:
             self._wait(exactly=self._ticks.count == self._nb_steps)
             self._report_time()
             if self._ticks.count == self._nb_steps:
-                self._process.spin()
+                self._process.spin_until(lambda: False, math.inf)  # looks for signals often
             self._ticks.go_to(self._ticks.count + 1)
 
     def _wait(self, exactly: bool) -> None:

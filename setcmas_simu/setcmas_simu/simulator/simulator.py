@@ -7,7 +7,6 @@ Start it with `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one rob
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 
 from rclpy.node import Node
@@ -20,7 +19,7 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
 from setcmas_simu.simulator.duplicate_simulators import DuplicateSimulators
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
@@ -131,4 +130,4 @@ def _virtual_robots(
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    end_process(main())

@@ -7,6 +7,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from io import BytesIO
 from itertools import islice
 from math import inf
@@ -310,7 +311,12 @@ class McapSource:
 
 
 def _offered_qos(channel: Channel) -> list[Qos]:
+    return list(_parsed_qos(channel.metadata.get('offered_qos_profiles', '')))
+
+
+@lru_cache  # parsing takes 6 ms, and hundreds of topics have the same few texts
+def _parsed_qos(text: str) -> tuple[Qos, ...]:
     try:
-        return parse_qos(channel.metadata.get('offered_qos_profiles', ''))
+        return tuple(parse_qos(text))
     except Exception:  # of a damaged text, by any of rosbags' and its parser's
-        return []
+        return ()

@@ -16,7 +16,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.polling import PolledServices
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.simulator.lockstep_topics import Answerer
 from setcmas_tools.bags.bag_times import BagTimes, bag_times
 from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
@@ -270,4 +270,4 @@ def _summary(writer: BagWriter) -> str:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    end_process(main())
