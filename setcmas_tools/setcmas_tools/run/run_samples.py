@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
-from setcmas_ctrl.communication.message_content import content_of
+from setcmas_ctrl.communication.message_content import Content, content_of
 from setcmas_ctrl.control.references import References, not_understood
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
@@ -100,7 +100,7 @@ def _robot_of(name: str, topic: str) -> int | None:
     return robot if own else None
 
 
-_LATE_S = 0.5
+_TOGETHER_S = 0.5  # up to here t and the time of recording count from the same begin
 
 
 class CommunicationSamples:
@@ -110,7 +110,7 @@ class CommunicationSamples:
         self._events: dict[int, list[tuple[int, int]]] = {}
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []
-        self.messages: list[SentMessage] = []
+        self._contents: dict[int, list[tuple[int, Content]]] = {}
 
     def take_event(self, robot: int, time_ns: int, message: Any) -> None:
         """Take an evaluation of a robot's triggering condition."""
@@ -132,10 +132,20 @@ class CommunicationSamples:
         with suppress(TypeError, ValueError):
             given = message.layout
             content = content_of(given.dim, given.data_offset, message.data)
-            # The first may be recorded late; t starts anew with new laws, and stops in pauses.
-            t = time_ns / 1e9
-            sent = content.t if abs(content.t - t) < _LATE_S else t
-            self.messages.append(SentMessage(max(0.0, sent), robot, content.value))
+            self._contents.setdefault(robot, []).append((time_ns, content))
+
+    def messages(self) -> list[SentMessage]:
+        """Return the values that laws sent, at the times of their calls."""
+        found = []
+        for robot, own in self._contents.items():
+            # The first of a topic are recorded late, when the recorder has found it. t falls
+            # behind in pauses, and starts anew with new laws.
+            behind = np.array([time_ns / 1e9 - content.t for time_ns, content in own])
+            least = np.minimum.accumulate(behind[::-1])[::-1]
+            shifts = np.where(least < _TOGETHER_S, 0.0, least).tolist()
+            for (_, content), shift in zip(own, shifts, strict=True):
+                found.append(SentMessage(max(0.0, content.t + shift), robot, content.value))
+        return sorted(found, key=itemgetter(0, 1))
 
     def record(self, table: FleetTable) -> CommunicationRecord | None:
         """Return the record of the run; None if the bag holds no communication."""
@@ -307,7 +317,7 @@ class RunSamples:
             self._drawings.drawings(),
             self._references,
             law_output.safety_record(self._safety) if self._safety else None,
-            sorted(self._communication.messages, key=itemgetter(0, 1)),
+            self._communication.messages(),
         )
 
     def parameters_set(self) -> list[ParameterChange]:

@@ -99,6 +99,7 @@ def test_laws_that_send_nothing_have_no_topic(start, peer):
     assert not [name for name in names if name.endswith(('/message', '/links'))]
 
 
+@pytest.mark.nightly
 def test_a_value_that_cannot_be_sent_is_reported_with_its_line(start, peer, script):
     law = script(
         'from setcmas_ctrl import network\n'

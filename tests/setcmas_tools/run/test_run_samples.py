@@ -84,13 +84,18 @@ def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, mak
         [
             ('/tb3_1/odom', 0.9, odometry),
             ('/tb3_1/cmd_vel', 1.0, command),
-            ('/tb3_1/message', 1.15, message('x', 1, 0.0, 5.0)),  # recorded late
-            ('/tb3_1/message', 1.2, message('', 0, 0.2, 5.0)),  # of another program
+            ('/tb3_1/message', 1.9, message('x', 1, 0.0, 5.0)),  # recorded late
+            ('/tb3_1/message', 1.9, message('x', 1, 0.8, 7.0)),
+            ('/tb3_1/message', 2.2, message('', 0, 0.2, 5.0)),  # of another program
             ('/tb3_1/message', 5.0, message('', 1, 0.2, 6.0)),  # t has started anew
             ('/tb3_1/odom', 5.1, odometry),
         ],
     )
     run = Run.load(bag)
 
-    assert run.messages == [(0.0, 1, {'x': 5.0}), (pytest.approx(4.0), 1, 6.0)]
+    assert run.messages == [
+        (0.0, 1, {'x': 5.0}),
+        (0.8, 1, {'x': 7.0}),
+        (pytest.approx(4.0), 1, 6.0),
+    ]
     assert run.record is None
