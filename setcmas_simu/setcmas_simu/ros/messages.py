@@ -36,6 +36,10 @@ _COVARIANCE_SIZE = 36 * 8
 _MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
 
 
+Location = tuple[float, float, float, float]
+"""Pose in the plane: x and y in m, z and w of its quaternion."""
+
+
 class PreparedMessage:
     """A message encoded once; only its numbers are rewritten, in place."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -267,6 +268,7 @@ def node_main(
     cut = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     args, ros_arguments = parser.parse_args(arguments[:cut]), arguments[cut:]
     launcher = connected_launcher()
+    gc.freeze()  # modules stay: collections need not visit them
     try:
         with ros_process(ros_arguments, launcher) as process:
             return serve(process, args) or 0

@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.reports.reports import Failed
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
@@ -106,14 +107,16 @@ class FleetStepper:
         self._report_failures()
         stamp = messages.stamp()
         self.publish_time(stamp)
-        poses = list(map(tuple, self._fleet.poses.T.tolist()))
+        x, y, theta = self._fleet.poses
+        columns = np.array([x, y, *quaternion_of_yaw(theta)])
+        locations = list(map(tuple, columns.T.tolist()))
         twists = map(tuple, self._fleet.twists.T.tolist())
         # All odometry in one burst first: controllers then wake up less often.
-        for robot, pose, twist in zip(self._robots, poses, twists, strict=True):
-            robot.publish_odometry(stamp, pose, twist)
-        for robot, pose in zip(self._robots, poses, strict=True):
-            robot.publish_picture(stamp, pose)
-        self._transforms.publish(stamp, self._fleet.poses)
+        for robot, location, twist in zip(self._robots, locations, twists, strict=True):
+            robot.publish_odometry(stamp, location, twist)
+        for robot, location in zip(self._robots, locations, strict=True):
+            robot.publish_picture(stamp, location)
+        self._transforms.publish(stamp, locations)
         self._count_missed_steps(now)
         # In real time: in lockstep two seconds of the simulation may be over at once.
         if (real := time.monotonic()) >= self._next_housekeeping:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,10 +14,8 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
 from visualization_msgs.msg import Marker
 
-from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.palettes import colour
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name, robot_topic
 from setcmas_simu.options.kinds import Number
 from setcmas_simu.robots.model import Shape
@@ -26,6 +24,7 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
+from setcmas_simu.ros.messages import Location
 from setcmas_simu.ros.parameters import declare_fixed
 from setcmas_simu.ros.polling import PolledTopic
 
@@ -91,17 +90,14 @@ class FleetTransforms:
             self._message.transforms.append(transform)
         self._publisher = node.create_publisher(TFMessage, TF, qos.EVENT)
 
-    def publish(self, stamp: Time, poses: Floats) -> None:
-        """Publish the poses, shape (3, N), of the robots in the order of the frames."""
+    def publish(self, stamp: Time, locations: Sequence[Location]) -> None:
+        """Publish the locations of the robots in the order of the frames."""
         if self._publisher is None:
             return
-        for transform, (x, y, theta) in zip(
-            self._message.transforms, poses.T.tolist(), strict=True
-        ):
+        for transform, (x, y, z, w) in zip(self._message.transforms, locations, strict=True):
             transform.header.stamp = stamp
             transform.transform.translation.x, transform.transform.translation.y = x, y
-            rotation = transform.transform.rotation
-            rotation.z, rotation.w = quaternion_of_yaw(theta)
+            transform.transform.rotation.z, transform.transform.rotation.w = z, w
         self._publisher.publish(self._message)
 
 
@@ -168,18 +164,16 @@ class VirtualRobot:
         self.commands.take()
         self._resets.take()
 
-    def publish_odometry(
-        self, stamp: Time, pose: tuple[float, float, float], twist: Command
-    ) -> None:
-        """Publish pose (m, rad) and velocities (m/s, rad/s) of the robot."""
+    def publish_odometry(self, stamp: Time, location: Location, twist: Command) -> None:
+        """Publish location and velocities (m/s, rad/s) of the robot."""
         V, left, omega = twist
         self._write_twist(V, left, 0.0, 0.0, 0.0, omega)
-        self._odom_publisher.publish(self._odom.at(stamp, pose))
+        self._odom_publisher.publish(self._odom.at(stamp, location))
 
-    def publish_picture(self, stamp: Time, pose: tuple[float, float, float]) -> None:
-        """Publish the robot's pose (m, rad) for displays, and its marker."""
-        self._pose_publisher.publish(self._pose.at(stamp, pose))
-        self._marker_publisher.publish(self._marker.at(stamp, pose))
+    def publish_picture(self, stamp: Time, location: Location) -> None:
+        """Publish the robot's pose for displays, and its marker."""
+        self._pose_publisher.publish(self._pose.at(stamp, location))
+        self._marker_publisher.publish(self._marker.at(stamp, location))
 
     def _on_cmd_vel(self, data: bytes) -> None:
         if self._kind is TwistStamped:
@@ -195,9 +189,9 @@ class _Located(messages.PreparedMessage):
         self._write_stamp = self.place('header.stamp.sec', messages.STAMP)
         self._write_pose = self.place(f'{pose}.position.x', messages.POSE)
 
-    def at(self, stamp: Time, pose: tuple[float, float, float]) -> bytes:
-        """Return the message for a pose (m, rad)."""
+    def at(self, stamp: Time, location: Location) -> bytes:
+        """Return the message for a location."""
         self._write_stamp(stamp.sec, stamp.nanosec)
-        x, y, theta = pose
-        self._write_pose(x, y, 0.0, 0.0, 0.0, *quaternion_of_yaw(theta))
+        x, y, z, w = location
+        self._write_pose(x, y, 0.0, 0.0, 0.0, z, w)
         return self.encoded()

@@ -25,20 +25,33 @@ from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefiniti
 from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
 from setcmas_tools.bags.recording_options import RecorderOptions
 
+_TAKE_PERIOD_S = 0.05
+_STEPS_AT_ONCE = 5  # a quarter of what a recorder may lag behind
+_LOCKSTEP_PERIODS_S = (0.005, 0.02)  # least and most: the robots wait
+
 
 class LockstepAnswers:
-    """Reports received states to the simulator, which waits for the recorder."""
+    """Reports received states to the simulator, which waits for the recorder.
+
+    Attributes:
+        period: Time in s in which the robots do some steps: all topics are asked after each.
+    """
 
     def __init__(self, node: Node, robots: Sequence[int]) -> None:
+        self.period = _LOCKSTEP_PERIODS_S[0]
         self._answerer = Answerer(node)
         self._stamps = {topics.odometry_topic(robot): NO_STAMP for robot in robots}
         self._answered = NO_STAMP
 
     def take(self, received: Sequence[Received]) -> None:
         """Report the oldest of the newest states."""
+        nb_states = 0
         for message in received:
             if message.topic.name in self._stamps:
                 self._stamps[message.topic.name] = read_stamp(message.data)
+                nb_states += 1
+        wanted = self.period * _STEPS_AT_ONCE * len(self._stamps) / max(nb_states, 1)
+        self.period = min(max(wanted, _LOCKSTEP_PERIODS_S[0]), _LOCKSTEP_PERIODS_S[1])
         oldest = min(self._stamps.values())
         if oldest != self._answered:
             self._answered = oldest
@@ -176,6 +189,13 @@ class GraphRecorder:
         """Whether the robots are simulated in lockstep, and wait for this recorder."""
         return isinstance(self._fleet.time, Lockstep)
 
+    @property
+    def period(self) -> float:
+        """Time in s until the next `drain`."""
+        if self._answers:
+            return self._answers.period
+        return _LOCKSTEP_PERIODS_S[0] if self.follows else _TAKE_PERIOD_S
+
     def _knows_times(self) -> bool:
         """Return whether the robots have announced the time that they follow."""
         if self._times is None and self._waiting:
@@ -197,8 +217,6 @@ class GraphRecorder:
             print(line, file=sys.stderr, flush=True)
 
 
-_TAKE_PERIOD_S = 0.05
-_LOCKSTEP_PERIOD_S = 0.005  # the robots wait
 _LOOK_PERIOD_S = 0.2
 _FLUSH_PERIOD_S = 1.0
 
@@ -259,7 +277,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
         if now >= next_flush:
             next_flush = now + _FLUSH_PERIOD_S
             writer.flush()
-        time.sleep(_LOCKSTEP_PERIOD_S if recorder.follows else _TAKE_PERIOD_S)
+        time.sleep(recorder.period)
     recorder.close()
 
 
