@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import struct
 from collections.abc import Sequence
 from os import SEEK_END
 from pathlib import Path
-from struct import Struct
 from types import TracebackType
-from typing import Any, Literal, cast
+from typing import Literal, NamedTuple, cast
 from zlib import crc32
 
 from rosbags.interfaces import (
@@ -22,7 +22,6 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
-from rosbags.serde import SerdeError
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import TF, TF_STATIC, WORLD_FRAME
@@ -34,7 +33,10 @@ _CHECKSUM_AT = 9 + 24  # of a chunk: after kind, length, two times and a size
 
 
 _CHUNK_SIZE = 2**20  # bytes, as in rosbags
-_MESSAGE = Struct('<BQHIQQ')  # kind, length, channel, number, time of arrival, time of sending
+_MESSAGE = struct.Struct(
+    '<BQHIQQ'
+)  # kind, length, channel, number, time of arrival, time of sending
+_NUMBER = struct.Struct('<I')
 _KIND, _HEAD_SIZE = 5, 9  # bytes of kind and length
 
 
@@ -177,10 +179,23 @@ class BagWriter:
         self._storage.bio.flush()
 
 
-_ODOMETRY = 'nav_msgs/msg/Odometry'
 _TF_MESSAGE = 'tf2_msgs/msg/TFMessage'
 _DEPTHS = {TF: 100, TF_STATIC: 1}  # as tf2's broadcasters offer them
+_LITTLE_ENDIAN = b'\0\1\0\0'
+_STAMP_SIZE, _PLACE_SIZE = 8, 7 * 8  # place: position and quaternion, here and in transforms
+_VELOCITY_SIZE = 6 * 8
+_COVARIANCE_SIZE = 36 * 8
 _BASE_LINK_HEIGHT_M = 0.01  # base_joint in turtlebot3_burger.urdf
+_ON_BASE = struct.Struct('<7d').pack(0.0, 0.0, _BASE_LINK_HEIGHT_M, 0.0, 0.0, 0.0, 1.0)
+
+
+class _Transform(NamedTuple):
+    """A transform; stamp, and place of the child in the parent, are those of a message in CDR."""
+
+    stamp: bytes
+    parent: str
+    child: str
+    place: bytes
 
 
 class TransformRecorder:
@@ -197,27 +212,18 @@ class TransformRecorder:
         self._writer = writer
         self._connections: dict[str, Connection] = {}
         self._definitions = MessageDefinitions([])
-        self._now: list[Any] = []
+        self._now: list[_Transform] = []
         self._known: set[str] = set()
-        self._base_links: list[Any] = []
+        self._base_links: list[_Transform] = []
 
     def take(self, odometry: bytes) -> None:
         """Take an odometry that has just been written; ignore it unless it is in the world."""
-        if not self.wanted:
+        transform = _transform_of(odometry) if self.wanted else None
+        if transform is None or transform.parent != WORLD_FRAME or not transform.child:
             return
-        try:
-            message: Any = self._definitions.store.deserialize_cdr(odometry, _ODOMETRY)
-        except SerdeError:
-            return
-        if message.header.frame_id != WORLD_FRAME or not message.child_frame_id:
-            return
-        if self._now and message.header.stamp != self._now[0].header.stamp:
+        if self._now and transform.stamp != self._now[0].stamp:
             self.write()
-        pose = message.pose.pose
-        place = (pose.position.x, pose.position.y, pose.position.z)
-        self._now.append(
-            self._transform(message.header, message.child_frame_id, place, pose.orientation)
-        )
+        self._now.append(transform)
 
     def write(self) -> None:
         """Write the transforms so far, those of equal time in one message."""
@@ -225,45 +231,61 @@ class TransformRecorder:
         if not transforms or not self.wanted:
             return
         self._write(TF, transforms)
-        new = {
-            one.child_frame_id: one for one in transforms if one.child_frame_id not in self._known
-        }
+        new = {one.child: one for one in transforms if one.child not in self._known}
         self._known |= new.keys()
-        if links := [link for one in new.values() if (link := self._base_link(one))]:
+        if links := [link for one in new.values() if (link := _base_link(one))]:
             self._base_links += links  # all in one message: it is latched, and the last one counts
             self._write(TF_STATIC, self._base_links)
 
-    def _base_link(self, transform: Any) -> Any | None:
-        """Return the fixed base_link of a base_footprint; None for other frames."""
-        robot, slash, frame = transform.child_frame_id.rpartition('/')
-        if frame != 'base_footprint':
-            return None
-        header = self._message(
-            'std_msgs/msg/Header', transform.header.stamp, transform.child_frame_id
-        )
-        upright = self._message('geometry_msgs/msg/Quaternion', 0.0, 0.0, 0.0, 1.0)
-        place = (0.0, 0.0, _BASE_LINK_HEIGHT_M)
-        return self._transform(header, f'{robot}{slash}base_link', place, upright)
-
-    def _transform(
-        self, header: Any, child: str, place: tuple[float, float, float], rotation: Any
-    ) -> Any:
-        translation = self._message('geometry_msgs/msg/Vector3', *place)
-        transform = self._message('geometry_msgs/msg/Transform', translation, rotation)
-        return self._message('geometry_msgs/msg/TransformStamped', header, child, transform)
-
-    def _message(self, msgtype: str, *fields: Any) -> Any:
-        return self._definitions.store.types[msgtype](*fields)
-
-    def _write(self, topic: str, transforms: list[Any]) -> None:
+    def _write(self, topic: str, transforms: list[_Transform]) -> None:
         if topic not in self._connections:
             known = self._definitions.of(_TF_MESSAGE)
             self._connections[topic] = self._writer.add_topic(
                 topic, _TF_MESSAGE, Definition(DERIVED + known.text, known.digest), [_qos(topic)]
             )
-        message = self._message(_TF_MESSAGE, transforms)
-        data = self._definitions.store.serialize_cdr(message, _TF_MESSAGE)
-        self._writer.write(self._connections[topic], self._writer.end_ns, bytes(data))
+        data = _encoded(transforms)
+        self._writer.write(self._connections[topic], self._writer.end_ns, data)
+
+
+def _transform_of(odometry: bytes) -> _Transform | None:
+    """Return the pose in an odometry in CDR; None if its bytes are not those of an odometry."""
+    texts: list[str] = []
+    end = len(_LITTLE_ENDIAN) + _STAMP_SIZE
+    try:
+        for _ in ('parent', 'child'):
+            begin = end + -end % 4 + _NUMBER.size
+            end = begin + _NUMBER.unpack_from(odometry, begin - _NUMBER.size)[0]
+            texts.append(odometry[begin : end - 1].decode())
+    except (struct.error, UnicodeDecodeError):
+        return None
+    begin = end + (len(_LITTLE_ENDIAN) - end) % 8
+    end = begin + _PLACE_SIZE
+    size = end + 2 * _COVARIANCE_SIZE + _VELOCITY_SIZE
+    if len(odometry) < size or odometry[:2] != _LITTLE_ENDIAN[:2]:
+        return None
+    stamp = odometry[len(_LITTLE_ENDIAN) : len(_LITTLE_ENDIAN) + _STAMP_SIZE]
+    parent, child = texts
+    return _Transform(stamp, parent, child, odometry[begin:end])
+
+
+def _base_link(transform: _Transform) -> _Transform | None:
+    """Return the fixed base_link of a base_footprint; None for other frames."""
+    robot, slash, frame = transform.child.rpartition('/')
+    if frame != 'base_footprint':
+        return None
+    return _Transform(transform.stamp, transform.child, f'{robot}{slash}base_link', _ON_BASE)
+
+
+def _encoded(transforms: Sequence[_Transform]) -> bytes:
+    """Return a TFMessage in CDR."""
+    data = bytearray(_LITTLE_ENDIAN + _NUMBER.pack(len(transforms)))
+    for stamp, parent, child, place in transforms:
+        data += stamp
+        for text in (parent, child):
+            encoded = text.encode() + b'\0'
+            data += bytes(-len(data) % 4) + _NUMBER.pack(len(encoded)) + encoded
+        data += bytes((len(_LITTLE_ENDIAN) - len(data)) % 8) + place
+    return bytes(data)
 
 
 def _qos(topic: str) -> Qos:
