@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import struct
 from collections.abc import Sequence
+from functools import lru_cache
 from os import SEEK_END
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, NamedTuple, cast
 from zlib import crc32
 
+import yaml
 from rosbags.interfaces import (
     Connection,
+    ConnectionExtRosbag2,
     Qos,
     QosDurability,
     QosHistory,
@@ -21,6 +24,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2.metadata import dump_qos_v9
 from rosbags.rosbag2.storage_mcap import McapWriter
 
 from setcmas_simu.errors import SetcmasError
@@ -41,7 +45,19 @@ _KIND, _HEAD_SIZE = 5, 9  # bytes of kind and length
 
 
 class _StorageWriter(McapWriter):
-    """Writes the checksum of each chunk, which rosbags leaves out, and messages faster."""
+    """Writes the checksum of each chunk, which rosbags leaves out, and messages faster.
+
+    Attributes:
+        offered: Quality of service of the publishers of the next topic.
+    """
+
+    offered: tuple[Qos, ...] = ()
+
+    def add_connection(self, connection: Connection, _: str) -> None:
+        """Write a topic."""
+        assert isinstance(connection.ext, ConnectionExtRosbag2)
+        connection.ext.offered_qos_profiles.extend(self.offered)
+        super().add_connection(connection, _text_of(self.offered))
 
     def write(self, connection: Connection, timestamp: int, data: bytes | memoryview) -> None:
         """Write a message, not older than the last one."""
@@ -63,6 +79,12 @@ class _StorageWriter(McapWriter):
         self.bio.seek(begin + _CHECKSUM_AT)
         self.bio.write(checksum.to_bytes(4, 'little'))
         self.bio.seek(0, SEEK_END)
+
+
+@lru_cache  # 2 ms, and hundreds of topics have the same few texts
+def _text_of(profiles: tuple[Qos, ...]) -> str:
+    text: str = yaml.safe_dump(dump_qos_v9(list(profiles)), default_flow_style=False)
+    return text.strip()
 
 
 class BagWriter:
@@ -113,12 +135,9 @@ class BagWriter:
         """
         key = (name, msgtype)
         if key not in self._topics:
+            self._storage.offered = tuple(offered_qos)
             self._topics[key] = self._writer.add_connection(
-                name,
-                msgtype,
-                msgdef=definition.text,
-                rihs01=definition.digest,
-                offered_qos_profiles=offered_qos,
+                name, msgtype, msgdef=definition.text, rihs01=definition.digest
             )
         return self._topics[key]
 
@@ -171,8 +190,8 @@ class BagWriter:
         writer.close()
 
     @property
-    def _storage(self) -> McapWriter:
-        return cast(McapWriter, self._writer.storage)
+    def _storage(self) -> _StorageWriter:
+        return cast(_StorageWriter, self._writer.storage)
 
     def _write_out(self) -> None:
         # rosbags itself leaves up to 1 MB in memory: minutes of a small fleet.
