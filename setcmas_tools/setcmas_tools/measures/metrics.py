@@ -19,6 +19,7 @@ from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.table import Table
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.motion_metrics import largest_speed
+from setcmas_tools.measures.predicted_metrics import compared
 from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
 
@@ -123,12 +124,16 @@ def measure(
     parts = {name: found.pop(name) for name in _FIRST if name in found}
     if task:
         parts |= _of_task(run, *task, warn)
+    known = {name: part for name, part in (parts | found).items() if part is not None}
+    with _failures('prediction', warn):
+        if prediction := compared(run, known):
+            known['prediction'] = prediction
     return Metrics(
         run.references.task if task and run.references else None,
         float(run.counted.t[-1] - run.counted.t[0]),
         largest_speed(run),
         'event-triggered' if triggered else 'periodic',
-        {name: part for name, part in (parts | found).items() if part is not None},
+        known,
     )
 
 

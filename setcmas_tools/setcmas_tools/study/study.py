@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.table import Table
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run, data_frame, tool
-from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.study.study_columns import COLUMNS, predicted
 from setcmas_tools.study.study_plan import Plan, read_plan
 from setcmas_tools.study.study_table import FILE_NAME, OUTCOME, read_table
 from setcmas_tools.study.success import Success, share_of
@@ -275,10 +275,17 @@ def summary(study: Study) -> str:
     if len(groups) > _MOST_GROUPS:
         names, groups = [], list(study.groups())
     metrics = [name for name in _FIRST if name in study.metrics] or study.metrics[:4]
-    heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in metrics)]
+    for name in study.metrics:  # what laws predict, beside what was measured
+        if predicted(name) in study.metrics:
+            metrics += [name, predicted(name)]
+    heads = [*names, 'runs', 'broken', *map(_head, metrics)]
     heads += ['success'] if study.plan.info.success else []
     rows = [[shown(value) for value in _summed_up(study, group, metrics)] for group in groups]
     return str(Table(rows, heads, 'r'))
+
+
+def _head(metric: str) -> str:
+    return 'predicted' if metric.startswith('prediction_') else f'median\n{metric}'
 
 
 def _summed_up(study: Study, group: Group, metrics: Sequence[str]) -> list[Any]:

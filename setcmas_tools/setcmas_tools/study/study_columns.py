@@ -112,6 +112,12 @@ SHIPPED = {column.metric for column in COLUMNS.values()}
 """The built-in metrics."""
 
 
+def predicted(name: str) -> str:
+    """Return the column with the values of a column that laws predict."""
+    column = COLUMNS.get(name)
+    return f'prediction_{column.metric}_{column.field}' if column else f'prediction_{name}'
+
+
 def numbers_of(metrics: Metrics) -> dict[str, float | None]:
     """Return the metrics of a run by column, with 9 digits."""
     found = {

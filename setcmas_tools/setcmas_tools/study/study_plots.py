@@ -18,7 +18,7 @@ from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, median, quantiles, runs_in_words, shown
-from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.study.study_columns import COLUMNS, predicted
 from setcmas_tools.study.study_folder import written
 from setcmas_tools.study.success import CONFIDENCE, share_of
 
@@ -48,6 +48,9 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
         if _is_scale(study, by):
             axes.plot(places, middle, 'o-', color=colour, label=str(line))
             axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
+            if predicted(metric) in study.metrics:
+                theory = [median(study.numbers(predicted(metric))[one]) for one in rows]
+                axes.plot(places, theory, '--', color='0.3', label='predicted')
         else:
             axes.errorbar(
                 places, middle, _bars(low, middle, high), None, 'o', color=colour, label=str(line)
@@ -274,7 +277,8 @@ def plot(
 
 
 def _plots_of(study: Study, metrics: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    drawn = list(metrics) or [name for name in _DRAWN if _varies(study, name)]
+    compared = [name for name in study.metrics if predicted(name) in study.metrics]
+    drawn = list(metrics) or [n for n in (*_DRAWN, *compared) if _varies(study, n)]
     drawn += [SUCCESS] if study.plan.info.success else []
     listed = [name for name in study.names if name not in study.plan.cases.draws]
     for metric in drawn:

@@ -5,7 +5,7 @@ import pytest
 from setcmas_tools import simulate
 from setcmas_tools.measures.metric import Measured, Value
 from setcmas_tools.measures.metrics import Metrics, measure
-from setcmas_tools.study.study_columns import COLUMNS, numbers_of
+from setcmas_tools.study.study_columns import COLUMNS, numbers_of, predicted
 
 
 def test_every_column_is_a_number_of_some_run():
@@ -17,7 +17,9 @@ def test_every_column_is_a_number_of_some_run():
     ]
     found = [numbers_of(measure(run)) for run in runs]
 
-    assert {name for numbers in found for name in numbers} == {*COLUMNS}
+    names = {name for numbers in found for name in numbers}
+    assert {name for name in names if not name.startswith('prediction_')} == {*COLUMNS}
+    assert predicted('convergence_rate') in names
     motions = measure(runs[0])['robots'].robots.values()
     assert found[0]['communications'] == sum(motion.communications for motion in motions)
     assert found[0]['path_length'] == pytest.approx(

@@ -1,0 +1,204 @@
+"""Measured against predicted: the figures that a law predicts for a run, beside its metrics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.control.prediction import PREDICT, Conditions, LinearLaw, Predict, Predicted
+from setcmas_ctrl.scripts.loader import ALGORITHMS, load_script
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import InvalidPluginError
+from setcmas_simu.robots.model import Motion
+from setcmas_simu.robots.models import motion_of
+from setcmas_tools.measures.consensus_metrics import CONSENSUS, consensus
+from setcmas_tools.measures.metric import Measured
+from setcmas_tools.measures.motion_metrics import largest_speed
+from setcmas_tools.run.fleet_motion import FleetGrid
+from setcmas_tools.run.run import Run, models_of
+
+_AT_LIMIT = 0.999
+_DIGITS = 6  # of what a sum that should be 0 has
+_RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
+_UNITS = {'1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad'}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure that was predicted, and measured if its metric applies to the run."""
+
+    measured: float | None
+    predicted: float
+    formula: str
+
+
+@dataclass(frozen=True)
+class Comparison(Measured):
+    """Figures that a law predicts.
+
+    Attributes:
+        figures: By the names of their metrics, such as 'consensus.convergence_rate_1_s'.
+        differs: What the theory leaves out, and this run has.
+    """
+
+    figures: Mapping[str, Figure]
+    differs: tuple[str, ...]
+
+    def lines(self) -> list[str]:
+        """Return the figures under their formula, and what the theory leaves out."""
+        lines, formula = [], ''
+        for name, one in self.figures.items():
+            if one.formula != formula:
+                formula = one.formula
+                lines.append(f'predicted by {formula}:')
+            lines.append(
+                f'  {_words(name)} {_number(one.measured)}{_unit(name)}, '
+                f'predicted {_number(one.predicted)}'
+            )
+        return lines + [f'  the theory leaves out: {"; ".join(self.differs)}'] * bool(self.differs)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the predicted values by metric and field, and what the theory leaves out."""
+        values = {name.replace('.', '_'): one.predicted for name, one in self.figures.items()}
+        formulas = list(dict.fromkeys(one.formula for one in self.figures.values()))
+        return {**values, 'formulas': formulas, 'left_out': list(self.differs)}
+
+
+def _words(name: str) -> str:
+    field = name.rpartition('.')[2]
+    return field.removesuffix(f'_{_suffix(field)}').replace('_', ' ')
+
+
+def _suffix(field: str) -> str:
+    return next((one for one in _UNITS if field.endswith(f'_{one}')), '')
+
+
+def _unit(name: str) -> str:
+    unit = _UNITS.get(_suffix(name), '')
+    return f' {unit}' if unit else ''
+
+
+def _number(value: float | None) -> str:
+    return 'unknown' if value is None else f'{value:.3g}'
+
+
+def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
+    """Return what the law of a run predicts beside its metrics; None if it predicts nothing.
+
+    Only laws of packages are asked, because this runs their code: others are taken for the law of
+    a package if they have the same text.
+
+    Raises:
+        InvalidPluginError: The law's `predict` returns something else.
+    """
+    found = _law(run)
+    conditions = found and conditions_of(run)
+    if not (found and conditions):
+        return None
+    predict, title = found
+    result = predict(conditions)
+    if isinstance(result, LinearLaw):
+        result = _of_linear(result, conditions)
+    if not isinstance(result, Mapping) or not all(
+        isinstance(one, Predicted) for one in result.values()
+    ):
+        raise InvalidPluginError(
+            f'{PREDICT} of {title} must return a LinearLaw or values Predicted by metric'
+        )
+    figures = {
+        name: Figure(_measured(parts, name), one.value, one.formula)
+        for name, one in result.items()
+        if np.isfinite(one.value)
+    }
+    return Comparison(figures, tuple(left_out(run))) if figures else None
+
+
+def _law(run: Run) -> tuple[Predict, str] | None:
+    """Return the predictions of the run's law, and its name."""
+    scripts = [one for one in run.inputs if one.option == 'algo']
+    if len(scripts) != 1:
+        return None
+    for name in ALGORITHMS.plugins():
+        try:
+            path = ALGORITHMS.file(name)
+        except SetcmasError:  # that of another package is damaged
+            continue
+        if path.read_bytes() == scripts[0].contents[0]:
+            module = load_script(path, 1, settings=run.parameters.get('set') or {})
+            predict = getattr(module, PREDICT, None)
+            return (predict, name) if callable(predict) else None
+    return None
+
+
+def conditions_of(run: Run) -> Conditions | None:
+    """Return the conditions of a run; None if they are not known."""
+    grid, rate = run.counted_grid, run.parameters.get('rate')
+    if not rate or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
+        return None
+    count = len(grid.robots)
+    adjacency = 1.0 - np.eye(count)
+    if run.record:
+        adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
+        if len(adjacency) != count:
+            return None
+    starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
+    delay, noise = (float(run.parameters.get(name) or 0.0) for name in ('delay', 'noise'))
+    duration = float(grid.t[-1] - grid.t[0])
+    return Conditions(starts, adjacency, 1.0 / float(rate), duration, delay, noise)
+
+
+def _of_linear(law: LinearLaw, conditions: Conditions) -> dict[str, Predicted]:
+    """Return the rate and the centre that consensus has under a linear law."""
+    t, positions = law.positions(conditions)
+    relative = positions - np.asarray(law.offsets)
+    grid = FleetGrid(
+        t, list(range(1, len(law.matrix) + 1)), relative[:, 0].T, relative[:, 1].T,
+        np.zeros(relative[:, 0].T.shape),
+    )  # fmt: skip
+    found = consensus(grid, np.zeros(len(law.matrix)))
+    if found is None:
+        return {}
+    formula = (
+        f'p(k+1) = (I - h M) p(k), M = {law.formula}, slowest mode {law.slowest_rate:.3g} 1/s, '
+        f'h = {conditions.period:g} s'
+    )
+    fields = [_RATE] if np.any(law.offsets) else [_RATE, *_CENTRE]
+    values = {f'{CONSENSUS}.{field}': getattr(found, field) for field in fields}
+    return {
+        name: Predicted(round(value, _DIGITS) + 0.0, formula)
+        for name, value in values.items()
+        if value is not None
+    }
+
+
+def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
+    metric, _, field = name.partition('.')
+    value = parts[metric].as_dict().get(field) if metric in parts else None
+    return None if value is None else float(value)
+
+
+def left_out(run: Run) -> list[str]:
+    """Return what the theory of points without limits leaves out, and this run has."""
+    given, found = run.parameters, []
+    if any(motion_of(model) is not Motion.FREE for model in models_of(run).values()):
+        found.append('robots turn before they drive')
+    if run.commands is not None:
+        t, speeds = run.commands.t, np.hypot(run.commands.vx, run.commands.vy)
+        if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():
+            found.append(f'the speed limit counts until {t[fast].max():.1f} s')
+        if (stopped := speeds == 0.0).any():
+            found.append(f'the dead band stops robots from {t[stopped].min():.1f} s on')
+    if run.record:
+        if lost := sum(one.lost for one in run.record.links.values()):
+            found.append(f'{lost:,} messages were lost')
+        if run.record.is_event_triggered:
+            found.append('robots send on events only')
+        if len(np.unique(run.record.changes[:, 0])) > 1:
+            found.append('the graph changes')
+    found += [f'{name} of messages' for name in ('delay', 'noise') if given.get(name)]
+    if run.commands is not None and run.commands.allowed is not None:
+        found.append('the safety filter may overrule')
+    return found

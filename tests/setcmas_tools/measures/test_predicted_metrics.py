@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+from setcmas_ctrl.control.prediction import Conditions, LinearLaw, Predicted
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools import Run, simulate
+from setcmas_tools.measures import predicted_metrics
+from setcmas_tools.measures.metrics import as_dict
+
+THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
+RATE = 'consensus.convergence_rate_1_s'
+
+
+@pytest.mark.parametrize(
+    ('graph', 'slowest'),
+    [('complete', 0.5), ('star', 0.25), ('ring', 0.0976), ('directed_ring', 0.0732)],
+)
+def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, slowest):
+    run = simulate('consensus', 8, 40.0, graph=graph, **THEORY)
+    comparison = run.metrics()['prediction']
+    rate = comparison.figures[RATE]
+
+    assert rate.measured == pytest.approx(rate.predicted, rel=0.01)
+    assert f'slowest mode {slowest:.3g} 1/s' in rate.formula
+    for name in ('x', 'y'):
+        centre = comparison.figures[f'consensus.final_centre_{name}_m']
+        assert centre.measured == pytest.approx(centre.predicted, abs=0.01)
+    assert {note.partition(' from')[0] for note in comparison.differs} <= {
+        'the dead band stops robots'
+    }
+
+
+def test_what_the_theory_leaves_out_is_said():
+    run = simulate('consensus', 4, 20.0, graph='ring', loss=0.5, delay=0.1, filter='barrier')
+    lines = '\n'.join(run.metrics()['prediction'].lines())
+
+    for note in (
+        'robots turn before they drive', 'the speed limit counts until', 'messages were lost',
+        'delay of messages', 'the safety filter may overrule',
+    ):  # fmt: skip
+        assert note in lines
+    assert 'noise' not in lines
+
+
+def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
+    text = ALGORITHMS.file('consensus').read_text()
+    for name, content in {'same': text, 'changed': text + '\n'}.items():
+        (tmp_path / f'{name}.py').write_text(content)
+        run = simulate(str(tmp_path / f'{name}.py'), 3, 20.0, set={'K': 0.3})
+        stored = Run.load(run.save(tmp_path / name))
+        assert ('prediction' in stored.metrics()) == (name == 'same')
+        assert str(stored.metrics()) == str(run.metrics())
+
+
+def test_a_law_without_predictions_has_none():
+    assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
+
+
+def test_values_of_a_nonlinear_law(monkeypatch):
+    def predict(conditions):
+        assert conditions.starts.shape == (3, 3)
+        return {'separation.least_separation_m': Predicted(0.5, 'd / 2')}
+
+    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (predict, 'mine'))
+    metrics = simulate('consensus', 3, 5.0).metrics()
+
+    assert metrics['prediction'].lines()[0] == 'predicted by d / 2:'
+    assert metrics['prediction'].lines()[1].startswith('  least separation ')
+    assert metrics['prediction'].lines()[1].endswith(' m, predicted 0.5')
+    assert as_dict(metrics)['prediction']['separation_least_separation_m'] == 0.5
+
+
+@pytest.mark.parametrize('result', [3, {RATE: 0.5}])
+def test_another_result_is_reported(monkeypatch, capsys, result):
+    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (lambda _: result, 'mine'))
+
+    assert 'prediction' not in simulate('consensus', 3, 5.0).metrics()
+    assert 'predict of mine must return a LinearLaw or values Predicted' in capsys.readouterr().out
+
+
+def test_a_formation_predicts_its_rate_only():
+    starts = np.array([[0.0, 1.0, 3.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+    adjacency = 1.0 - np.eye(3)
+    conditions = Conditions(starts, adjacency, period=0.1, duration=3.0)
+    offsets = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 0.0]])
+    law = LinearLaw(0.2 * conditions.laplacian, 'K L', offsets)
+    t, positions = law.positions(conditions)
+
+    assert t[-1] == pytest.approx(3.0)
+    assert positions.shape == (31, 2, 3)
+    centred = positions - offsets
+    assert np.allclose(centred[-1].mean(axis=1), centred[0].mean(axis=1))
+    assert law.slowest_rate == pytest.approx(0.6)
