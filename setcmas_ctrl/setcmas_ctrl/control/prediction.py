@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
+
+_NOTHING = 1e-9
 
 PREDICT = 'predict'
 """Name of the function in a control script."""
@@ -56,38 +59,61 @@ class Predicted(NamedTuple):
 
 @dataclass(frozen=True)
 class LinearLaw:
-    """A law p' = -M (p - offsets), for each coordinate.
+    """A law z' = -M (z - offsets), with the positions z = x + i y of all robots.
+
+    A real M acts on both coordinates alike; a complex one also turns.
 
     Attributes:
-        matrix: M in 1/s, shape (N, N).
+        matrix: M in 1/s, shape (N, N), real or complex.
         formula: M in the terms of the law, such as 'K L'.
         offsets: Places of a formation, rows x and y in m, shape (2, N); 0 by default.
     """
 
-    matrix: Floats
+    matrix: NDArray[Any]
     formula: str
     offsets: Floats | float = 0.0
 
     def positions(self, conditions: Conditions) -> tuple[Floats, Floats]:
         """Return the times of the calls, shape (K,), and the positions then, shape (K, 2, N).
 
-        Velocities are constant between two calls, so p(k + 1) = p(k) - h M (p(k) - offsets).
+        Velocities are constant between two calls, so z(k + 1) = z(k) - h M (z(k) - offsets).
         """
         step = np.eye(len(self.matrix)) - conditions.period * self.matrix
-        offset: Floats = conditions.starts[:2] - self.offsets
+        x, y = conditions.starts[:2] - self.offsets
         count = round(conditions.duration / conditions.period)
-        found: Floats = np.empty((count + 1, *offset.shape))
-        for k in range(count + 1):
-            found[k] = self.offsets + offset
-            offset = offset @ step.T
+        found = np.empty((count + 1, len(x)), complex)
+        found[0] = x + 1j * y
+        for k in range(count):
+            found[k + 1] = step @ found[k]
         times: Floats = np.arange(count + 1, dtype=float) * conditions.period
-        return times, found
+        return times, np.stack([found.real, found.imag], axis=1) + self.offsets
 
     @property
     def slowest_rate(self) -> float:
         """Rate of the slowest mode in 1/s: the least real part of an eigenvalue other than 0."""
         rates = np.sort(np.linalg.eigvals(self.matrix).real)
         return float(rates[1]) if len(rates) > 1 else 0.0
+
+    def doubts(self, period: float, meet: bool = True) -> list[str]:
+        """Return why robots do not get where they should; [] if they do.
+
+        Args:
+            period: Time between two calls in s.
+            meet: Whether they should meet.
+        """
+        values = np.linalg.eigvals(self.matrix)
+        doubts = []
+        if meet and np.sum(np.abs(values) < _NOTHING) > 1:
+            doubts.append('no robot reaches all others through the graph, so not all meet')
+        moving = values[np.abs(values) > _NOTHING]
+        # With a rate of exactly 0 robots drive along circles, which sampling widens.
+        if np.all(moving.real > _NOTHING) and np.abs(1.0 - period * moving).max(initial=0.0) > 1.0:
+            most = 2.0 * np.min(moving.real / np.abs(moving) ** 2)
+            doubts.append(
+                f'the gain is too large for calls every {period:g} s, so robots oscillate ever '
+                f'more; divide it by more than {period / most:.3g}'
+            )
+        return doubts
 
 
 Prediction = LinearLaw | Mapping[str, Predicted]

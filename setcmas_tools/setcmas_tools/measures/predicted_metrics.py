@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ from setcmas_tools.run.run import Run, models_of
 
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
+_FAR_M = 1e6  # where a law is unstable
+_APART = 'distance_from_predicted_end_m'
 _RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
 _UNITS = {'1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad'}
 
@@ -42,14 +44,16 @@ class Comparison(Measured):
     Attributes:
         figures: By the names of their metrics, such as 'consensus.convergence_rate_1_s'.
         differs: What the theory leaves out, and this run has.
+        doubts: What the law needs, and these conditions do not give.
     """
 
     figures: Mapping[str, Figure]
     differs: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """Return the figures under their formula, and what the theory leaves out."""
-        lines, formula = [], ''
+        lines, formula = [f'in theory {doubt}' for doubt in self.doubts], ''
         for name, one in self.figures.items():
             if one.formula != formula:
                 formula = one.formula
@@ -58,13 +62,20 @@ class Comparison(Measured):
                 f'  {_words(name)} {_number(one.measured)}{_unit(name)}, '
                 f'predicted {_number(one.predicted)}'
             )
-        return lines + [f'  the theory leaves out: {"; ".join(self.differs)}'] * bool(self.differs)
+        if self.figures and self.differs:
+            lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
+        return lines
 
     def as_dict(self) -> dict[str, Any]:
         """Return the predicted values by metric and field, and what the theory leaves out."""
         values = {name.replace('.', '_'): one.predicted for name, one in self.figures.items()}
         formulas = list(dict.fromkeys(one.formula for one in self.figures.values()))
-        return {**values, 'formulas': formulas, 'left_out': list(self.differs)}
+        return {
+            **values,
+            'formulas': formulas,
+            'left_out': list(self.differs),
+            'doubts': list(self.doubts),
+        }
 
 
 def _words(name: str) -> str:
@@ -82,7 +93,7 @@ def _unit(name: str) -> str:
 
 
 def _number(value: float | None) -> str:
-    return 'unknown' if value is None else f'{value:.3g}'
+    return 'unknown' if value is None else f'{round(value, _DIGITS) + 0.0:.3g}'
 
 
 def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
@@ -100,20 +111,22 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         return None
     predict, title = found
     result = predict(conditions)
+    figures: dict[str, Figure] = {}
+    doubts: list[str] = []
     if isinstance(result, LinearLaw):
-        result = _of_linear(result, conditions)
-    if not isinstance(result, Mapping) or not all(
-        isinstance(one, Predicted) for one in result.values()
-    ):
+        doubts = result.doubts(conditions.period, meet=_is_consensus(run))
+        figures = _of_linear(run, result, conditions, parts)
+    elif isinstance(result, Mapping) and all(isinstance(v, Predicted) for v in result.values()):
+        figures = {
+            name: Figure(_measured(parts, name), one.value, one.formula)
+            for name, one in result.items()
+            if np.isfinite(one.value)
+        }
+    else:
         raise InvalidPluginError(
             f'{PREDICT} of {title} must return a LinearLaw or values Predicted by metric'
         )
-    figures = {
-        name: Figure(_measured(parts, name), one.value, one.formula)
-        for name, one in result.items()
-        if np.isfinite(one.value)
-    }
-    return Comparison(figures, tuple(left_out(run))) if figures else None
+    return Comparison(figures, tuple(left_out(run)), tuple(doubts)) if figures or doubts else None
 
 
 def _law(run: Run) -> tuple[Predict, str] | None:
@@ -150,28 +163,35 @@ def conditions_of(run: Run) -> Conditions | None:
     return Conditions(starts, adjacency, 1.0 / float(rate), duration, delay, noise)
 
 
-def _of_linear(law: LinearLaw, conditions: Conditions) -> dict[str, Predicted]:
-    """Return the rate and the centre that consensus has under a linear law."""
+def _of_linear(
+    run: Run, law: LinearLaw, conditions: Conditions, parts: Mapping[str, Measured]
+) -> dict[str, Figure]:
+    """Return the positions at the end, and of consensus its rate and centre."""
     t, positions = law.positions(conditions)
-    relative = positions - np.asarray(law.offsets)
-    grid = FleetGrid(
-        t, list(range(1, len(law.matrix) + 1)), relative[:, 0].T, relative[:, 1].T,
-        np.zeros(relative[:, 0].T.shape),
-    )  # fmt: skip
-    found = consensus(grid, np.zeros(len(law.matrix)))
-    if found is None:
+    if not np.abs(positions[-1]).max() < _FAR_M:
         return {}
     formula = (
-        f'p(k+1) = (I - h M) p(k), M = {law.formula}, slowest mode {law.slowest_rate:.3g} 1/s, '
-        f'h = {conditions.period:g} s'
+        f'z(k+1) = z(k) - h M {"z(k)" if np.all(law.offsets == 0.0) else "(z(k) - offsets)"}, '
+        f'M = {law.formula}, h = {conditions.period:g} s'
     )
-    fields = [_RATE] if np.any(law.offsets) else [_RATE, *_CENTRE]
-    values = {f'{CONSENSUS}.{field}': getattr(found, field) for field in fields}
-    return {
-        name: Predicted(round(value, _DIGITS) + 0.0, formula)
-        for name, value in values.items()
-        if value is not None
-    }
+    end = run.counted_grid
+    apart = np.hypot(end.x[:, -1] - positions[-1, 0], end.y[:, -1] - positions[-1, 1])
+    figures = {_APART: Figure(float(np.sqrt(np.mean(apart**2))), 0.0, formula)}
+    if not _is_consensus(run):
+        return figures
+    x, y = positions[:, 0].T, positions[:, 1].T
+    robots = list(range(1, len(x) + 1))
+    found = consensus(FleetGrid(t, robots, x, y, np.zeros(x.shape)), np.zeros(len(x)))
+    formula += f', slowest mode {law.slowest_rate:.3g} 1/s'
+    for field in (_RATE, *_CENTRE):
+        name, value = f'{CONSENSUS}.{field}', getattr(found, field, None)
+        if value is not None:
+            figures[name] = Figure(_measured(parts, name), round(value, _DIGITS) + 0.0, formula)
+    return {name: replace(one, formula=formula) for name, one in figures.items()}
+
+
+def _is_consensus(run: Run) -> bool:
+    return run.references is not None and run.references.task == CONSENSUS
 
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
@@ -189,7 +209,8 @@ def left_out(run: Run) -> list[str]:
         t, speeds = run.commands.t, np.hypot(run.commands.vx, run.commands.vy)
         if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():
             found.append(f'the speed limit counts until {t[fast].max():.1f} s')
-        if (stopped := speeds == 0.0).any():
+        drive = np.isin(run.commands.robot, np.unique(run.commands.robot[speeds > 0.0]))
+        if (stopped := drive & (speeds == 0.0)).any():
             found.append(f'the dead band stops robots from {t[stopped].min():.1f} s on')
     if run.record:
         if lost := sum(one.lost for one in run.record.links.values()):

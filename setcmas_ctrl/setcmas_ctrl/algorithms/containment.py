@@ -1,0 +1,47 @@
+"""Containment: leaders stand still, and followers end between them.
+
+    v_i = 0 for leaders, v_i = -K sum_j a_ij (p_i - p_j) for followers
+
+With L = [L_FF L_FL; 0 0] followers end at -inv(L_FF) L_FL p_L, in the convex hull of the leaders,
+if some leader reaches each of them; the rate is K times the least eigenvalue of L_FF.
+Source: Ji, Ferrari-Trecate, Egerstedt and Buffa, Containment control in mobile networks, IEEE
+Transactions on Automatic Control 53(8), 2008.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw
+from setcmas_ctrl.control.saturation import dead_band
+
+K = 0.3  # gain (1/s)
+LEADERS = [1, 2, 3]  # robots that stand still
+SLOW = 0.01  # speed (m/s) below which robots rest
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s of a leader or of a follower."""
+    if t == 0 and robotNo == 1 and without_leader(network.adjacency()):
+        print(f'no leader reaches robots {without_leader(network.adjacency())}: they need not '
+              'end between the leaders')  # fmt: skip
+    if robotNo in LEADERS:
+        return 0.0, 0.0
+    weights = network.adjacency()[robotNo - 1]
+    gaps = poses[:2, robotNo - 1, None] - poses[:2]
+    gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
+    vx, vy = -K * gaps @ weights
+    return dead_band(vx, vy, SLOW)
+
+
+def without_leader(adjacency):
+    """Return the numbers of the robots that no leader reaches."""
+    count = len(adjacency)
+    reached = np.linalg.matrix_power(np.eye(count) + (adjacency > 0), count) > 0
+    leaders = [leader - 1 for leader in LEADERS if leader <= count]
+    return [i + 1 for i in range(count) if not reached[i, leaders].any()]
+
+
+def predict(conditions):
+    """Return the linear law of all robots together."""
+    moves = ~np.isin(np.arange(1, len(conditions.adjacency) + 1), LEADERS)
+    return LinearLaw(K * moves[:, None] * conditions.laplacian, 'K [L_FF L_FL; 0 0]')

@@ -1,0 +1,45 @@
+"""Laplacian consensus: robots meet, as the graph's Laplacian says.
+
+    v_i = -K sum_j a_ij (p_i - p_j), together p' = -K L p
+
+In an undirected connected graph they meet at the mean of their starts at the rate K lambda_2. In a
+directed graph in which some robot reaches all others they meet at w' p(0) with w' L = 0 and
+w' 1 = 1, which is the mean if and only if the graph is balanced.
+Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology
+and time-delays, IEEE Transactions on Automatic Control 49(9), 2004; directed graphs: Ren and
+Beard, Consensus seeking in multiagent systems under dynamically changing interaction topologies,
+IEEE Transactions on Automatic Control 50(5), 2005.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw
+from setcmas_ctrl.control.saturation import dead_band
+
+task = 'consensus'  # selects its metrics and plots
+
+K = 0.2  # gain (1/s)
+SLOW = 0.01  # speed (m/s) below which robots rest
+
+before = None  # time of the call before (s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
+    global before
+    if robotNo == 1 and before is not None and before >= 0:
+        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t - before):
+            print(doubt)
+        before = -1.0  # once
+    before = t if before is None else before
+    weights = network.adjacency()[robotNo - 1]
+    gaps = poses[:2, robotNo - 1, None] - poses[:2]
+    gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
+    vx, vy = -K * gaps @ weights
+    return dead_band(vx, vy, SLOW)
+
+
+def predict(conditions):
+    """Return the linear law of all robots together."""
+    return LinearLaw(K * conditions.laplacian, 'K L')

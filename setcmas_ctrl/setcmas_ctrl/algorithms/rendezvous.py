@@ -1,0 +1,33 @@
+"""Rendezvous that keeps links: robots that see only as far as D meet without losing each other.
+
+    v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
+
+with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
+that is shorter than D at the start is ever lost. Start with `--range D`.
+Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
+connectedness, IEEE Transactions on Robotics 23(4), 2007.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.saturation import dead_band
+
+task = 'consensus'  # selects its metrics and plots
+
+K = 0.1  # gain (m/s)
+D = 6.0  # range (m), that of --range
+MARGIN = 0.999  # of D, beyond which the weight does not grow any more
+SLOW = 0.01  # speed (m/s) below which robots rest
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s towards the robots in range."""
+    near = [j - 1 for j in network.neighbours()]
+    gaps = poses[:2, robotNo - 1, None] - poses[:2, near]
+    lengths = np.minimum(np.hypot(*gaps), MARGIN * D)
+    if t == 0 and robotNo == 1 and np.any(np.hypot(*gaps) >= D):
+        print('a link is longer than D: give --range D, or set D to the range')
+    weights = (2 * D - lengths) / (D - lengths) ** 2
+    vx, vy = -K * np.nansum(weights * gaps, axis=1)
+    return dead_band(vx, vy, SLOW)
