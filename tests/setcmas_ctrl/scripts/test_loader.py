@@ -1,10 +1,12 @@
 import os
 import signal
 import textwrap
+from pathlib import Path
 
 import pytest
 from control_functions import load_control
 
+from setcmas_ctrl import algorithms
 from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script
 from setcmas_simu.errors import SetcmasError
 
@@ -27,14 +29,8 @@ CONTROL = 'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
 def test_the_built_in_laws_are_found_by_name(folder):
     paths = {find_script(name) for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in}
 
-    assert sorted(path.stem for path in paths) == [
-        'consensus',
-        'leader_election',
-        'leader_follower_distance_formation',
-        'leader_follower_formation',
-        'nav_wp',
-        'traj_tracking',
-    ]
+    laws = Path(algorithms.__file__).parent.glob('[!_]*.py')
+    assert sorted(path.stem for path in paths) == sorted(path.stem for path in laws)
 
 
 @pytest.mark.parametrize('name', ['nav_wp', 'wp_nav', 'nav-wp'])
