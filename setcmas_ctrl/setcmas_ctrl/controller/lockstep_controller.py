@@ -114,7 +114,7 @@ class LockstepLoop:
             return
         # Topics of drawings appear one by one.
         self._nb_publishers = len(publishers)
-        published = {one.topic_name: one for one in publishers}
+        published = {one.topic_name: one for one in publishers if '/_' not in one.topic_name}
         new = published.keys() - self._recorded
         wanted = [published[name] for name in new]
         self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)

@@ -101,10 +101,13 @@ def machine(processes: Collection[bytes]) -> bytes:
 
 
 def own_participant(node: Node) -> bytes:
-    """Return the identifier of a node's process, from a unique hidden topic that it publishes."""
+    """Return the identifier of a node's process, from a unique hidden topic that it publishes.
+
+    The topic stays: had it gone again, Fast DDS's discovery server would now and then lose topics
+    that a process creates at the same time.
+    """
     publisher = node.create_publisher(Empty, f'_own_{uuid.uuid4().hex}', 1)
     (own,) = participants(node, publisher.topic_name)
-    node.destroy_publisher(publisher)
     return own
 
 
