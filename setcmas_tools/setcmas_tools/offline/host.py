@@ -6,6 +6,7 @@ import math
 import mmap
 import os
 import pickle
+import select
 import shutil
 import signal
 import socket
@@ -35,6 +36,7 @@ from setcmas_tools.offline.kernel_confinement import HOME_FILES, HOME_SIZE, MEMO
 
 _START_S = 30.0
 _ANSWER_S = 60.0  # also of a machine that is overloaded
+_CONTINUE_S = 0.2
 _CLOSE_S = 2.0 if FORKS else 0.2
 _MOST_ANSWERED = 1 << 13
 # The current folder stays out of the search path, or else a file such as random.py in a student's
@@ -143,7 +145,7 @@ class Host:
             return self._stop()
         try:
             self._order(order, child.process)
-            return int(NUMBER.unpack(self._orders.recv(NUMBER.size))[0])
+            return self._answer()
         except (OSError, struct.error):
             self._stop()
             return -signal.SIGKILL
@@ -205,7 +207,7 @@ class Host:
             try:
                 with theirs:
                     self._order(BEGIN, 0, theirs.fileno())
-                (process,) = NUMBER.unpack(self._orders.recv(NUMBER.size))
+                process = self._answer()
             except (OSError, struct.error):
                 own.close()
                 self._stop()
@@ -220,9 +222,26 @@ class Host:
         raise MachineError
 
     def _order(self, order: bytes, process: int, *descriptors: int) -> None:
-        if self.process:  # a script that is not confined may have stopped it
-            self.process.send_signal(signal.SIGCONT)
+        self._continue()
         socket.send_fds(self._orders, [ORDER.pack(order, process)], descriptors)
+
+    def _answer(self) -> int:
+        """Return the number with which the process answers an order.
+
+        Raises:
+            OSError: It does not answer.
+            struct.error: It has ended.
+        """
+        for _ in range(round(_ANSWER_S / _CONTINUE_S)):
+            if select.select([self._orders], [], [], _CONTINUE_S)[0]:
+                return int(NUMBER.unpack(self._orders.recv(NUMBER.size))[0])
+            self._continue()
+        raise TimeoutError
+
+    def _continue(self) -> None:
+        """Continue the process: a script that is not confined may stop it at any time."""
+        if self.process:
+            self.process.send_signal(signal.SIGCONT)
 
     def _start(self) -> None:
         if FORKS and self.process and self.process.poll() is None:

@@ -448,10 +448,17 @@ def test_a_fault_of_the_machine_is_not_the_fault_of_a_submission(host, monkeypat
     assert run(host, STILL).failure is None
 
 
-def test_a_trusted_script_that_stops_the_process_of_the_host_costs_nothing(tmp_path):
-    script = (
-        'import os\nos.kill(os.getppid(), 19)\ndef control(i, n, poses, t):\n    return 0, 0\n'
-    )
+def test_a_trusted_script_that_stops_the_process_of_the_host_costs_nothing(tmp_path, monkeypatch):
+    continue_it, stops = Host._continue, iter(range(3))
+
+    def continue_then_stop(self):
+        continue_it(self)
+        if next(stops, None) is not None:
+            self.process.send_signal(signal.SIGSTOP)  # as another robot's script, before the order
+
+    script = 'import os\nos.kill(os.getppid(), 19)\n' + STILL
+    monkeypatch.setattr(Host, '_continue', continue_then_stop)
     with sandbox(tmp_path, confined=False) as host:
         for _ in range(2):
             assert run(host, script).failure is None
+    assert not [*stops]
