@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import struct
 from collections.abc import Sequence
-from functools import lru_cache
 from os import SEEK_END
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, NamedTuple, cast
+from typing import Any, Literal, cast
 from zlib import crc32
 
-import yaml
 from rosbags.interfaces import (
     Connection,
-    ConnectionExtRosbag2,
     Qos,
     QosDurability,
     QosHistory,
@@ -24,8 +20,8 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.rosbag2.metadata import dump_qos_v9
 from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.serde import SerdeError
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import TF, TF_STATIC, WORLD_FRAME
@@ -36,41 +32,8 @@ _BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
 _CHECKSUM_AT = 9 + 24  # of a chunk: after kind, length, two times and a size
 
 
-_CHUNK_SIZE = 2**20  # bytes, as in rosbags
-_MESSAGE = struct.Struct(
-    '<BQHIQQ'
-)  # kind, length, channel, number, time of arrival, time of sending
-_NUMBER = struct.Struct('<I')
-_KIND, _HEAD_SIZE = 5, 9  # bytes of kind and length
-
-
 class _StorageWriter(McapWriter):
-    """Writes the checksum of each chunk, which rosbags leaves out, and messages faster.
-
-    Attributes:
-        offered: Quality of service of the publishers of the next topic.
-    """
-
-    offered: tuple[Qos, ...] = ()
-
-    def add_connection(self, connection: Connection, _: str) -> None:
-        """Write a topic."""
-        assert isinstance(connection.ext, ConnectionExtRosbag2)
-        connection.ext.offered_qos_profiles.extend(self.offered)
-        super().add_connection(connection, _text_of(self.offered))
-
-    def write(self, connection: Connection, timestamp: int, data: bytes | memoryview) -> None:
-        """Write a message, not older than the last one."""
-        number, chunk, place = connection.id, self.chunk, self.chunk.bio.tell()
-        length = _MESSAGE.size - _HEAD_SIZE + len(data)
-        chunk.bio.write(_MESSAGE.pack(_KIND, length, number, 0, timestamp, timestamp))
-        chunk.bio.write(data)
-        chunk.msgs[number].append((timestamp, place))
-        chunk.message_start_time = min(timestamp, chunk.message_start_time)
-        chunk.message_end_time = timestamp
-        self.channel_stats[number] += 1
-        if chunk.bio.tell() > _CHUNK_SIZE:
-            self.close_chunk()
+    """Writes the checksum of each chunk, which rosbags leaves out."""
 
     def close_chunk(self) -> None:
         """Write the chunk; of a process killed meanwhile it is whole, without its checksum."""
@@ -79,12 +42,6 @@ class _StorageWriter(McapWriter):
         self.bio.seek(begin + _CHECKSUM_AT)
         self.bio.write(checksum.to_bytes(4, 'little'))
         self.bio.seek(0, SEEK_END)
-
-
-@lru_cache  # 2 ms, and hundreds of topics have the same few texts
-def _text_of(profiles: tuple[Qos, ...]) -> str:
-    text: str = yaml.safe_dump(dump_qos_v9(list(profiles)), default_flow_style=False)
-    return text.strip()
 
 
 class BagWriter:
@@ -135,15 +92,18 @@ class BagWriter:
         """
         key = (name, msgtype)
         if key not in self._topics:
-            self._storage.offered = tuple(offered_qos)
             self._topics[key] = self._writer.add_connection(
-                name, msgtype, msgdef=definition.text, rihs01=definition.digest
+                name,
+                msgtype,
+                msgdef=definition.text,
+                rihs01=definition.digest,
+                offered_qos_profiles=offered_qos,
             )
         return self._topics[key]
 
     def write(self, topic: Connection, time_ns: int, data: bytes) -> None:
         """Write a message with its time of reception, not before the last message."""
-        self._storage.write(topic, time_ns, data)
+        self._writer.write(topic, time_ns, data)
         self.types[topic.topic] = topic.msgtype
         self.start_ns = self.start_ns or time_ns
         self.end_ns = time_ns
@@ -176,45 +136,24 @@ class BagWriter:
         try:
             if error_type is None or not issubclass(error_type, OSError):
                 self.flush()  # closing takes long: a kill would cost the last second
-                self._close()
+                self._writer.close()
         finally:
             with contextlib.suppress(OSError):
                 self._writer.abort()
 
-    def _close(self) -> None:
-        writer, storage = self._writer, self._storage
-        writer.counts = dict(storage.channel_stats)
-        if self.count:
-            writer.min_timestamp = storage.message_start_time = self.start_ns
-            writer.max_timestamp = storage.message_end_time = self.end_ns
-        writer.close()
-
     @property
-    def _storage(self) -> _StorageWriter:
-        return cast(_StorageWriter, self._writer.storage)
+    def _storage(self) -> McapWriter:
+        return cast(McapWriter, self._writer.storage)
 
     def _write_out(self) -> None:
         # rosbags itself leaves up to 1 MB in memory: minutes of a small fleet.
         self._storage.bio.flush()
 
 
+_ODOMETRY = 'nav_msgs/msg/Odometry'
 _TF_MESSAGE = 'tf2_msgs/msg/TFMessage'
 _DEPTHS = {TF: 100, TF_STATIC: 1}  # as tf2's broadcasters offer them
-_LITTLE_ENDIAN = b'\0\1\0\0'
-_STAMP_SIZE, _PLACE_SIZE = 8, 7 * 8  # place: position and quaternion, here and in transforms
-_VELOCITY_SIZE = 6 * 8
-_COVARIANCE_SIZE = 36 * 8
 _BASE_LINK_HEIGHT_M = 0.01  # base_joint in turtlebot3_burger.urdf
-_ON_BASE = struct.Struct('<7d').pack(0.0, 0.0, _BASE_LINK_HEIGHT_M, 0.0, 0.0, 0.0, 1.0)
-
-
-class _Transform(NamedTuple):
-    """A transform; stamp, and place of the child in the parent, are those of a message in CDR."""
-
-    stamp: bytes
-    parent: str
-    child: str
-    place: bytes
 
 
 class TransformRecorder:
@@ -231,18 +170,27 @@ class TransformRecorder:
         self._writer = writer
         self._connections: dict[str, Connection] = {}
         self._definitions = MessageDefinitions([])
-        self._now: list[_Transform] = []
+        self._now: list[Any] = []
         self._known: set[str] = set()
-        self._base_links: list[_Transform] = []
+        self._base_links: list[Any] = []
 
     def take(self, odometry: bytes) -> None:
         """Take an odometry that has just been written; ignore it unless it is in the world."""
-        transform = _transform_of(odometry) if self.wanted else None
-        if transform is None or transform.parent != WORLD_FRAME or not transform.child:
+        if not self.wanted:
             return
-        if self._now and transform.stamp != self._now[0].stamp:
+        try:
+            message: Any = self._definitions.store.deserialize_cdr(odometry, _ODOMETRY)
+        except SerdeError:
+            return
+        if message.header.frame_id != WORLD_FRAME or not message.child_frame_id:
+            return
+        if self._now and message.header.stamp != self._now[0].header.stamp:
             self.write()
-        self._now.append(transform)
+        pose = message.pose.pose
+        place = (pose.position.x, pose.position.y, pose.position.z)
+        self._now.append(
+            self._transform(message.header, message.child_frame_id, place, pose.orientation)
+        )
 
     def write(self) -> None:
         """Write the transforms so far, those of equal time in one message."""
@@ -250,61 +198,45 @@ class TransformRecorder:
         if not transforms or not self.wanted:
             return
         self._write(TF, transforms)
-        new = {one.child: one for one in transforms if one.child not in self._known}
+        new = {
+            one.child_frame_id: one for one in transforms if one.child_frame_id not in self._known
+        }
         self._known |= new.keys()
-        if links := [link for one in new.values() if (link := _base_link(one))]:
+        if links := [link for one in new.values() if (link := self._base_link(one))]:
             self._base_links += links  # all in one message: it is latched, and the last one counts
             self._write(TF_STATIC, self._base_links)
 
-    def _write(self, topic: str, transforms: list[_Transform]) -> None:
+    def _base_link(self, transform: Any) -> Any | None:
+        """Return the fixed base_link of a base_footprint; None for other frames."""
+        robot, slash, frame = transform.child_frame_id.rpartition('/')
+        if frame != 'base_footprint':
+            return None
+        header = self._message(
+            'std_msgs/msg/Header', transform.header.stamp, transform.child_frame_id
+        )
+        upright = self._message('geometry_msgs/msg/Quaternion', 0.0, 0.0, 0.0, 1.0)
+        place = (0.0, 0.0, _BASE_LINK_HEIGHT_M)
+        return self._transform(header, f'{robot}{slash}base_link', place, upright)
+
+    def _transform(
+        self, header: Any, child: str, place: tuple[float, float, float], rotation: Any
+    ) -> Any:
+        translation = self._message('geometry_msgs/msg/Vector3', *place)
+        transform = self._message('geometry_msgs/msg/Transform', translation, rotation)
+        return self._message('geometry_msgs/msg/TransformStamped', header, child, transform)
+
+    def _message(self, msgtype: str, *fields: Any) -> Any:
+        return self._definitions.store.types[msgtype](*fields)
+
+    def _write(self, topic: str, transforms: list[Any]) -> None:
         if topic not in self._connections:
             known = self._definitions.of(_TF_MESSAGE)
             self._connections[topic] = self._writer.add_topic(
                 topic, _TF_MESSAGE, Definition(DERIVED + known.text, known.digest), [_qos(topic)]
             )
-        data = _encoded(transforms)
-        self._writer.write(self._connections[topic], self._writer.end_ns, data)
-
-
-def _transform_of(odometry: bytes) -> _Transform | None:
-    """Return the pose in an odometry in CDR; None if its bytes are not those of an odometry."""
-    texts: list[str] = []
-    end = len(_LITTLE_ENDIAN) + _STAMP_SIZE
-    try:
-        for _ in ('parent', 'child'):
-            begin = end + -end % 4 + _NUMBER.size
-            end = begin + _NUMBER.unpack_from(odometry, begin - _NUMBER.size)[0]
-            texts.append(odometry[begin : end - 1].decode())
-    except (struct.error, UnicodeDecodeError):
-        return None
-    begin = end + (len(_LITTLE_ENDIAN) - end) % 8
-    end = begin + _PLACE_SIZE
-    size = end + 2 * _COVARIANCE_SIZE + _VELOCITY_SIZE
-    if len(odometry) < size or odometry[:2] != _LITTLE_ENDIAN[:2]:
-        return None
-    stamp = odometry[len(_LITTLE_ENDIAN) : len(_LITTLE_ENDIAN) + _STAMP_SIZE]
-    parent, child = texts
-    return _Transform(stamp, parent, child, odometry[begin:end])
-
-
-def _base_link(transform: _Transform) -> _Transform | None:
-    """Return the fixed base_link of a base_footprint; None for other frames."""
-    robot, slash, frame = transform.child.rpartition('/')
-    if frame != 'base_footprint':
-        return None
-    return _Transform(transform.stamp, transform.child, f'{robot}{slash}base_link', _ON_BASE)
-
-
-def _encoded(transforms: Sequence[_Transform]) -> bytes:
-    """Return a TFMessage in CDR."""
-    data = bytearray(_LITTLE_ENDIAN + _NUMBER.pack(len(transforms)))
-    for stamp, parent, child, place in transforms:
-        data += stamp
-        for text in (parent, child):
-            encoded = text.encode() + b'\0'
-            data += bytes(-len(data) % 4) + _NUMBER.pack(len(encoded)) + encoded
-        data += bytes((len(_LITTLE_ENDIAN) - len(data)) % 8) + place
-    return bytes(data)
+        message = self._message(_TF_MESSAGE, transforms)
+        data = self._definitions.store.serialize_cdr(message, _TF_MESSAGE)
+        self._writer.write(self._connections[topic], self._writer.end_ns, bytes(data))
 
 
 def _qos(topic: str) -> Qos:

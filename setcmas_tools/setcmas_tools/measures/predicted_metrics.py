@@ -1,4 +1,4 @@
-"""Measured against predicted: the figures that a law predicts for a run, beside its metrics."""
+"""Measured against predicted: the figures that a law predicts for a run, next to its metrics."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from setcmas_tools.run.run import Run, models_of
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
 _FAR_M = 1e6  # where a law is unstable
+_MOST_ROBOTS, _MOST_CALLS = 250, 100_000  # a few seconds; a run may come from a stranger
 _APART = 'distance_from_predicted_end_m'
 _RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
 _UNITS = {'1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad'}
@@ -97,10 +98,10 @@ def _number(value: float | None) -> str:
 
 
 def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
-    """Return what the law of a run predicts beside its metrics; None if it predicts nothing.
+    """Return the figures that the law of a run predicts for its metrics; None if there are none.
 
-    Only laws of packages are asked, because this runs their code: others are taken for the law of
-    a package if they have the same text.
+    Only laws of installed packages predict, because this runs their code: a script of the run
+    counts as such a law if it has the same text.
 
     Raises:
         InvalidPluginError: The law's `predict` returns something else.
@@ -147,11 +148,14 @@ def _law(run: Run) -> tuple[Predict, str] | None:
 
 
 def conditions_of(run: Run) -> Conditions | None:
-    """Return the conditions of a run; None if they are not known."""
+    """Return the conditions of a run; None if they are unknown, or the run is too large."""
     grid, rate = run.counted_grid, run.parameters.get('rate')
     if not rate or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
         return None
     count = len(grid.robots)
+    duration = float(grid.t[-1] - grid.t[0])
+    if count > _MOST_ROBOTS or duration * float(rate) > _MOST_CALLS:
+        return None
     adjacency = 1.0 - np.eye(count)
     if run.record:
         adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
@@ -159,7 +163,6 @@ def conditions_of(run: Run) -> Conditions | None:
             return None
     starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
     delay, noise = (float(run.parameters.get(name) or 0.0) for name in ('delay', 'noise'))
-    duration = float(grid.t[-1] - grid.t[0])
     return Conditions(starts, adjacency, 1.0 / float(rate), duration, delay, noise)
 
 

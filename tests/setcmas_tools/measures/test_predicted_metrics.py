@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,15 @@ def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
 
 def test_a_law_without_predictions_has_none():
     assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
+
+
+@pytest.mark.parametrize('rate', [1e9, float('inf'), float('nan'), -1.0])
+def test_a_rate_that_would_take_hours_is_not_followed(rate):
+    run = simulate('consensus', 3, 2.0)
+    claimed = replace(run, info=replace(run.info, scenario={**run.info.scenario, 'rate': rate}))
+
+    assert 'prediction' in run.metrics()
+    assert 'prediction' not in claimed.metrics()
 
 
 def test_values_of_a_nonlinear_law(monkeypatch):
