@@ -44,12 +44,12 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ('resilient_consensus', {'nb_robots': 8, 'duration': 60.0, **THEORY}),
         ('leader_election', {'nb_robots': 8, 'duration': 20.0, 'graph': 'path'}),
     ],
-    'Between leaders, and around': [
+    'Rendezvous, containment and pursuit': [
         ('rendezvous', {'nb_robots': 8, 'duration': 40.0, 'range': 6.0, **THEORY, 'vnom': 0.5}),
         ('containment', {'nb_robots': 8, 'duration': 60.0, 'graph': 'ring', **EXACT}),
         ('cyclic_pursuit', {'nb_robots': 5, 'duration': 100.0, **THEORY}),
     ],
-    'Of the ROS 1 stack': [
+    'From the ROS 1 stack': [
         ('nav_wp', {'nb_robots': 1, 'duration': 60.0}),
         ('traj_tracking', {'nb_robots': 1, 'duration': 60.0}),
         ('leader_follower_formation', {'nb_robots': 5, 'duration': 60.0}),
@@ -58,9 +58,9 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
 }
 HEAD = """# Atlas of laws
 
-Control laws that setcmas brings, each with its formula, its source, a run, and what theory
-predicts of that run. Copy one with `setcmas new my_law --from NAME`. The figures were measured in
-the runs shown; `docs/generators/atlas.py` makes this page.
+The built-in control laws: formula, source, an example run, and what theory predicts for that run.
+Copy one with `setcmas new my_law --from NAME`. The numbers were measured in the runs shown;
+`docs/generators/atlas.py` makes this page.
 """
 
 

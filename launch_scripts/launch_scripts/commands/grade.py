@@ -53,12 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     formats = f'tables to write; may be repeated (default: {", ".join(CLASS_FORMATS)})'
     parser.add_argument('--format', action='append', metavar='NAME', help=formats)
     corrections = (
-        f'points set by hand, lateness and a curve (default: {CORRECTIONS} in FOLDER or DIR)'
+        'file with points set by hand, late penalties and a curve '
+        f'(default: {CORRECTIONS} in FOLDER or DIR)'
     )
     parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
-    bundle = (
-        'write the zip file for grading on a platform, or with check what students need to check'
-    )
+    bundle = 'write the zip file for a grading platform; check: for students to check their laws'
     parser.add_argument('--make', metavar='NAME', help=bundle)
     GradeOptions.add_to(parser)
 
@@ -142,7 +141,7 @@ def _grade(
     corrections = read_corrections(file, students, rubric) if file else Corrections()
     if corrections.untimed:
         warn(
-            f'no submission time is known of {_count(corrections.untimed)}; they count as in time'
+            f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
         )
     in_lab = None
     if options.emulate:
@@ -151,8 +150,8 @@ def _grade(
         in_lab = runners_in_lab(rubric, 'grade')
     if not (options.trust or PrivateMounts.are_possible()):
         warn(
-            'this system forbids user namespaces to this user: robots of a submission could '
-            'exchange what their links do not carry (docs/grading.md, The sandbox)'
+            'user namespaces are forbidden here: robots of a submission could exchange data '
+            'without their links (docs/grading.md, The sandbox)'
         )
     graded = grade(submissions, rubric, folder, options, in_lab)
     marks = [corrections.applied(one) for one in graded]
@@ -183,6 +182,6 @@ def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
     if attended and input(f'{text}; overwrite? [y/N] ').strip().lower() in ('y', 'yes'):
         return
     raise SetcmasError(
-        f'{text}: --overwrite replaces that, -o DIR writes elsewhere; corrections that stay '
-        f'belong in {CORRECTIONS} (docs/grading.md)'
+        f'{text}: add --overwrite to replace, or -o DIR to write elsewhere; put corrections in '
+        f'{CORRECTIONS} to keep them (docs/grading.md)'
     )

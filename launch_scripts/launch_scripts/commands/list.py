@@ -1,6 +1,7 @@
 """List laws, exercises, robot models, mocap sources, tasks, metrics, plots and grade formats.
 
-Each entry names its package. The last tables are columns of studies and comparisons for rubrics.
+Each entry names its package. The last two tables list columns of studies, and
+comparisons for rubrics.
 
 Examples:
   setcmas list
@@ -47,8 +48,8 @@ def main(args: argparse.Namespace) -> int:
     _print('robot models, for --model', _rows(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _rows(MOCAP_SOURCES, _source))
     _print("tasks, for a law that says task = '...'", _rows(TASKS, _task))
-    _print('metrics, of every run', _rows(METRICS, _purpose))
-    _print('plots, of every run to which they apply', _rows(PLOTS, _purpose))
+    _print('metrics, for every run', _rows(METRICS, _purpose))
+    _print('plots, for every run they apply to', _rows(PLOTS, _purpose))
     _print(
         'grade formats, for setcmas grade --format', _rows(GRADE_FORMATS, attrgetter('purpose'))
     )

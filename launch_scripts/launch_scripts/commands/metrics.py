@@ -75,6 +75,9 @@ def main(args: argparse.Namespace) -> int:
     print(evaluation)
     if run.references is None:
         tasks = ','.join(TASKS.plugins())
-        print(f'no task is known, so no task errors; add --task {{{tasks}}} and --algo SCRIPT')
+        print(
+            f'the task is unknown, so task errors are missing; add --task {{{tasks}}} and --algo '
+            'SCRIPT'
+        )
     print(target)
     return 0

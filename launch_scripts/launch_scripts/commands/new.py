@@ -67,8 +67,8 @@ def main(args: argparse.Namespace) -> int:
     _write(target, source.read_bytes())
     if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
         print(
-            f'--algo {target.stem} now runs this file instead of the built-in law; for a copy of '
-            f'that law, delete it and run setcmas new {target.stem} --from {target.stem}'
+            f'--algo {target.stem} now runs this file instead of the built-in law; to copy that '
+            f'law, delete this file and run setcmas new {target.stem} --from {target.stem}'
         )
     print(f'edit {target}, then run')
     print(f'    {_next_command(target.stem, source.stem)}')

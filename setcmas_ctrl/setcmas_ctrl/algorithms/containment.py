@@ -1,9 +1,9 @@
-"""Containment: leaders stand still, and followers end between them.
+"""Containment: followers converge to the convex hull of stationary leaders.
 
     v_i = 0 for leaders, v_i = -K sum_j a_ij (p_i - p_j) for followers
 
-With L = [L_FF L_FL; 0 0] followers end at -inv(L_FF) L_FL p_L, in the convex hull of the leaders,
-if some leader reaches each of them; the rate is K times the least eigenvalue of L_FF.
+With L = [L_FF L_FL; 0 0] followers converge to -inv(L_FF) L_FL p_L, in the convex hull of the
+leaders, if some leader reaches each of them; the rate is K times the smallest eigenvalue of L_FF.
 Source: Ji, Ferrari-Trecate, Egerstedt and Buffa, Containment control in mobile networks, IEEE
 Transactions on Automatic Control 53(8), 2008.
 """
@@ -16,14 +16,14 @@ from setcmas_ctrl.control.saturation import dead_band
 
 K = 0.3  # gain (1/s)
 LEADERS = [1, 2, 3]  # robots that stand still
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of a leader or of a follower."""
     if t == 0 and robotNo == 1 and without_leader(network.adjacency()):
-        print(f'no leader reaches robots {without_leader(network.adjacency())}: they need not '
-              'end between the leaders')  # fmt: skip
+        print(f'no leader reaches robots {without_leader(network.adjacency())}: they may not '
+              'converge to the leaders')  # fmt: skip
     if robotNo in LEADERS:
         return 0.0, 0.0
     weights = network.adjacency()[robotNo - 1]

@@ -18,13 +18,13 @@ from setcmas_ctrl.control.saturation import dead_band
 
 K = 0.05  # gain (1/s)
 ALPHA = None  # angle (rad); pi/N by default: a circle
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of the pursuit of the next robot."""
     if t == 0 and robotNo == 1 and nbRobots < 3:
-        print('robots on a circle need to be three at least')
+        print('cyclic pursuit on a circle needs at least three robots')
     x, y = poses[:2, robotNo % nbRobots] - poses[:2, robotNo - 1]
     v = turned(nbRobots) * (x + 1j * y)
     return dead_band(v.real, v.imag, SLOW) if np.isfinite(v) else (0.0, 0.0)  # not received

@@ -1,11 +1,12 @@
-"""Finite-time consensus: robots meet before a time that is known beforehand.
+"""Finite-time consensus: robots meet within a time that can be computed in advance.
 
     v_i = K sum_j a_ij sig(p_j - p_i)^alpha, sig(x)^alpha = sign(x) |x|^alpha for each coordinate
 
 with 0 < alpha < 1 on an undirected connected graph with weights 0 or 1. They meet at their mean
-after T <= 4 V^((1 - alpha)/2) / (K (1 - alpha) (4 lambda_2)^((1 + alpha)/2)) with V half the sum
-of squared distances from the mean, of the slower coordinate. There the gain grows without bound,
-so unicycles, and laws that are called seldom, keep moving by some centimetres.
+after T <= 4 V^((1 - alpha)/2) / (K (1 - alpha) (4 lambda_2)^((1 + alpha)/2)), where V is half the
+sum of squared distances from the mean, in the coordinate where it is larger. Near the mean the
+gain grows without bound, so unicycles, and laws called at a low rate, keep oscillating by a few
+centimetres.
 Source: Wang and Xiao, Finite-time consensus problems for networks of dynamic agents, IEEE
 Transactions on Automatic Control 55(4), 2010.
 """
@@ -20,13 +21,13 @@ task = 'consensus'  # selects its metrics and plots
 
 K = 0.2  # gain (m^(1 - alpha)/s)
 ALPHA = 0.5  # exponent
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
     if t == 0 and robotNo == 1 and not (network.adjacency() == network.adjacency().T).all():
-        print('the graph is directed: they need not meet at their mean, nor in the time predicted')
+        print('the graph is directed: robots may miss their mean and the predicted time')
     weights = network.adjacency()[robotNo - 1]
     gaps = poses[:2] - poses[:2, robotNo - 1, None]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
@@ -43,5 +44,5 @@ def predict(conditions):
     second = np.sort(np.linalg.eigvalsh(conditions.laplacian))[1]
     bound = 4 * squares.max() ** ((1 - ALPHA) / 2)
     bound /= K * (1 - ALPHA) * (4 * second) ** ((1 + ALPHA) / 2)
-    formula = 'T <= 4 V^((1-alpha)/2) / (K (1-alpha) (4 lambda_2)^((1+alpha)/2)), at most'
+    formula = 'the upper bound T <= 4 V^((1-alpha)/2) / (K (1-alpha) (4 lambda_2)^((1+alpha)/2))'
     return {'consensus.settling_time_2_percent_s': Predicted(bound, formula)}

@@ -1,4 +1,4 @@
-"""Laplacian consensus: robots meet, as the graph's Laplacian says.
+"""Laplacian consensus: the graph's Laplacian determines where and how fast robots meet.
 
     v_i = -K sum_j a_ij (p_i - p_j), together p' = -K L p
 
@@ -20,7 +20,7 @@ from setcmas_ctrl.control.saturation import dead_band
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.2  # gain (1/s)
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 before = None  # time of the call before (s)
 

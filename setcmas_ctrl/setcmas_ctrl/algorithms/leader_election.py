@@ -1,4 +1,4 @@
-"""Leader election: the robots agree on one of them by messages, and gather where it starts.
+"""Leader election: robots elect a leader by messages, and gather at its start position.
 
 Each robot has a number, and sends the largest that it has received so far (max-consensus):
 
@@ -45,4 +45,4 @@ def warn_if_not_connected(nbRobots):
     """Print a warning if some robot cannot receive from some other, even through others."""
     links = np.eye(nbRobots) + (network.adjacency() > 0)
     if not np.linalg.matrix_power(links, nbRobots).all():
-        print('the graph is not strongly connected now: there may be several leaders')
+        print('the graph is not strongly connected at the start: robots may elect several leaders')

@@ -1,4 +1,4 @@
-"""Rendezvous that keeps links: robots that see only as far as D meet without losing each other.
+"""Connectivity-preserving rendezvous: robots with sensing range D meet without losing links.
 
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
@@ -18,7 +18,7 @@ task = 'consensus'  # selects its metrics and plots
 K = 0.1  # gain (m/s)
 D = 6.0  # range (m), that of --range
 MARGIN = 0.999  # of D, beyond which the weight does not grow any more
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
@@ -27,7 +27,7 @@ def control(robotNo, nbRobots, poses, t):
     gaps = poses[:2, robotNo - 1, None] - poses[:2, near]
     lengths = np.minimum(np.hypot(*gaps), MARGIN * D)
     if t == 0 and robotNo == 1 and np.any(np.hypot(*gaps) >= D):
-        print('a link is longer than D: give --range D, or set D to the range')
+        print(f'a link is longer than D: add --range {D:g}, or set D to the range')
     weights = (2 * D - lengths) / (D - lengths) ** 2
     vx, vy = -K * np.nansum(weights * gaps, axis=1)
     return dead_band(vx, vy, SLOW)

@@ -1,12 +1,12 @@
-"""Resilient consensus (W-MSR): honest robots agree although F robots do not follow the law.
+"""Resilient consensus (W-MSR): honest robots agree even if up to F robots disobey the law.
 
 For each coordinate, robot i sorts the values of its neighbours and ignores the F largest of those
-above its own and the F smallest of those below; of the neighbours left, N_i:
+above its own and the F smallest of those below; with the remaining neighbours N_i:
 
     v_i = K / (1 + |N_i|) sum over j in N_i of (p_j - p_i)
 
-Honest robots stay in the interval of their starts, and meet if the graph is (2F + 1)-robust. A
-complete graph is ceil(N/2)-robust.
+Honest robots stay within the range of their start coordinates, and meet if the graph is
+(2F + 1)-robust. A complete graph is ceil(N/2)-robust.
 Source: LeBlanc, Zhang, Koutsoukos and Sundaram, Resilient asymptotic consensus in robust networks,
 IEEE Journal on Selected Areas in Communications 31(4), 2013.
 """
@@ -22,14 +22,14 @@ REBELS = [1]  # robots that do not: they drive along a circle
 
 RADIUS = 3.0  # of the circle (m)
 W = 0.1  # angular rate along it (rad/s)
-SLOW = 0.01  # speed (m/s) below which robots rest
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of an honest robot or of a rebel."""
     if t == 0 and robotNo == 1:
         if len(REBELS) > F:
-            print(f'{len(REBELS)} rebels, but F = {F}: the others need not agree')
+            print(f'{len(REBELS)} rebels, but F = {F}: the other robots may not agree')
         if (network.adjacency() > 0).sum(axis=1).min() < 2 * F + 1:
             print(f'a robot has fewer than {2 * F + 1} neighbours: the graph is not robust enough')
     if robotNo in REBELS:

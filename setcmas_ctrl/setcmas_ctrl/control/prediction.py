@@ -104,14 +104,14 @@ class LinearLaw:
         values = np.linalg.eigvals(self.matrix)
         doubts = []
         if meet and np.sum(np.abs(values) < _NOTHING) > 1:
-            doubts.append('no robot reaches all others through the graph, so not all meet')
+            doubts.append('the graph has no directed spanning tree, so the robots do not all meet')
         moving = values[np.abs(values) > _NOTHING]
         # With a rate of exactly 0 robots drive along circles, which sampling widens.
         if np.all(moving.real > _NOTHING) and np.abs(1.0 - period * moving).max(initial=0.0) > 1.0:
             most = 2.0 * np.min(moving.real / np.abs(moving) ** 2)
             doubts.append(
-                f'the gain is too large for calls every {period:g} s, so robots oscillate ever '
-                f'more; divide it by more than {period / most:.3g}'
+                f'the gain is too large for a sampling period of {period:g} s, so oscillations '
+                f'grow; divide it by more than {period / most:.3g}'
             )
         return doubts
 

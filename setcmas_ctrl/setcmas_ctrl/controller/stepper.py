@@ -36,7 +36,7 @@ _POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
 _OFFERED_WITHIN_S = 0.5  # a reliable driver has usually published by then
 _LISTENERS_WAIT_S = 2.0
-_ENDS_ALL = 'this process ends, because it cannot command any robot any more'
+_ENDS_ALL = 'this process exits: it can no longer command any robot'
 _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
 
 
@@ -141,7 +141,7 @@ class ControlStepper:
         self._odometry.accept_best_effort(robots)
         for robot in robots:
             if fault := self._odometry.fault(robot):
-                return f'that of robot {robot} cannot be used: {fault}'
+                return f'robot {robot} sends invalid odometry: {fault}'
         if self._pause:
             return f'does motion capture see {"it" if len(robots) == 1 else "them"}?'
         return 'is the simulator running?'

@@ -76,19 +76,19 @@ def wait_for_fleet(process: RosProcess, node: FleetNode, listener: FleetListener
 
     text = (
         f'waiting for a fleet: no announcement on {node.full_name(topics.FLEET)}; is setcmas simu '
-        'running in the same ROS domain and namespace? Robots of other simulators need --nb-robots'
+        'running in the same ROS domain and namespace? For another simulator, add --nb-robots'
     )
     warn = node.get_logger().warning
 
     def remind() -> None:
         found = robots_with_odometry(node)
-        there = f': {robots_in_words(found, "have")} odometry' if found else ''
+        there = f'; {robots_in_words(found, "publish")} odometry' if found else ''
         warn(f'{text}{there}')
 
     if not wait_until(process, is_known, remind):
         return 0
     if not listener.nb_robots:
-        warn(f'the fleet is taken from odometry: {robots_in_words(seen[1])}')
+        warn(f'using the robots that publish odometry: {robots_in_words(seen[1])}')
     return listener.nb_robots or max(seen[1])
 
 

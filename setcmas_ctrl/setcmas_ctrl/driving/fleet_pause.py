@@ -41,7 +41,7 @@ class FleetPause:
     def _on_stop(self, message: Bool) -> None:
         if message.data and not self._stopped:
             self._pause(True, topics.EMERGENCY_STOP)
-            print('emergency stop: to continue, start this process again', flush=True)
+            print('emergency stop: restart this process to continue', flush=True)
             self._stopped = True
             for driver in self._drivers:
                 driver.stopped = True
@@ -65,7 +65,7 @@ class FleetPause:
         if len(self._printed) < _MOST_LINES:
             self._printed.append(now)
             rest = len(self._printed) == _MOST_LINES
-            print(f'{line}{"; further ones are not shown for now" if rest else ""}', flush=True)
+            print(f'{line}{"; similar lines are hidden for now" if rest else ""}', flush=True)
 
     def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._pause(request.data, 'service')
@@ -81,7 +81,7 @@ pause node that means pause repeats it ten times a second."""
 
 PAUSED = 'paused'
 PAUSE_NODE_SILENT = 'paused: no message from the pause node'
-NOT_STARTED = 'paused: the pause node says go, but has not said pause before'
+NOT_STARTED = 'paused: the pause node sent a start without a pause before it'
 SEVERAL = 'paused: several pause nodes publish /paused; is another experiment in this ROS domain?'
 
 

@@ -12,7 +12,7 @@ Formula to implement
 
 What to observe
     1. Without changes, a robot sends at every evaluation. How many messages is that?
-    2. Implement the condition. Which share of the evaluations still triggers? When do most?
+    2. Implement the condition. What share of the evaluations still triggers? When do most?
     3. Compare THRESHOLD = 0.05, 0.25 and 1 m (edit this file): number of messages against the
        final distance of the robots. Can you bound this distance in terms of THRESHOLD?
     4. Let the threshold decrease with time, c0 + c1 exp(-a t). What do you gain?

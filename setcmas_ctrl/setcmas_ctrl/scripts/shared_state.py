@@ -61,8 +61,8 @@ def warn_of_generators(function: Callable[..., Any], warn: Callable[[str], None]
     for name, value in {**used.globals, **used.nonlocals}.items():
         if isinstance(value, _GENERATORS):
             warn(
-                f'{function.__name__} draws from {name}, which continues from run to run, so '
-                'equal runs will differ; move both to a script, which is loaded again for each run'
+                f'{function.__name__} draws from {name}, which keeps its state between runs, so '
+                'repeated runs will differ; move both to a script, which is reloaded for each run'
             )
 
 

@@ -216,7 +216,7 @@ class PoseTrack:
                 'experiment'
             )
         if self.fault == STAMPS:
-            return 'its stamps do not change: correct the clock of motion capture, or send none'
+            return 'its stamps do not change: correct the motion capture clock, or send no stamps'
         if self.fault == SLOW:
             return (
                 f'two gaps of {self.arrivals.gap:.2f} s or more in a row (limit '

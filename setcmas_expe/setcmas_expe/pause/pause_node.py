@@ -126,7 +126,7 @@ class Pause(FleetNode):
         if self._hold:
             counts, hint = self._held.pressed(now), ''
         else:
-            counts, hint = not self._requests.hasty(now), f'press once more ({REACTION_S:g} s)'
+            counts, hint = not self._requests.hasty(now), f'wait {REACTION_S:g} s and press again'
         if not self.paused:
             return
         if counts or self._emergency.why:
@@ -139,7 +139,7 @@ class Pause(FleetNode):
         if self._emergency.why:
             return f'{STOPPED} {self._emergency.why}; R twice releases it'
         if self._stalls.recent(time_since_boot()):
-            return 'the pause node stalled, so the press may be old'
+            return 'the pause node stalled, so the key press may have arrived too late'
         if self._keys and self._keys.stuck:
             return 'the terminal does not answer'
         return self._bridge.unreadiness()
@@ -225,7 +225,7 @@ class Pause(FleetNode):
             self.set(True, trouble, by_itself=True)
             self._bridge.command_zero()
         if self._bridge.held == STOPPED:
-            self._take_over('that the bridge holds')
+            self._take_over('held by the bridge')
         elif self._bridge.held and not self.paused:  # until a person starts again
             self.set(True, self._bridge.held, by_itself=True)
 

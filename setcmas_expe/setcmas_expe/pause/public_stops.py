@@ -64,7 +64,7 @@ class PublicStops:
 
     def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
         if diagnostic_values(status).get('state') == State.EMERGENCY.value:
-            self._stops.take_over(f'that the guard of robot {robot} holds')
+            self._stops.take_over(f'held by the guard of robot {robot}')
 
     def _answer_pause(
         self, request: SetBool.Request, response: SetBool.Response

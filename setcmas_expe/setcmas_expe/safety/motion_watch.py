@@ -1,4 +1,4 @@
-"""Watch over a fleet: robots that deviate from their commands, and robots proved by motion."""
+"""Watch over a fleet: robots that deviate from their commands, and robots identified by motion."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class MotionWatch:
             elif self._proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
         if proved:
-            self._report(f'{robots_in_words(proved, "are")} proved by motion: full speed')
+            self._report(f'{robots_in_words(proved, "are")} identified by motion: full speed')
         self._uneven = _unevenness([tracks[robot] for robot in self._checks])
         self._troubles = {
             robot: (why, since)
@@ -140,7 +140,7 @@ class MotionWatch:
         """Return which other robot's commands explain the motion; empty if none."""
         for other, check in self._checks.items():
             if other != robot and check.explains(self._checks[robot]):
-                return f'moves as robot {other} should: are their names exchanged?'
+                return f'moves as robot {other} should: are their names swapped?'
         return ''
 
     def _announce_crawl(self, moving: Collection[int]) -> None:
@@ -148,12 +148,12 @@ class MotionWatch:
         if not new or not self._proving.left.keys() & set(moving):
             return
         self._announced |= new
-        turns = ', in turns' if len(self._checks) > 1 else ''
+        turns = ', one at a time' if len(self._checks) > 1 else ''
         self._warn(
             f'{robots_in_words(sorted(new))} crawl'
             f'{"s" if len(new) == 1 else ""} at {CRAWL_M_S:g} m/s for {100 * PROOF_M:.0f} cm'
-            f'{turns}, to prove which body is which robot'
-            f'{"; others wait" if self._proving.others_wait else ""}'
+            f'{turns}, to verify which body is which robot'
+            f'{"; the others wait" if self._proving.others_wait else ""}'
         )
 
 

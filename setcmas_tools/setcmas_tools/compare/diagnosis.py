@@ -237,7 +237,7 @@ def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
     text = f'its velocity is {own}; from the same place, the right one is {right}'
     if is_condition:
         does = 'sends' if calls.own[call, robot, 0] else 'does not send'
-        text = f'it {does}, {seen:.2g} m from the position sent last'
+        text = f'it {does}, {seen:.2g} m at the last position sent'
     first = f"In '{calls.name}', robot {robot + 1} first differs from the solution at"
     only = '' if who.startswith('all') else 'only '
     affected = f' This affects {only}{who}.' if who else ''

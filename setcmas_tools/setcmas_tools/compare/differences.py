@@ -27,9 +27,9 @@ def _robots_and_end(reference: Run, run: Run) -> Iterator[str]:
     old, new = reference.robots, run.robots
     if old != new:
         both = sorted({*old} & {*new})
-        alone = f'robot{"s" * (len(both) > 1)} {format_robots(both)} alone'
+        alone = f'robot{"s" * (len(both) > 1)} {format_robots(both)} only'
         yield f'robots: {format_robots(old)} -> {format_robots(new)}'
-        yield f'    distances cover {alone}, means all robots of each run'
+        yield f'    distances are for {alone}; means are over all robots of each run'
     before, after = (float(one.table.t.max()) for one in (reference, run))
     if abs(after - before) > _SAME_END_S:
         yield f'end: {before:.1f} s -> {after:.1f} s; metrics cover each run to its own end'

@@ -59,7 +59,7 @@ POLAR = (
     'converts them to speed and turn rate.'
 )
 SAME_TIME = (
-    'Your law does at all times what the right one does at t = 0. Does it use t, the last '
+    'Your law always returns the velocity that is right at t = 0. Does it use t, the last '
     'argument of control?'
 )
 TOGETHER = (
@@ -331,10 +331,12 @@ def other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
         answer[..., 0] = one.heading >= least
         answers.append(answer)
     right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
-    wanted = f'it must hold from {right:.2g} m on' if math.isfinite(right) else 'that is too early'
+    wanted = (
+        f'it must hold only beyond {right:.2g} m' if math.isfinite(right) else 'that is too early'
+    )
     hint = (
-        f'Your condition holds as soon as the robot is {least:.2g} m away from the position sent '
-        f'last; {wanted}. Check THRESHOLD and its unit.'
+        f'Your condition holds as soon as the robot is {least:.2g} m away from the last position '
+        f'sent; {wanted}. Check THRESHOLD and its unit.'
     )
     if least < _AT_ONCE_M:
         hint = (

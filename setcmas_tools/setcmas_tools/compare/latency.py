@@ -274,8 +274,8 @@ class Latency(Measured):
             )
         if self.bearable_s is not None:
             lines.append(
-                f'  the law bears {1000 * self.bearable_s:.0f} ms in all, as single integrators '
-                'on a complete graph (pi / (2 K))'
+                f'  delay margin of the law: {1000 * self.bearable_s:.0f} ms (single integrators '
+                'on a complete graph: pi / (2 K))'
             )
         return lines
 

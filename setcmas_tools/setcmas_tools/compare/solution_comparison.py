@@ -23,14 +23,17 @@ from setcmas_tools.scenario.scenario import Scenario
 COMPARED = {
     'path_error': ('m', 'RMS distance to the paths of the solution, at equal times'),
     'largest_path_error': ('m', 'largest distance to the paths of the solution'),
-    'end_error': ('m', 'largest distance to the ends of the solution'),
+    'end_error': ('m', 'largest distance from a final position of the solution'),
     'shape_error': (
         'm',
-        'RMS distance to the shape of the solution at the end, wherever, whichever robot',
+        'RMS distance to the final formation, after moving, turning and relabelling it',
     ),
-    'path_ratio': ('', 'length of all paths, as a share of that of the solution'),
-    'path_distance': ('m', 'largest distance of a path to that of the solution, at any times'),
-    'answer_error': ('', "share by which a law's answers differ from those of the solution"),
+    'path_ratio': ('', 'total path length, divided by that of the solution'),
+    'path_distance': (
+        'm',
+        'largest distance of a path from that of the solution, whatever the timing',
+    ),
+    'answer_error': ('', "relative difference between a law's results and those of the solution"),
     'direction_error': ('°', "angle between a law's velocities and those of the solution"),
 }
 """Comparisons with the model solution: units and descriptions."""

@@ -54,7 +54,7 @@ class Comparison(Measured):
 
     def lines(self) -> list[str]:
         """Return the figures under their formula, and what the theory leaves out."""
-        lines, formula = [f'in theory {doubt}' for doubt in self.doubts], ''
+        lines, formula = [f'theory: {doubt}' for doubt in self.doubts], ''
         for name, one in self.figures.items():
             if one.formula != formula:
                 formula = one.formula
@@ -207,22 +207,22 @@ def left_out(run: Run) -> list[str]:
     """Return what the theory of points without limits leaves out, and this run has."""
     given, found = run.parameters, []
     if any(motion_of(model) is not Motion.FREE for model in models_of(run).values()):
-        found.append('robots turn before they drive')
+        found.append('turning before driving')
     if run.commands is not None:
         t, speeds = run.commands.t, np.hypot(run.commands.vx, run.commands.vy)
         if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():
-            found.append(f'the speed limit counts until {t[fast].max():.1f} s')
+            found.append(f'the speed limit (reached until {t[fast].max():.1f} s)')
         drive = np.isin(run.commands.robot, np.unique(run.commands.robot[speeds > 0.0]))
         if (stopped := drive & (speeds == 0.0)).any():
-            found.append(f'the dead band stops robots from {t[stopped].min():.1f} s on')
+            found.append(f'the dead band (from {t[stopped].min():.1f} s)')
     if run.record:
         if lost := sum(one.lost for one in run.record.links.values()):
-            found.append(f'{lost:,} messages were lost')
+            found.append(f'{lost:,} lost messages')
         if run.record.is_event_triggered:
-            found.append('robots send on events only')
+            found.append('event-triggered communication')
         if len(np.unique(run.record.changes[:, 0])) > 1:
-            found.append('the graph changes')
+            found.append('changes of the graph')
     found += [f'{name} of messages' for name in ('delay', 'noise') if given.get(name)]
     if run.commands is not None and run.commands.allowed is not None:
-        found.append('the safety filter may overrule')
+        found.append('the safety filter')
     return found

@@ -99,8 +99,8 @@ def _warning_of_functions(one: Simulation) -> Callable[[], object]:
     for function in dict.fromkeys(functions):
         warn_of_generators(function, one.warn)
     message = (
-        'a function has made a random generator without a seed, so equal runs will differ; seed '
-        'it, such as np.random.default_rng(robotNo)'
+        'a function created an unseeded random generator, so repeated runs will differ; seed it, '
+        'for example with np.random.default_rng(robotNo)'
     )
     return cache(partial(one.warn, message)) if functions else bool
 

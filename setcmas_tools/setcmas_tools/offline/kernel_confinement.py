@@ -85,13 +85,13 @@ def obstacle() -> str:
         import landlockpy
         import pyseccomp  # noqa: F401
     except (ImportError, RuntimeError) as error:
-        return f'{error}: {install_command("grade")} and apt-get install libseccomp2 mend that'
+        return f'{error}; to fix it: {install_command("grade")} and apt-get install libseccomp2'
     try:
         abi = landlockpy.abi_version()
     except OSError:
         return 'this kernel has no Landlock'
     needed = f'{_LEAST_ABI} (Linux 5.19) is needed'
-    return '' if abi >= _LEAST_ABI else f'Landlock of this kernel is of version {abi}; {needed}'
+    return '' if abi >= _LEAST_ABI else f'this kernel has version {abi} of Landlock; {needed}'
 
 
 def readable() -> tuple[list[Path], list[Path]]:

@@ -116,9 +116,9 @@ def _check_size(nb_steps: int, nb_robots: int) -> None:
     nb_states = nb_steps * nb_robots
     if nb_states > MAX_STATES:
         raise SetcmasError(
-            f'the run has {nb_states:.3g} states of robots and would take about '
-            f'{nb_states * _BYTES_A_STATE / 1e9:.3g} GB; it must be {MAX_STATES:.3g} at most: '
-            'take a shorter duration, fewer robots, or a lower robot rate'
+            f'the run would store {nb_states:.3g} states of robots (about '
+            f'{nb_states * _BYTES_A_STATE / 1e9:.3g} GB); the limit is {MAX_STATES:.3g}: use a '
+            'shorter duration, fewer robots, or a lower robot rate'
         )
 
 

@@ -107,7 +107,7 @@ def _outcomes(
         state, held = history.safety(robot, now) or (MOVING, False)
         outcome = _outcome(failure, state, held, Verdict(int(verdict)))
         if not outcome[0] and is_saturated:
-            outcome = 'saturated', 'That is the largest speed: saturated.'
+            outcome = 'saturated', 'The velocity is saturated at the speed limit.'
         found.append(outcome)
     return found
 
@@ -117,9 +117,9 @@ def _outcome(failure: ScriptFailure | None, state: str, held: bool, verdict: Ver
         place = f' in line {failure.line} of {failure.script}' if failure.line else ''
         return 'failed', f'Its law failed{place}: {first_line(failure)}'
     if state != MOVING:
-        return 'stopped', f'The experiment had it {state}.'
+        return 'stopped', f'The robot was {state} in the experiment.'
     if held or verdict is not Verdict.KEPT:
-        return 'overruled', _OVERRULED.get(verdict, 'Safety overruled it.')
+        return 'overruled', _OVERRULED.get(verdict, 'A safety function overruled it.')
     return '', ''
 
 
@@ -159,9 +159,9 @@ def _known(history: RunHistory, knowledge: Knowledge, robot: int, t: Floats) -> 
     }
 
 
-_LOST = 'not recorded: messages were lost or changed at random while the run went in real time'
-_CHANNEL = 'not recorded: what delayed, lost or changed messages is not known'
-_OTHERS = 'not recorded: the links do not reproduce the recorded messages'
+_LOST = 'not known: the random losses or noise of a real-time run are not recorded'
+_CHANNEL = 'not known: the delay, loss and noise of the links are not recorded'
+_OTHERS = 'not known: the links do not reproduce the recorded messages'
 _SENT, _CONNECTED, _CALLED, _ATTACHED = range(4)
 _Event = tuple[float, int, Any]
 

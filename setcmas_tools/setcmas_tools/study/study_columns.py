@@ -57,28 +57,29 @@ COLUMNS = {
         'm', 'RMS distance to the centre, at the end', 'consensus', 'disagreement_at_end_m'
     ),
     'settling_time': Column(
-        's', 'disagreement below 5 %, for good', 'consensus', 'settling_time_5_percent_s',
-        endless=True,
+        's', 'time from which disagreement stays below 5 %', 'consensus',
+        'settling_time_5_percent_s', endless=True,
     ),
     'settling_time_2': Column(
-        's', 'disagreement below 2 %, for good', 'consensus', 'settling_time_2_percent_s',
-        endless=True,
+        's', 'time from which disagreement stays below 2 %', 'consensus',
+        'settling_time_2_percent_s', endless=True,
     ),
     'convergence_rate': Column(
-        '1/s', 'decay of the disagreement from 20 % to 2 %', 'consensus', 'convergence_rate_1_s'
+        '1/s', 'decay rate of the disagreement, from 20 % to 2 %', 'consensus',
+        'convergence_rate_1_s',
     ),
     'least_separation': Column(
-        'm', 'least distance of two robots', 'separation', 'least_separation_m'
+        'm', 'smallest distance between two robots', 'separation', 'least_separation_m'
     ),
     'collisions': Column('', 'pairs of robots that touched', 'separation', 'pairs_that_touched'),
     'largest_distance': Column(
-        'm', 'largest distance of two robots, at the end', 'separation',
+        'm', 'largest distance between two robots at the end', 'separation',
         'largest_distance_at_end_m',
     ),
     'path_length': Column('m', 'mean over the robots', 'robots', 'path_length_m', 'mean'),
     'mean_speed': Column('m/s', 'mean over the robots', 'robots', 'mean_speed_m_s', 'mean'),
     'largest_speed': Column(
-        'm/s', 'largest of all robots', 'robots', 'largest_speed_m_s', 'largest'
+        'm/s', 'largest speed of all robots', 'robots', 'largest_speed_m_s', 'largest'
     ),
     'saturation': Column(
         's', 'time at the speed limit, mean over the robots', 'robots',
@@ -103,7 +104,7 @@ COLUMNS = {
         'fleet_tracking_error_rms_second_half_m',
     ),
     'waypoints_reached': Column(
-        '', 'waypoints: how many, mean over the robots', 'waypoints', 'mean_reached'
+        '', 'waypoints reached, mean over the robots', 'waypoints', 'mean_reached'
     ),
 }  # fmt: skip
 """Columns of built-in metrics; those of plugins are named METRIC_FIELD."""

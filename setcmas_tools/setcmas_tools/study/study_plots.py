@@ -124,8 +124,8 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
     seen = np.isfinite(points[:, :, 1]).all(axis=0)
     if not seen.any():
         raise SetcmasError(
-            f'no trade-off to draw: for no value of {by} do half of the runs settle and '
-            'report their communications'
+            f'no trade-off to draw: at each value of {by}, fewer than half of the runs settle '
+            'and report their communications'
         )
     spread = [_bars(*one.T) for one in points]
     if _is_scale(study, by):

@@ -45,7 +45,7 @@ class FormationMetrics(Measured):
     def lines(self) -> list[str]:
         """Return the error of the formation."""
         error = self.fleet_position_error_rms_last_quarter_m
-        return [f'formation: RMS error of the places over the last 25 %: {error:.3f} m']
+        return [f'formation: RMS position error over the last 25 %: {error:.3f} m']
 
 
 def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:

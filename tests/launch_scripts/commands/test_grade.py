@@ -71,7 +71,7 @@ def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
 
     assert main([*command, '--format', 'csv']) == 2
     message = capsys.readouterr().err
-    assert "grades.csv' changed since setcmas wrote it: --overwrite replaces that" in message
+    assert "grades.csv' changed since setcmas wrote it: add --overwrite to replace" in message
     assert 'corrections.yaml' in message
     assert table.read_text() == edited
 

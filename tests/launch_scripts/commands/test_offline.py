@@ -88,7 +88,7 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
         ('--algo consensu', 'did you mean consensus'),
         (f'{NAV} --seed -1', '--seed is -1; it must be a whole number from 0 to'),
         (f'{NAV} --nb-robots 1000000000', 'it must be a whole number from 1 to 2000'),
-        (f'{NAV} --duration 1e9', 'the run has 1e+10 states of robots and would take about'),
+        (f'{NAV} --duration 1e9', 'the run would store 1e+10 states of robots (about'),
         (f'{NAV} --noise x', "--noise is 'x'; it must be a number of at"),
         (f'{NAV} --vnom x', "--vnom is 'x'; it must be a number above 0 m/s"),
         (f'{NAV} --pose 2:0,0', 'the fleet has robots 1 to 1'),

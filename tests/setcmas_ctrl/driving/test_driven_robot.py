@@ -115,7 +115,7 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
     ctrl.wait_for_output('started by /pause')
 
     peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
-    ctrl.wait_for_output('emergency stop: to continue, start this process again')
+    ctrl.wait_for_output('emergency stop: restart this process to continue')
     peer.wait_for(lambda: stands(0) and stands(1))
     pause_all.publish(Bool(data=False))
     pause_first.publish(Bool(data=False))
@@ -141,7 +141,7 @@ def test_a_flood_of_pauses_does_not_fill_the_terminal(capsys, monkeypatch):
         pauses._on_pause(Bool(data=i % 2 == 0))
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 10
-    assert lines[-1] == 'started by /pause; further ones are not shown for now'
+    assert lines[-1] == 'started by /pause; similar lines are hidden for now'
 
     now[0] = 11.0
     pauses._on_pause(Bool(data=True))
@@ -155,7 +155,7 @@ def test_an_emergency_stop_holds_in_lockstep_too_while_time_goes_on(start, peer)
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.0)
 
     peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
-    ctrl.wait_for_output('emergency stop: to continue, start this process again')
+    ctrl.wait_for_output('emergency stop: restart this process to continue')
     peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     later = peer.wait_for_new(odometry, 20)
 

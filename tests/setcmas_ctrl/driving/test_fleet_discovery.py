@@ -89,7 +89,7 @@ def test_a_strange_announcement_is_reported_and_odometry_counts(
     peer.wait_for(lambda: 'controlling robots 1-2' in process.output())
     assert process.output().count('ignored on /fleet: ') == 1
     assert reason in process.output()
-    taken = 'the fleet is taken from odometry: robots 1-2'
+    taken = 'using the robots that publish odometry: robots 1-2'
     assert options or taken in process.output()
 
 
@@ -98,7 +98,7 @@ def test_robots_that_are_not_announced_are_named_while_it_waits(start, peer, scr
     SlowFleet(peer, 2)
     process = start(*CTRL, '--algo', script(STAND))
 
-    peer.wait_for(lambda: 'need --nb-robots: robots 1-2 have odometry' in process.output())
+    peer.wait_for(lambda: 'add --nb-robots; robots 1-2 publish odometry' in process.output())
 
 
 def test_robots_that_are_announced_later_are_named(start, script):

@@ -42,7 +42,7 @@ def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, s
     pose = driver.odometry.pose.pose
     pose.position.x = math.nan
     process = start(*CTRL, '--algo', script(STAND), '--nb-robots', '1')
-    unusable = 'waiting for the odometry of robot 1 (/tb3_1/odom); that of robot 1 cannot be used'
+    unusable = 'waiting for the odometry of robot 1 (/tb3_1/odom); robot 1 sends invalid odometry'
     peer.wait_for(lambda: f'{unusable}: its pose is NaN or infinite' in process.output())
 
     pose.position.x, pose.orientation.w = 0.0, 0.0

@@ -46,7 +46,7 @@ class Fleet:
         self.poses = self.model.step(self.model.start(self.poses), commands, TS)[:3]
 
     def run(self, duration=20.0):
-        """Return the least distance of two robots, and the way of each, (K, 2, N)."""
+        """Return the smallest distance between two robots, and the way of each, (K, 2, N)."""
         ways = []
         for k in range(round(duration / TS)):
             self.step(k * TS)

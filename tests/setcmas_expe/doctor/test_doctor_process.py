@@ -69,7 +69,7 @@ def test_exchanged_bodies_and_nothing_moves_unasked(start, peer, tmp_path):
 
     status, output = examine_until('tb3_2 moves as robot 1 should', start, *two_robots, '--nudge')
     assert status == 1
-    assert 'are their names exchanged?' in output
+    assert 'are their names swapped?' in output
 
     status, output = examine_until('sends tb3_1, tb3_2', start, '--lab', str(lab))
     assert status == 1

@@ -205,7 +205,7 @@ def test_a_new_pause_node_takes_over_what_a_guard_holds(start, peer, bridge):
     process = start(*PAUSE)
 
     peer.wait_for(lambda: is_paused(stopped))
-    assert 'EMERGENCY STOP that the guard of robot 1 holds' in process.output()
+    assert 'EMERGENCY STOP held by the guard of robot 1' in process.output()
 
 
 def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):

@@ -70,9 +70,9 @@ def test_robots_crawl_until_they_are_proved_and_not_after_a_pause():
     fleet.drive(3.0)
 
     assert fleet.fastest == pytest.approx(0.2)
-    assert fleet.warnings[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, in turns')
+    assert fleet.warnings[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, one at a time')
     assert sorted(fleet.warnings[1:]) == [
-        f'robot {i} is proved by motion: full speed' for i in (1, 2)
+        f'robot {i} is identified by motion: full speed' for i in (1, 2)
     ]
     fleet.pause(5.0)
     fleet.x[1] += 0.05  # a person pushes it a little
@@ -168,7 +168,7 @@ def test_bodies_that_are_exchanged_during_a_pause_are_found_by_the_next_crawl():
     fleet.drive(5.0)
 
     troubles = {fleet.watch.trouble(robot) for robot in (1, 2)}
-    assert any('are their names exchanged?' in trouble for trouble in troubles)
+    assert any('are their names swapped?' in trouble for trouble in troubles)
     assert max(fleet.x[robot] - begin[robot] for robot in (1, 2)) < 0.04
 
 
@@ -196,7 +196,7 @@ def test_exchanged_names_are_reported_before_robots_have_gone_far():
     fleet.drive(5.0)
 
     troubles = {fleet.watch.trouble(robot) for robot in (1, 2)} - {''}
-    assert troubles <= {f'moves as robot {i} should: are their names exchanged?' for i in (1, 2)}
+    assert troubles <= {f'moves as robot {i} should: are their names swapped?' for i in (1, 2)}
     assert troubles
     assert max(fleet.x.values()) < -1.0 + 0.04
 

@@ -111,7 +111,7 @@ def test_lines_name_what_is_unknown():
         '  tb3_1: camera to bridge unknown, bridge to law unknown, law 2 (27), '
         'law to base unknown, base to motion unknown',
         '  the clock of tb3_1 is 3.0000 s behind, ± 0.2 ms',
-        '  the law bears 500 ms in all, as single integrators on a complete graph (pi / (2 K))',
+        '  delay margin of the law: 500 ms (single integrators on a complete graph: pi / (2 K))',
     ]
 
 

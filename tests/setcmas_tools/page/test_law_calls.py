@@ -169,5 +169,5 @@ def test_unknown_values_are_not_made_up():
     ):
         known, reason = Knowledge(RunHistory(one)).of(1, 3.0)
         assert known is None
-        assert reason.startswith('not recorded: ')
+        assert reason.startswith('not known: ')
         assert word in reason

@@ -54,7 +54,7 @@ export function fillAbout(now, selected) {
   line(selected.name).className = 'name';
   if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
     isNaN(pose.omega) ? '' : `, turn rate ${number(pose.omega, 3)} rad/s`);
-  else line('unknown at this time');
+  else line('Its pose is unknown at this time.');
   if (call) aboutCall(call); else if (!words) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
   if (call) aboutKnown(call);
@@ -64,7 +64,7 @@ export function fillAbout(now, selected) {
 function aboutCall({calls, place, kind, t, vx, vy}) {
   if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, wanted (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
     `a speed of ${number(Math.hypot(vx, vy), 3)} m/s.`);
-  if (calls.allowedX) line(`The safety filter let through (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
+  if (calls.allowedX) line(`The safety filter allowed (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
 }
 function aboutKnown({calls, place}) {
   if (calls.unknown) { line('What it knew of the others: ', calls.unknown, '.'); return; }
