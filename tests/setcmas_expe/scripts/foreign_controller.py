@@ -22,6 +22,7 @@ from foreign_robot import Header, TwistStamped, Vector3  # sets Cyclone DDS up
 from foreign_rogue import Odometry, Twist
 
 ROBOT, V, RATE_HZ, NB_STEPS = 2, 0.2, 10.0, 100
+SILENCE_S = 1.0
 LATCHED = Qos(
     Policy.Reliability.Reliable(duration(seconds=1)),
     Policy.Durability.TransientLocal,
@@ -54,12 +55,17 @@ class Int64MultiArray(IdlStruct, typename='std_msgs::msg::dds_::Int64MultiArray_
     data: sequence[int64]
 
 
-def messages(reader, kind):
-    """Yield new messages, one by one, for ever."""
+def messages(reader, kind, after_silence=lambda: None):
+    """Yield new messages, one by one, for ever; after a second without any, call a function."""
+    last = time.monotonic()
     while True:
         for message in reader.take(1):
             if isinstance(message, kind):  # not the end of a writer
                 yield message
+                last = time.monotonic()
+        if time.monotonic() > last + SILENCE_S:
+            after_silence()
+            last = time.monotonic()
         time.sleep(0.001)
 
 
@@ -82,8 +88,12 @@ def main():
         numbers = [1, 4711, os.getpid(), stamp, commanded, leaves, ROBOT]
         answers.write(Int64MultiArray(Layout([], 0), numbers))
 
+    def command():
+        ahead = Twist(Vector3(V, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
+        commands.write(TwistStamped(Header(stamp, 'world'), ahead))
+
     start = None
-    for state in messages(odometry, Odometry):
+    for state in messages(odometry, Odometry, after_silence=lambda: command() if start else None):
         stamp = state.header.stamp
         x = state.pose.pose.position.x
         nanoseconds = stamp.sec * 10**9 + stamp.nanosec
@@ -95,8 +105,7 @@ def main():
             answer(-1, -1, leaves=1)
             time.sleep(1.0)
             return
-        ahead = Twist(Vector3(V, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
-        commands.write(TwistStamped(Header(stamp, 'world'), ahead))
+        command()
         answer(nanoseconds, nanoseconds)
 
 
