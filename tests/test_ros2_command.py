@@ -93,6 +93,23 @@ def test_the_launch_files(ros2, peer):
     ).wait_for_output('did you mean consensus?')
 
 
+def test_robots_stand_after_the_controller_of_a_launch_file_has_died(ros2, peer, tmp_path):
+    law = tmp_path / 'law.py'
+    law.write_text(
+        'import os\ndef control(robotNo, nbRobots, poses, t):\n'
+        '    return (0.3, 0) if t < 1 else os.kill(os.getpid(), 9)\n'
+    )
+    launch = ('launch', 'launch_scripts')
+    ros2.start(*launch, 'simu_multi_robots.launch.py', 'nb_robots:=2', 'namespace:=/a')
+    controllers = ros2.start(
+        *launch, 'ctrl_multi_robots.launch.py', f'algo:={law}', 'namespace:=/a'
+    )
+    commands = moves(peer, '/a/tb3_2/cmd_vel', above=0.1)
+    peer.wait_for(lambda: controllers.popen.poll() is not None)
+
+    peer.wait_for(lambda: commands[-1].twist.linear.x == 0.0)
+
+
 def test_the_launch_file_in_the_docs(ros2, peer, tmp_path):
     from geometry_msgs.msg import PoseStamped
 

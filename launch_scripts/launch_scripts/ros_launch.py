@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 from launch_scripts.cli import build_parser
 
 if TYPE_CHECKING:
+    from launch.action import Action
     from launch.actions import ExecuteProcess
+    from launch.events.process import ProcessExited
     from launch.launch_context import LaunchContext
     from launch.launch_description import LaunchDescription
 
@@ -53,6 +55,7 @@ def _parser(verb: str) -> argparse.ArgumentParser:
 
 
 _ENDS_WITHIN_S = '15'  # robots get zero velocity first, then processes end one by one
+_USAGE = 2  # exit status of a command that never began
 _NODES = {
     'simu': ('setcmas_simu', 'virtual_robot'),
     'ctrl': ('setcmas_ctrl', 'controller'),
@@ -113,6 +116,20 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
     args = _parser(verb).parse_args(command_line(verb, values)[2:])
     package, executable = _NODES[verb]
     common = {'namespace': values['namespace'], 'respawn': False, **_process()}
+
+    def ended(event: ProcessExited, _: LaunchContext) -> Action:
+        """End the launch, after zero velocities in place of a controller that has died."""
+        if verb != 'ctrl' or event.returncode == _USAGE:
+            return Shutdown()
+        robots = ['--robots', values['robots']] if values['robots'] else []
+        return Node(
+            package=package,
+            executable='zero_commander',
+            arguments=robots,
+            on_exit=Shutdown(),
+            **common,
+        )
+
     nodes = [
         Node(
             package=package,
@@ -120,7 +137,7 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
             arguments=args.node_arguments(args),
             parameters=[values['params_file']] if values['params_file'] else None,
             ros_arguments=args.ros_args,
-            on_exit=Shutdown(),
+            on_exit=ended,
             **common,
         )
     ]

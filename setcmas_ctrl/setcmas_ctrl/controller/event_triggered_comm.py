@@ -56,7 +56,7 @@ class EventTriggeredComm:
         """Use another condition, which sends its first state."""
         self._broadcast = broadcast
 
-    def carry(self, value: Value) -> None:
+    def carry(self, value: Value | None) -> None:
         """Take the value that the next states carry, for the condition."""
         self._broadcast.value = value
 

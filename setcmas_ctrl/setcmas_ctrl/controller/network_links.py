@@ -144,6 +144,8 @@ class FleetCommunication:
     def forget_messages(self) -> None:
         """Drop all messages: the laws start anew."""
         self._links.forget_contents()
+        for broadcaster in self.broadcasters.values():
+            broadcaster.carry(None)
 
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)

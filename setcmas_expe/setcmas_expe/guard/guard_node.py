@@ -291,8 +291,9 @@ class CmdVelGuard(FleetNode):
         if isinstance(message, TwistStamped):
             stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
             self._way = min(self._way, 1e-9 * self._cmd_vel.received_ns - stamp)
-        # Not the time of the step: one that stalls would make later commands seem late.
-        self._commands.receive(V, omega, stamp, time.monotonic())
+        # Not the time of the step: after a stall, new commands would seem late, and old ones new.
+        age = max(0.0, 1e-9 * (time.time_ns() - self._cmd_vel.received_ns))
+        self._commands.receive(V, omega, stamp, time.monotonic() - age)
         self._silence.receive(V, omega, self._now)
         if self._base.is_open and self._report.state in _DEFENDED and (V, omega) != _STOP:
             self._fights_until = self._now + _FIGHTS_S

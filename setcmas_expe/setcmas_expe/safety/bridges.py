@@ -37,6 +37,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import own_participant
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
@@ -255,7 +256,8 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     node = FleetNode(topics.BRIDGES_NODE)
     announcer = FleetAnnouncer(node, Kind.LAB)
     mocaps = [MocapBridge(node, robot, lab) for robot in lab.robots]
-    bridges = [CmdVelBridge(node, robot, lab) for robot in lab.robots]
+    own = own_participant(node)
+    bridges = [CmdVelBridge(node, robot, lab, own) for robot in lab.robots]
     process.add(node)
     publish_arena(node, lab)
     stepper = SafetyStepper(node, lab, mocaps, bridges)

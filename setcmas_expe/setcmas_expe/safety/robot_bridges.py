@@ -112,7 +112,7 @@ class CmdVelBridge:
         machine: That of its guard; empty if unknown.
     """
 
-    def __init__(self, node: Node, robot: LabRobot, lab: Lab) -> None:
+    def __init__(self, node: Node, robot: LabRobot, lab: Lab, own: bytes) -> None:
         self.robot = robot.number
         self._node = node
         self.topic = robot.topic(topics.CMD_VEL)
@@ -129,8 +129,8 @@ class CmdVelBridge:
         self._received = self._oldest = -math.inf
         self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
         self._sent = self._rolls = (0.0, 0.0)
-        self._own = cmd_vel_topics.own_participant(node)
-        self.here, self.machine = machine([self._own]), b''
+        self._own = own
+        self.here, self.machine = machine([own]), b''
         odometry, battery = robot.topic(topics.ODOM), robot.topic(topics.BATTERY)
         self._odometry = OnlySender(node, odometry)
         self._impostor = ''

@@ -48,6 +48,7 @@ class FleetAnnouncer:
 
 
 _TYPE = 'std_msgs/msg/String'
+_MOST_UNREAD = 16  # texts and reasons
 
 
 class FleetListener:
@@ -128,13 +129,14 @@ class FleetListener:
             announcement = decode(message.data)
         except ValueError as error:
             self._ignore(str(error))
-            self._unread_texts.add(message.data)
+            if len(self._unread_texts) < _MOST_UNREAD:
+                self._unread_texts.add(message.data)
         else:
             self.by_source[announcement.source] = announcement
             self.on_change()
 
     def _ignore(self, reason: str) -> None:
-        if reason not in self.unread:
+        if reason not in self.unread and len(self.unread) < _MOST_UNREAD:
             self.unread.append(reason)
             topic = self._topic.subscription.topic_name
             self._node.get_logger().warning(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import reprlib
 import uuid
 from array import array
 from collections.abc import Sequence
@@ -113,7 +114,9 @@ def decode(numbers: Sequence[int]) -> Answer:
         )
     _, id_number, process, stamp, commanded, leaves, *robots = numbers
     if not all(1 <= robot <= MAX_ROBOTS for robot in robots):
-        raise ValueError(f'its robots are {robots}; they must be from 1 to {MAX_ROBOTS}')
+        raise ValueError(
+            f'its robots are {reprlib.repr(robots)}; they must be from 1 to {MAX_ROBOTS}'
+        )
     return Answer(Follower(id_number, process, tuple(robots)), stamp, commanded, bool(leaves))
 
 

@@ -13,6 +13,8 @@ from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.simulator.lockstep import Answer, Roll, decode, encode, this_process
 
+_WARN_EVERY_S = 10.0
+
 
 class Answerer:
     """Answers for this process."""
@@ -45,7 +47,6 @@ class AnswerTopic(PolledTopic):
     def __init__(self, node: Node, roll: Roll) -> None:
         self._roll = roll
         self._warn = node.get_logger().warning
-        self._ignored: set[str] = set()
         super().__init__(
             node, Int64MultiArray, topics.LOCKSTEP, self._on_numbers, qos.LATCHED_BY_MANY
         )
@@ -54,9 +55,10 @@ class AnswerTopic(PolledTopic):
         try:
             self._roll.take(decode(message.data))
         except ValueError as error:
-            if (reason := str(error)) not in self._ignored:
-                self._ignored.add(reason)
-                self._warn(f'ignored a message on {self.subscription.topic_name}: {reason}')
+            topic = self.subscription.topic_name
+            self._warn(
+                f'ignored a message on {topic}: {error}', throttle_duration_sec=_WARN_EVERY_S
+            )
 
 
 class ClockTopic:

@@ -7,7 +7,6 @@ from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -135,8 +134,8 @@ class CommunicationSamples:
             self._contents.setdefault(robot, []).append((time_ns, content))
 
     def messages(self) -> list[SentMessage]:
-        """Return the values that laws sent, at the times of their calls."""
-        found = []
+        """Return the values that laws sent, at the times of their calls: one for each call."""
+        found: dict[tuple[float, int], SentMessage] = {}
         for robot, own in self._contents.items():
             # The first of a topic are recorded late, when the recorder has found it. t falls
             # behind in pauses, and starts anew with new laws.
@@ -144,8 +143,9 @@ class CommunicationSamples:
             least = np.minimum.accumulate(behind[::-1])[::-1]
             shifts = np.where(least < _TOGETHER_S, 0.0, least).tolist()
             for (_, content), shift in zip(own, shifts, strict=True):
-                found.append(SentMessage(max(0.0, content.t + shift), robot, content.value))
-        return sorted(found, key=itemgetter(0, 1))
+                t = max(0.0, content.t + shift)
+                found[round(t, 6), robot] = SentMessage(t, robot, content.value)
+        return [found[key] for key in sorted(found)]
 
     def record(self, table: FleetTable) -> CommunicationRecord | None:
         """Return the record of the run; None if the bag holds no communication."""

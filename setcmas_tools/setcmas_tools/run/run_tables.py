@@ -201,9 +201,9 @@ def _read_messages(path: Path) -> list[SentMessage]:
     messages = []
     rows = _rows(*(MESSAGES.read(path) or ()))
     for (t, robot), own in groupby(rows, itemgetter(0, 1)):
-        values = {name: _array(list(cells)) for name, cells in groupby(own, itemgetter(2))}
-        value = values[''] if list(values) == [''] else values
         try:
+            values = {name: _array(list(cells)) for name, cells in groupby(own, itemgetter(2))}
+            value = values[''] if list(values) == [''] else values
             messages.append(SentMessage(t, int(robot), checked_value(value)))
         except (TypeError, ValueError) as error:
             raise SetcmasError(f"'{path}' is damaged at t = {t:g} s: {error}") from error
@@ -214,7 +214,9 @@ def _array(rows: list[tuple[Any, ...]]) -> Any:
     """Return the number or array in some rows of one value, in the order of writing."""
     numbers, last = [row[-1] for row in rows], rows[-1]
     shape = [int(place) + 1 for place in last[3:5] if not math.isnan(place)]
-    return np.reshape(numbers, shape) if math.prod(shape) == len(numbers) else None
+    if math.prod(shape) != len(numbers):
+        raise ValueError(f'a message of shape {tuple(shape)} has {len(numbers)} numbers')
+    return np.reshape(numbers, shape)
 
 
 def write_communication(record: CommunicationRecord, folder: Path) -> None:

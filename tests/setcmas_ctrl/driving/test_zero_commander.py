@@ -1,11 +1,13 @@
 import signal
+import sys
 
 import pytest
-from processes import SETCMAS, SIMU
+from processes import CTRL, SETCMAS, SIMU
 from ros_peer import position
 
 pytest.importorskip('rclpy')
 
+ZERO_COMMANDER = [sys.executable, '-m', 'setcmas_ctrl.driving.zero_commander']
 HARM = """
 import ctypes, os, signal, time
 def control(robotNo, nbRobots, poses, t):
@@ -65,6 +67,17 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
     assert 'law.py' in process.output()
     assert 'tb3_2' in process.output()
     assert 'the other robots continue' not in process.output()
+
+
+def test_robots_of_a_controller_without_a_launcher_stand_after_a_zero_commander(
+    start, peer, script, robots
+):
+    process = start(*CTRL, '--algo', script(HARM.format(harm=ENDS[0])))
+    peer.wait_for(lambda: move(robots))
+    assert process.wait() == -signal.SIGKILL
+
+    assert start(*ZERO_COMMANDER).wait() == 0
+    peer.wait_for(lambda: stand(robots))
 
 
 @pytest.mark.nightly

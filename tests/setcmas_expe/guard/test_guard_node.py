@@ -46,6 +46,7 @@ class Robot:
     def __init__(self, peer, topic='cmd_vel_guarded', kind=TwistStamped):
         self.peer = peer
         self.wanted = self.paused = self.stopped = None
+        self.stamped = True
         self.motors = []
         self.wheels = Odometry()
         self.received = peer.listen(kind, f'/tb3_1/{topic}')
@@ -72,7 +73,7 @@ class Robot:
         message = self._kind()
         twist = message
         if self._kind is TwistStamped:
-            stamp = time.time()
+            stamp = time.time() if self.stamped else 0.0
             message.header.stamp.sec, message.header.stamp.nanosec = (
                 int(stamp),
                 int(stamp % 1 * 1e9),
@@ -173,6 +174,25 @@ def test_a_guard_that_stalls_does_not_find_later_commands_late(start, peer):
     robot.start(COMMAND)
     peer.wait_for_new(robot.received, 100)  # it stalls meanwhile, 3.5 s after its start
     robot.start(COMMAND)
+
+
+@pytest.mark.parametrize('stamped', [False, pytest.param(True, marks=pytest.mark.nightly)])
+def test_a_guard_that_stalls_does_not_follow_the_command_that_came_before(start, peer, stamped):
+    robot = Robot(peer)
+    robot.stamped = stamped
+    guard = start(*GUARD, *NAMESPACE).popen
+    robot.start(COMMAND)
+
+    guard.send_signal(signal.SIGSTOP)
+    begin = time.monotonic()
+    peer.wait_for(lambda: time.monotonic() > begin + 0.3)  # a command waits in its queue
+    robot.wanted = None
+    peer.wait_for(lambda: time.monotonic() > begin + 1.0)
+    known = len(robot.received)
+    guard.send_signal(signal.SIGCONT)
+    peer.wait_for_new(robot.received, 10)
+
+    assert {velocities(message) for message in robot.received[known:]} == {STOP}
 
 
 def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, other):

@@ -89,11 +89,13 @@ def main():
         answers.write(Int64MultiArray(Layout([], 0), numbers))
 
     def command():
+        if start is None:
+            return
         ahead = Twist(Vector3(V, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
         commands.write(TwistStamped(Header(stamp, 'world'), ahead))
 
     start = None
-    for state in messages(odometry, Odometry, after_silence=lambda: command() if start else None):
+    for state in messages(odometry, Odometry, after_silence=command):
         stamp = state.header.stamp
         x = state.pose.pose.position.x
         nanoseconds = stamp.sec * 10**9 + stamp.nanosec

@@ -1,9 +1,13 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_samples import names_here
+from setcmas_tools.run.run_samples import CommunicationSamples, names_here
+from setcmas_tools.run.run_tables import RunTables, read_tables, write_tables
 
 
 @pytest.mark.parametrize(
@@ -99,3 +103,18 @@ def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, mak
         (pytest.approx(4.0), 1, 6.0),
     ]
     assert run.record is None
+
+
+def test_of_messages_with_one_time_the_last_counts(tmp_path):
+    samples = CommunicationSamples()
+    for number in range(8):  # as `ros2 topic pub` repeats a message
+        layout = SimpleNamespace(dim=[SimpleNamespace(label='', size=2, stride=2)], data_offset=1)
+        message = SimpleNamespace(layout=layout, data=np.array([0.0, number, -number]))
+        samples.take_message(1, number * 10**8, message)
+    messages = samples.messages()
+    assert [message.t for message in messages] == [0.0, pytest.approx(0.5), 0.6, 0.7]
+
+    fleet = fleet_table([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    write_tables(RunTables(fleet, messages=messages), tmp_path)
+    read = read_tables(tmp_path / 'fleet.csv').messages
+    assert [message.value.tolist() for message in read] == [m.value.tolist() for m in messages]
