@@ -27,7 +27,7 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, slo
     for name in ('x', 'y'):
         centre = comparison.figures[f'consensus.final_centre_{name}_m']
         assert centre.measured == pytest.approx(centre.predicted, abs=0.01)
-    assert {note.partition(' from')[0] for note in comparison.differs} <= {'the dead band (from'}
+    assert {note.partition(' (from')[0] for note in comparison.differs} <= {'the dead band'}
 
 
 def test_what_the_theory_leaves_out_is_said():
