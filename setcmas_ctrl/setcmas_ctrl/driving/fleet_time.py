@@ -31,6 +31,7 @@ class FleetTime:
         self._zero: float | None = None  # when t would have been 0 without pauses
         self._stepped = 0.0
         self._paused = False
+        self._has_begun = False  # a step was not paused
         self._received_zero = 0.0
         self._received_at = -float('inf')
         self._is_clocks = False
@@ -42,17 +43,23 @@ class FleetTime:
         return (self._stepped if self._paused else now) - self._zero
 
     def step(self, now: float, paused: bool) -> float:
-        """Advance t to this step, unless it is paused; return t."""
+        """Advance t to this step, unless it is paused; return t.
+
+        After a pause at the start, t of the first step is 0: laws test it.
+        """
         if self._zero is None:
             self._zero = self._received_zero if self.is_shared(now) else now
+        elif self._paused and not self._has_begun and self._stepped == self._zero:
+            self._zero = now
         elif paused:
             self._zero += now - self._stepped
         self._stepped, self._paused = now, paused
+        self._has_begun |= not paused
         return now - self._zero
 
     def synchronise(self, t: float, now: float) -> None:
-        """Adopt t of another process if it is later."""
-        if self._is_clocks:
+        """Adopt t of another process if it is later; one that is paused at 0 has none."""
+        if self._is_clocks or t <= 0.0:
             return
         self._received_zero, self._received_at = now - t, now
         if self._zero is not None and (lead := t - self.at(now)) > _SAME_S:
@@ -68,7 +75,7 @@ class FleetTime:
 
     def begin_anew(self) -> None:
         """Start t again at the next step: at 0, or at the t of the other processes."""
-        self._zero = None
+        self._zero, self._has_begun = None, False
 
 
 _NANOSECONDS = 1_000_000_000

@@ -32,6 +32,43 @@ def test_it_stands_still_while_it_is_paused():
     assert time.step(100.8, paused=False) == pytest.approx(0.4)
 
 
+def test_after_a_paused_start_the_first_step_has_t_0():
+    for follows_clock in (False, True):
+        time = FleetTime()
+        if follows_clock:
+            time.follow_clock()
+        paused = [time.step(0.2 * step, paused=True) for step in range(3)]
+        running = [time.step(0.2 * step, paused=step == 4) for step in range(3, 7)]
+
+        assert paused == [0.0, 0.0, 0.0]
+        assert running[0] == 0.0
+        assert running[1:] == pytest.approx([0.0, 0.2, 0.4])
+
+
+def test_processes_that_all_start_paused_begin_at_0():
+    first, second = FleetTime(), FleetTime()
+    first.step(100.0, paused=True)
+    for step in range(3):
+        second.synchronise(first.at(100.01 + 0.2 * step), 100.01 + 0.2 * step)
+        second.step(100.1 + 0.2 * step, paused=True)
+        first.synchronise(second.at(100.11 + 0.2 * step), 100.11 + 0.2 * step)
+        first.step(100.2 + 0.2 * step, paused=step < 2)
+    second.synchronise(first.at(100.61), 100.61)
+
+    assert first.at(100.6) == pytest.approx(0.0, abs=1e-9)
+    assert second.step(100.7, paused=False) == 0.0
+    second.synchronise(first.step(100.8, paused=False), 100.8)
+    assert second.step(100.9, paused=False) == pytest.approx(0.3)
+
+
+def test_a_process_that_joins_a_paused_fleet_adopts_its_t():
+    time = FleetTime()
+    time.synchronise(57.0, 9.9)
+    time.step(10.0, paused=True)
+
+    assert time.step(10.2, paused=False) == pytest.approx(57.3)
+
+
 def test_a_process_that_comes_later_joins_whatever_its_clock_says():
     time = FleetTime()
     time.synchronise(57.0, 9.9)
