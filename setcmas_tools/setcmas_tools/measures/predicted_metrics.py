@@ -31,10 +31,13 @@ _UNITS = {'1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure that was predicted, and measured if its metric applies to the run."""
+    """A figure that was predicted, and measured if its metric applies to the run.
+
+    `predicted` is None for a distance from the prediction, which has a measured value only.
+    """
 
     measured: float | None
-    predicted: float
+    predicted: float | None
     formula: str
 
 
@@ -59,17 +62,18 @@ class Comparison(Measured):
             if one.formula != formula:
                 formula = one.formula
                 lines.append(f'predicted by {formula}:')
-            lines.append(
-                f'  {_words(name)} {_number(one.measured)}{_unit(name)}, '
-                f'predicted {_number(one.predicted)}'
-            )
+            predicted = '' if one.predicted is None else f', predicted {_number(one.predicted)}'
+            lines.append(f'  {_words(name)} {_number(one.measured)}{_unit(name)}{predicted}')
         if self.figures and self.differs:
             lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
         return lines
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the predicted values by metric and field, and what the theory leaves out."""
-        values = {name.replace('.', '_'): one.predicted for name, one in self.figures.items()}
+        """Return the predicted values, the distance from them, and what the theory leaves out."""
+        values = {
+            name.replace('.', '_'): one.measured if one.predicted is None else one.predicted
+            for name, one in self.figures.items()
+        }
         formulas = list(dict.fromkeys(one.formula for one in self.figures.values()))
         return {
             **values,
@@ -179,7 +183,7 @@ def _of_linear(
     )
     end = run.counted_grid
     apart = np.hypot(end.x[:, -1] - positions[-1, 0], end.y[:, -1] - positions[-1, 1])
-    figures = {_APART: Figure(float(np.sqrt(np.mean(apart**2))), 0.0, formula)}
+    figures = {_APART: Figure(float(np.sqrt(np.mean(apart**2))), None, formula)}
     if not _is_consensus(run):
         return figures
     x, y = positions[:, 0].T, positions[:, 1].T

@@ -52,6 +52,16 @@ def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
         assert str(stored.metrics()) == str(run.metrics())
 
 
+def test_the_distance_from_the_predicted_end_is_written_as_measured():
+    metrics = simulate('consensus', 4, 5.0).metrics()
+    figure = metrics['prediction'].figures['distance_from_predicted_end_m']
+
+    assert figure.measured > 0.1  # unicycles turn first
+    written = as_dict(metrics)['prediction']['distance_from_predicted_end_m']
+    assert written == pytest.approx(figure.measured, rel=1e-5)
+    assert f'  distance from predicted end {figure.measured:.3g} m' in str(metrics).splitlines()
+
+
 def test_a_law_without_predictions_has_none():
     assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
 
