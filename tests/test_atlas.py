@@ -61,6 +61,27 @@ def test_finite_time_consensus_meets_before_its_bound(graph):
     assert found.measured < found.predicted
 
 
+def test_the_bound_of_finite_time_consensus_counts_small_weights(tmp_path):
+    (tmp_path / 'weak.yaml').write_text('edges: [1 <- 2: 0.1, 2 <- 1: 0.1]\n')
+    options = {'graph': str(tmp_path / 'weak.yaml'), 'set': {'K': 2.0, 'SLOW': 0.0}}
+    run = simulate('finite_time_consensus', 2, poses=[[0, 1], [0, 0], [0, 0]], **options, **THEORY)
+    found = run.metrics()['prediction'].figures['consensus.settling_time_2_percent_s']
+
+    assert found.measured < found.predicted < 1.5 * found.measured
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('edges', ['1 - 2, 3 - 4', '1 <- 2, 2 <- 3, 3 <- 4, 4 <- 1'])
+def test_without_an_undirected_connected_graph_finite_time_consensus_has_no_bound(
+    tmp_path, capsys, edges
+):
+    (tmp_path / 'graph.yaml').write_text(f'edges: [{edges}]\n')
+    run = simulate('finite_time_consensus', 4, 2.0, graph=str(tmp_path / 'graph.yaml'))
+
+    assert 'prediction' not in run.metrics()
+    assert 'failed' not in capsys.readouterr().out
+
+
 def test_rebels_do_not_lead_honest_robots_out_of_the_interval_of_their_starts():
     run = simulate('resilient_consensus', 7, 60.0, set={'RADIUS': 9.0}, **THEORY)
     honest = run.poses[:, :2, 1:]

@@ -2,11 +2,11 @@
 
     v_i = K sum_j a_ij sig(p_j - p_i)^alpha, sig(x)^alpha = sign(x) |x|^alpha for each coordinate
 
-with 0 < alpha < 1 on an undirected connected graph with weights 0 or 1. They meet at their mean
-after T <= 4 V^((1 - alpha)/2) / (K (1 - alpha) (4 lambda_2)^((1 + alpha)/2)), where V is half the
-sum of squared distances from the mean, in the coordinate where it is larger. Near the mean the
-gain grows without bound, so unicycles, and laws called at a low rate, keep oscillating by a few
-centimetres.
+with 0 < alpha < 1 on an undirected connected graph. They meet at their mean after
+T <= 4 V^((1 - alpha)/2) / (K (1 - alpha) (4 lambda_2)^((1 + alpha)/2)), where lambda_2 is that of
+the graph with weights a_ij^(2/(1 + alpha)), and V is half the sum of squared distances from the
+mean, in the coordinate where it is larger. Near the mean the gain grows without bound, so
+unicycles, and laws called at a low rate, keep oscillating by a few centimetres.
 Source: Wang and Xiao, Finite-time consensus problems for networks of dynamic agents, IEEE
 Transactions on Automatic Control 55(4), 2010.
 """
@@ -36,12 +36,15 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def predict(conditions):
-    """Return a bound of the settling time."""
-    places = conditions.starts[:2]
-    if places.shape[1] < 2:
+    """Return a bound of the settling time, for an undirected connected graph."""
+    places, weights = conditions.starts[:2], conditions.adjacency
+    if len(weights) < 2 or (weights != weights.T).any() or not 0 < ALPHA < 1:
+        return {}
+    weights = weights ** (2 / (1 + ALPHA))
+    second = np.linalg.eigvalsh(np.diag(weights.sum(axis=1)) - weights)[1]
+    if second < 1e-9:
         return {}
     squares = np.sum((places - places.mean(axis=1)[:, None]) ** 2, axis=1) / 2
-    second = np.sort(np.linalg.eigvalsh(conditions.laplacian))[1]
     bound = 4 * squares.max() ** ((1 - ALPHA) / 2)
     bound /= K * (1 - ALPHA) * (4 * second) ** ((1 + ALPHA) / 2)
     formula = 'the upper bound T <= 4 V^((1-alpha)/2) / (K (1-alpha) (4 lambda_2)^((1+alpha)/2))'
