@@ -31,6 +31,8 @@ def test_matrices(tmp_path):
     body = 'return network.adjacency()[0, 1], network.laplacian()[1, 1]'
 
     assert law(tmp_path, body)(POSES, 0.0, 0.5 * path(4)) == (0.5, 1.0)
+    body = 'return network.reachable()[0, 3], network.reachable()[3].sum()'
+    assert law(tmp_path, body)(POSES, 0.0, np.eye(4, k=1)) == (1.0, 1.0)
 
 
 def test_without_a_graph_all_are_neighbours(tmp_path):
@@ -49,7 +51,12 @@ def test_nothing_is_answered_between_calls(tmp_path):
     with pytest.raises(ControlError):
         failing(POSES, 0.0)
 
-    for question in (network.neighbours, network.adjacency, network.laplacian):
+    for question in (
+        network.neighbours,
+        network.adjacency,
+        network.laplacian,
+        network.reachable,
+    ):
         with pytest.raises(RuntimeError, match='only while setcmas calls control'):
             question()
 

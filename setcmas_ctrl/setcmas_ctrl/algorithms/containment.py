@@ -21,9 +21,8 @@ SLOW = 0.01  # speed (m/s) below which robots stop
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of a leader or of a follower."""
-    if t == 0 and robotNo == 1 and without_leader(network.adjacency()):
-        print(f'no leader reaches robots {without_leader(network.adjacency())}: they may not '
-              'converge to the leaders')  # fmt: skip
+    if t == 0 and robotNo == 1 and (apart := without_leader()):
+        print(f'no leader reaches robots {apart}: they may not converge to the leaders')
     if robotNo in LEADERS:
         return 0.0, 0.0
     weights = network.adjacency()[robotNo - 1]
@@ -33,12 +32,11 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(vx, vy, SLOW)
 
 
-def without_leader(adjacency):
+def without_leader():
     """Return the numbers of the robots that no leader reaches."""
-    count = len(adjacency)
-    reached = np.linalg.matrix_power(np.eye(count) + (adjacency > 0), count) > 0
-    leaders = [leader - 1 for leader in LEADERS if leader <= count]
-    return [i + 1 for i in range(count) if not reached[i, leaders].any()]
+    reached = network.reachable()
+    leaders = [leader - 1 for leader in LEADERS if leader <= len(reached)]
+    return [i + 1 for i in range(len(reached)) if not reached[i, leaders].any()]
 
 
 def predict(conditions):

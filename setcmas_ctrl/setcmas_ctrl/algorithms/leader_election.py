@@ -33,16 +33,10 @@ def control(robotNo, nbRobots, poses, t):
     if not leader:
         number = NUMBERS[robotNo - 1] if NUMBERS else np.random.default_rng().random()
         leader = (number, robotNo, x, y)
-        if robotNo == 1:
-            warn_if_not_connected(nbRobots)
+        if robotNo == 1 and not network.reachable().all():
+            print('the graph is not strongly connected at the start: robots may elect several '
+                  'leaders')  # fmt: skip
     for message in network.received().values():
         leader = max(leader, tuple(message.value))
     network.send(leader)
     return dead_band(K * (leader[2] - x), K * (leader[3] - y))
-
-
-def warn_if_not_connected(nbRobots):
-    """Print a warning if some robot cannot receive from some other, even through others."""
-    links = np.eye(nbRobots) + (network.adjacency() > 0)
-    if not np.linalg.matrix_power(links, nbRobots).all():
-        print('the graph is not strongly connected at the start: robots may elect several leaders')

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -110,6 +110,15 @@ def laplacian(adjacency: Floats) -> Floats:
     """
     result: Floats = np.diag(adjacency.sum(axis=1)) - adjacency
     return result
+
+
+def reachable(adjacency: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether row i receives from column j, itself or through others, shape (N, N)."""
+    links = np.asarray(adjacency) != 0
+    reached: NDArray[np.bool_] = links | np.eye(len(links), dtype=bool)
+    for _ in range(len(links).bit_length()):  # each doubles the number of links on the way
+        reached = reached @ reached
+    return reached
 
 
 @dataclass(frozen=True)

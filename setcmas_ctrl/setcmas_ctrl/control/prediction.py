@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_ctrl import network
 from setcmas_simu.arrays import Floats
 
 _NOTHING = 1e-9
@@ -103,7 +104,7 @@ class LinearLaw:
         """
         values = np.linalg.eigvals(self.matrix)
         doubts = []
-        if meet and np.sum(np.abs(values) < _NOTHING) > 1:
+        if meet and not network.reachable(np.abs(self.matrix) > _NOTHING).all(axis=0).any():
             doubts.append('the graph has no directed spanning tree, so the robots do not all meet')
         moving = values[np.abs(values) > _NOTHING]
         # With a rate of exactly 0 robots drive along circles, which sampling widens.
