@@ -100,12 +100,15 @@ class LinearLaw:
 
         Args:
             period: Time between two calls in s.
-            meet: Whether they should meet.
+            meet: Whether they should meet in this graph.
         """
         values = np.linalg.eigvals(self.matrix)
         doubts = []
         if meet and not network.reachable(np.abs(self.matrix) > _NOTHING).all(axis=0).any():
-            doubts.append('the graph has no directed spanning tree, so the robots do not all meet')
+            doubts.append(
+                'the graph at the start has no directed spanning tree; unless it changes, the '
+                'robots do not all meet'
+            )
         moving = values[np.abs(values) > _NOTHING]
         # With a rate of exactly 0 robots drive along circles, which sampling widens.
         if np.all(moving.real > _NOTHING) and np.abs(1.0 - period * moving).max(initial=0.0) > 1.0:

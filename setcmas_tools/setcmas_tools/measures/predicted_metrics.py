@@ -119,7 +119,8 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     figures: dict[str, Figure] = {}
     doubts: list[str] = []
     if isinstance(result, LinearLaw):
-        doubts = result.doubts(conditions.period, meet=_is_consensus(run))
+        meet = _is_consensus(run) and not _graph_changes(run)
+        doubts = result.doubts(conditions.period, meet)
         figures = _of_linear(run, result, conditions, parts)
     elif isinstance(result, Mapping) and all(isinstance(v, Predicted) for v in result.values()):
         figures = {
@@ -201,6 +202,10 @@ def _is_consensus(run: Run) -> bool:
     return run.references is not None and run.references.task == CONSENSUS
 
 
+def _graph_changes(run: Run) -> bool:
+    return run.record is not None and len(np.unique(run.record.changes[:, 0])) > 1
+
+
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
     metric, _, field = name.partition('.')
     value = parts[metric].as_dict().get(field) if metric in parts else None
@@ -224,7 +229,7 @@ def left_out(run: Run) -> list[str]:
             found.append(f'{lost:,} lost messages')
         if run.record.is_event_triggered:
             found.append('event-triggered communication')
-        if len(np.unique(run.record.changes[:, 0])) > 1:
+        if _graph_changes(run):
             found.append('changes of the graph')
     found += [f'{name} of messages' for name in ('delay', 'noise') if given.get(name)]
     if run.commands is not None and run.commands.allowed is not None:

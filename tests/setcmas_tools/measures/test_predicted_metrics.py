@@ -66,6 +66,18 @@ def test_a_law_without_predictions_has_none():
     assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
 
 
+@pytest.mark.parametrize('changes', [False, True])
+def test_robots_that_cannot_meet_are_doubted_unless_the_graph_changes(tmp_path, capsys, changes):
+    later = '  - {edges: [1 - 2, 2 - 3], duration: 1}\n' if changes else ''
+    graph = tmp_path / 'graph.yaml'
+    graph.write_text(f'segments:\n  - {{edges: [1 - 2], duration: 1}}\n{later}')
+    run = simulate('laplacian_consensus', 3, 5.0, graph=str(graph))
+
+    doubt = 'the graph at the start has no directed spanning tree; unless it changes, the robots'
+    assert capsys.readouterr().out.count(doubt) == 1
+    assert (doubt in str(run.metrics())) == (not changes)
+
+
 @pytest.mark.parametrize('rate', [1e9, float('inf'), float('nan'), -1.0])
 def test_a_rate_that_would_take_hours_is_not_followed(rate):
     run = simulate('consensus', 3, 2.0)
