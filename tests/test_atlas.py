@@ -21,6 +21,7 @@ LAWS = (
         ('laplacian_consensus', 8, {'graph': 'star', 'set': {'K': 0.1}}),
         ('containment', 8, {'graph': 'ring'}),
         ('cyclic_pursuit', 5, {}),
+        ('cyclic_pursuit', 5, {'graph': 'path'}),
         ('cyclic_pursuit', 6, {'set': {'ALPHA': 0.0}, 'random_poses': 'auto'}),
     ],
 )
@@ -128,6 +129,7 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(law, options):
         ('laplacian_consensus', {'graph': 'two.yaml'}, 'no directed spanning tree'),
         ('containment', {'graph': 'two.yaml'}, 'no leader reaches robots [4]'),
         ('cyclic_pursuit', {'nb_robots': 2}, 'needs at least three robots'),
+        ('cyclic_pursuit', {'graph': 'path'}, 'robots [4] do not receive the robot that they'),
         ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
         ('resilient_consensus', {'graph': 'ring'}, 'the graph is not robust enough'),
         ('rendezvous', {}, 'a link is longer than D'),

@@ -2,9 +2,10 @@
 
     v_i = K R(alpha) (p_(i+1) - p_i), the last robot pursues the first
 
-with the rotation R by alpha. For alpha = 0 the robots meet at their mean at the rate
-2 K sin^2(pi/N). For alpha = pi/N they end on a circle, equally spaced, and drive along it with
-2 K sin(pi/N) rad/s; for a larger alpha (below 2 pi/N) they spiral outwards.
+with the rotation R by alpha. A robot that does not receive the next one stands still. For
+alpha = 0 the robots meet at their mean at the rate 2 K sin^2(pi/N). For alpha = pi/N they end on a
+circle, equally spaced, and drive along it with 2 K sin(pi/N) rad/s; for a larger alpha (below
+2 pi/N) they spiral outwards.
 Source: Pavone and Frazzoli, Decentralized policies for geometric pattern formation and path
 coverage, Journal of Dynamic Systems, Measurement, and Control 129(5), 2007; Marshall, Broucke and
 Francis, Formations of vehicles in cyclic pursuit, IEEE Transactions on Automatic Control 49(11),
@@ -13,6 +14,7 @@ Francis, Formations of vehicles in cyclic pursuit, IEEE Transactions on Automati
 
 import numpy as np
 
+from setcmas_ctrl import network
 from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
@@ -23,8 +25,11 @@ SLOW = 0.01  # speed (m/s) below which robots stop
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of the pursuit of the next robot."""
-    if t == 0 and robotNo == 1 and nbRobots < 3:
-        print('cyclic pursuit on a circle needs at least three robots')
+    if t == 0 and robotNo == 1:
+        if nbRobots < 3:
+            print('cyclic pursuit on a circle needs at least three robots')
+        elif apart := [i + 1 for i in range(nbRobots) if not links(network.adjacency())[i]]:
+            print(f'robots {apart} do not receive the robot that they pursue at the start')
     x, y = poses[:2, robotNo % nbRobots] - poses[:2, robotNo - 1]
     v = turned(nbRobots) * (x + 1j * y)
     return dead_band(v.real, v.imag, SLOW) if np.isfinite(v) else (0.0, 0.0)  # not received
@@ -35,8 +40,14 @@ def turned(nbRobots):
     return K * np.exp(1j * (np.pi / nbRobots if ALPHA is None else ALPHA))
 
 
+def links(adjacency):
+    """Return whether each robot receives the next one, shape (N,)."""
+    return np.diagonal(np.roll(adjacency, -1, axis=1)) > 0
+
+
 def predict(conditions):
-    """Return the linear law of all robots together."""
+    """Return the linear law of all robots together; those without a link do not move."""
     count = len(conditions.adjacency)
     pursued = np.roll(np.eye(count), 1, axis=1)
-    return LinearLaw(turned(count) * (np.eye(count) - pursued), 'K R(alpha) (I - P)')
+    moves = links(conditions.adjacency)[:, None]
+    return LinearLaw(turned(count) * moves * (np.eye(count) - pursued), 'K R(alpha) (I - P)')
