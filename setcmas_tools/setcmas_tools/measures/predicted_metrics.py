@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -108,7 +110,8 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     counts as such a law if it has the same text.
 
     Raises:
-        InvalidPluginError: The law's `predict` returns something else.
+        InvalidPluginError: The run's settings do not fit its law, or `predict` returns something
+            else.
     """
     found = _law(run)
     conditions = found and conditions_of(run)
@@ -136,7 +139,11 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
 
 
 def _law(run: Run) -> tuple[Predict, str] | None:
-    """Return the predictions of the run's law, and its name."""
+    """Return the predictions of the run's law, and its name.
+
+    Raises:
+        InvalidPluginError: The run's settings do not fit its law.
+    """
     scripts = [one for one in run.inputs if one.option == 'algo']
     if len(scripts) != 1:
         return None
@@ -146,10 +153,19 @@ def _law(run: Run) -> tuple[Predict, str] | None:
         except SetcmasError:  # that of another package is damaged
             continue
         if path.read_bytes() == scripts[0].contents[0]:
-            module = load_script(path, 1, settings=run.parameters.get('set') or {})
-            predict = getattr(module, PREDICT, None)
+            predict = getattr(_loaded(path, run.parameters.get('set') or {}), PREDICT, None)
             return (predict, name) if callable(predict) else None
     return None
+
+
+def _loaded(path: Path, settings: object) -> ModuleType:
+    """Load a law with settings from the file of a run, which may be edited."""
+    if not isinstance(settings, Mapping):
+        raise InvalidPluginError(f"skipped: the run's settings are {settings!r}, no mapping")
+    try:
+        return load_script(path, 1, settings=settings)
+    except SetcmasError as error:
+        raise InvalidPluginError(f'skipped: {error}') from error
 
 
 def conditions_of(run: Run) -> Conditions | None:

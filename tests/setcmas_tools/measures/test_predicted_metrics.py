@@ -87,6 +87,15 @@ def test_a_rate_that_would_take_hours_is_not_followed(rate):
     assert 'prediction' not in claimed.metrics()
 
 
+@pytest.mark.parametrize('settings', [{'UNKNOWN': 1.0}, {'K': 'fast'}, {3: 4}, 'K=1', [1]])
+def test_settings_that_do_not_fit_cost_the_prediction_only(capsys, settings):
+    run = simulate('consensus', 3, 2.0)
+    changed = replace(run, info=replace(run.info, scenario={**run.info.scenario, 'set': settings}))
+
+    assert set(changed.metrics()) == set(run.metrics()) - {'prediction'}
+    assert capsys.readouterr().out.count('prediction skipped: ') == 1
+
+
 def test_values_of_a_nonlinear_law(monkeypatch):
     def predict(conditions):
         assert conditions.starts.shape == (3, 3)
