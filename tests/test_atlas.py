@@ -35,6 +35,13 @@ def test_robots_of_the_theory_end_where_a_linear_law_predicts(law, nb_robots, op
         assert figures[RATE].measured == pytest.approx(figures[RATE].predicted, rel=0.01)
 
 
+def test_the_end_is_predicted_between_two_calls():
+    options = {**THEORY, 'rate': 1.0, 'set': {'SLOW': 0.0}}
+    for duration in (4.0, 4.4, 4.6):
+        metrics = simulate('laplacian_consensus', 4, duration, graph='path', **options).metrics()
+        assert metrics['prediction'].figures['distance_from_predicted_end_m'].measured < 1e-6
+
+
 def test_a_directed_graph_that_is_not_balanced_has_another_meeting_point(tmp_path):
     graph = tmp_path / 'tree.yaml'
     graph.write_text('edges: [2 <- 1, 3 <- 1, 3 <- 2]\n')

@@ -75,18 +75,21 @@ class LinearLaw:
     offsets: Floats | float = 0.0
 
     def positions(self, conditions: Conditions) -> tuple[Floats, Floats]:
-        """Return the times of the calls, shape (K,), and the positions then, shape (K, 2, N).
+        """Return the times of the calls and the end, and the positions then.
 
         Velocities are constant between two calls, so z(k + 1) = z(k) - h M (z(k) - offsets).
+
+        Returns:
+            Times in s, shape (K,), and positions in m, shape (K, 2, N).
         """
-        step = np.eye(len(self.matrix)) - conditions.period * self.matrix
+        end = conditions.duration
+        calls = np.arange(0.0, end - _NOTHING, conditions.period)
+        times: Floats = np.append(calls, end)
         x, y = conditions.starts[:2] - self.offsets
-        count = round(conditions.duration / conditions.period)
-        found = np.empty((count + 1, len(x)), complex)
+        found = np.empty((len(times), len(x)), complex)
         found[0] = x + 1j * y
-        for k in range(count):
-            found[k + 1] = step @ found[k]
-        times: Floats = np.arange(count + 1, dtype=float) * conditions.period
+        for k, period in enumerate(np.diff(times)):
+            found[k + 1] = found[k] - period * (self.matrix @ found[k])
         return times, np.stack([found.real, found.imag], axis=1) + self.offsets
 
     @property

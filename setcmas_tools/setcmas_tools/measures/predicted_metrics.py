@@ -170,12 +170,12 @@ def _loaded(path: Path, settings: object) -> ModuleType:
 
 def conditions_of(run: Run) -> Conditions | None:
     """Return the conditions of a run; None if they are unknown, or the run is too large."""
-    grid, rate = run.counted_grid, run.parameters.get('rate')
-    if not rate or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
+    grid, rate = run.counted_grid, float(run.parameters.get('rate') or 0.0)
+    if not rate > 0.0 or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
         return None
     count = len(grid.robots)
     duration = float(grid.t[-1] - grid.t[0])
-    if count > _MOST_ROBOTS or duration * float(rate) > _MOST_CALLS:
+    if count > _MOST_ROBOTS or duration * rate > _MOST_CALLS:
         return None
     adjacency = 1.0 - np.eye(count)
     if run.record:
@@ -184,7 +184,7 @@ def conditions_of(run: Run) -> Conditions | None:
             return None
     starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
     delay, noise = (float(run.parameters.get(name) or 0.0) for name in ('delay', 'noise'))
-    return Conditions(starts, adjacency, 1.0 / float(rate), duration, delay, noise)
+    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, noise)
 
 
 def _of_linear(
