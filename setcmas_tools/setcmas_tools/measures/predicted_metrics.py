@@ -239,7 +239,7 @@ def left_out(run: Run) -> list[str]:
             found.append(f'the speed limit (reached until {t[fast].max():.1f} s)')
         drive = np.isin(run.commands.robot, np.unique(run.commands.robot[speeds > 0.0]))
         if (stopped := drive & (speeds == 0.0)).any():
-            found.append(f'the dead band (from {t[stopped].min():.1f} s)')
+            found.append(f'robots at rest (from {t[stopped].min():.1f} s)')
     if run.record:
         if lost := sum(one.lost for one in run.record.links.values()):
             found.append(f'{lost:,} lost messages')

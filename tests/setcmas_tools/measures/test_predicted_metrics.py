@@ -27,7 +27,7 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, slo
     for name in ('x', 'y'):
         centre = comparison.figures[f'consensus.final_centre_{name}_m']
         assert centre.measured == pytest.approx(centre.predicted, abs=0.01)
-    assert {note.partition(' (from')[0] for note in comparison.differs} <= {'the dead band'}
+    assert {note.partition(' (from')[0] for note in comparison.differs} <= {'robots at rest'}
 
 
 def test_what_the_theory_leaves_out_is_said():
@@ -40,6 +40,13 @@ def test_what_the_theory_leaves_out_is_said():
     ):  # fmt: skip
         assert note in lines
     assert 'noise' not in lines
+
+
+def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
+    exact = THEORY | {'vnom': 0.5, 'set': {'K': 12.5, 'SLOW': 0.0}}  # they meet at the first call
+    run = simulate('laplacian_consensus', poses=[[0, 0.01], [0, 0], [0, 0]], nb_robots=2, **exact)
+
+    assert run.metrics()['prediction'].differs == ('robots at rest (from 0.0 s)',)
 
 
 def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
