@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl.network import reachable
 from setcmas_tools import simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
@@ -114,6 +115,17 @@ def test_no_link_of_a_rendezvous_is_lost():
 
     assert run.record.changes[:, 3].min() == 1.0
     assert run.metrics()['consensus'].disagreement_at_end_m < 0.1
+
+
+@pytest.mark.parametrize('seed', range(6))
+@pytest.mark.parametrize('vnom', [0.5, 50.0])
+def test_fast_robots_lose_no_link_of_a_rendezvous(vnom, seed):
+    starts = {'random_poses': 'box=16x16,distance=1', 'seed': seed}
+    run = simulate('rendezvous', 10, 40.0, range=6.0, **starts, **{**THEORY, 'vnom': vnom})
+
+    assert run.record.changes[:, 3].min() > 0.0
+    if reachable(run.record.adjacency(0.0, 10)).all():
+        assert run.metrics()['consensus'].disagreement_at_end_m < 0.5
 
 
 @pytest.mark.parametrize('law', LAWS)

@@ -3,7 +3,10 @@
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
 with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
-that is shorter than D at the start is ever lost. Start with `--range D`.
+that is shorter than D at the start is ever lost. The law is called at intervals h; it limits the
+speed to (D - l)/(2 h) with the longest link l < D, so that until the next call no link grows
+beyond D, unless messages are late or lost. At the first call, which shows no h, robots stand
+still. Start with `--range D`.
 Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
 connectedness, IEEE Transactions on Robotics 23(4), 2007.
 """
@@ -11,7 +14,7 @@ connectedness, IEEE Transactions on Robotics 23(4), 2007.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.control.saturation import dead_band, saturate
 
 task = 'consensus'  # selects its metrics and plots
 
@@ -20,14 +23,22 @@ D = 6.0  # range (m), that of --range
 MARGIN = 0.999  # of D, beyond which the weight does not grow any more
 SLOW = 0.01  # speed (m/s) below which robots stop
 
+before = None  # time of the call before (s)
+
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the robots in range."""
+    global before
     near = [j - 1 for j in network.neighbours()]
     gaps = poses[:2, robotNo - 1, None] - poses[:2, near]
-    lengths = np.minimum(np.hypot(*gaps), MARGIN * D)
-    if t == 0 and robotNo == 1 and np.any(np.hypot(*gaps) >= D):
+    lengths = np.hypot(*gaps)
+    if t == 0 and robotNo == 1 and np.any(lengths >= D):
         print(f'a link is longer than D: add --range {D:g}, or set D to the range')
-    weights = (2 * D - lengths) / (D - lengths) ** 2
-    vx, vy = -K * np.nansum(weights * gaps, axis=1)
-    return dead_band(vx, vy, SLOW)
+    period, before = 0.0 if before is None else t - before, t
+    if not period > 0.0:
+        return 0.0, 0.0
+    held = np.minimum(lengths, MARGIN * D)
+    weights = (2 * D - held) / (D - held) ** 2
+    velocity = dead_band(*(-K * np.nansum(weights * gaps, axis=1)), SLOW)
+    left = np.min(D - lengths[lengths < D], initial=np.inf)
+    return saturate(velocity, left / (2 * period))
