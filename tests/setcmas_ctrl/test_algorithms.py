@@ -109,7 +109,7 @@ def test_distance_formation_comes_to_the_wanted_distances():
 
 @pytest.mark.parametrize('rates', [{}, {'rate': 25, 'robot_rate': 25}], ids=['usual', 'theory'])
 @pytest.mark.parametrize('graph', ['path', 'ring', 'directed_ring', 'star', 'complete'])
-def test_leader_election_agrees_after_as_many_calls_as_the_diameter(graph, rates):
+def test_leader_election_agrees_one_call_after_as_many_as_the_diameter(graph, rates):
     numbers = [3, 1, 9, 4, 5, 2]
     run = simulate('leader_election', 6, 4.0, graph=graph, set={'NUMBERS': numbers}, **rates)
     links = (PRESETS[graph](6) > 0) + np.eye(6)
@@ -135,6 +135,14 @@ def test_leader_election_warns_of_a_graph_that_is_not_connected(capfd):
 
     assert 'tb3_1: the graph is not strongly connected' in capfd.readouterr().out
     assert len({one.value[0] for one in run.messages[-4:]}) == 2
+
+
+def test_leader_election_with_too_few_numbers_says_so_once_and_goes_on(capfd):
+    run = simulate('leader_election', 4, 2.0, set={'NUMBERS': [5, 7]})
+
+    assert run.failed_robots == []
+    assert capfd.readouterr().out.count('NUMBERS has 2 numbers for 4 robots') == 1
+    assert {one.value[0] for one in run.messages[-4:]} == {7}
 
 
 @pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)

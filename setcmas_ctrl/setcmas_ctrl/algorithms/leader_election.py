@@ -4,9 +4,9 @@ Each robot has a number, and sends the largest that it has received so far (max-
 
     m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
 
-with m_i(0) its own number. The robot with the largest number leads. After k calls each robot has
-the largest number within k links, so in a strongly connected graph without loss or delay all agree
-after as many calls as the graph's diameter. The leader's place p goes with its number, and
+with m_i(0) its own number. The robot with the largest number leads. After k + 1 calls each robot
+has the largest number within k links, so in a strongly connected graph without loss or delay all
+agree after one call more than the graph's diameter. The leader's place p goes with its number, and
 
     v_i = K (p - p_i)
 
@@ -21,7 +21,7 @@ from setcmas_ctrl.control.saturation import dead_band
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
-NUMBERS = []  # of robots 1, 2, ...; without any, each robot draws its own
+NUMBERS = []  # of robots 1, 2, ...; each further robot draws one between 0 and 1
 
 leader = ()  # number, robot and place (m) of the leader, as far as this robot has received
 
@@ -31,8 +31,10 @@ def control(robotNo, nbRobots, poses, t):
     global leader
     x, y = poses[:2, robotNo - 1]
     if not leader:
-        number = NUMBERS[robotNo - 1] if NUMBERS else np.random.default_rng().random()
-        leader = (number, robotNo, x, y)
+        drawn = np.random.default_rng().random()
+        leader = (NUMBERS[robotNo - 1] if robotNo <= len(NUMBERS) else drawn, robotNo, x, y)
+        if robotNo == 1 and 0 < len(NUMBERS) < nbRobots:
+            print(f'NUMBERS has {len(NUMBERS)} numbers for {nbRobots} robots: the others draw one')
         if robotNo == 1 and not network.reachable().all():
             print('the graph is not strongly connected at the start: robots may elect several '
                   'leaders')  # fmt: skip
