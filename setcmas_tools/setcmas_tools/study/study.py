@@ -275,9 +275,9 @@ def summary(study: Study) -> str:
     if len(groups) > _MOST_GROUPS:
         names, groups = [], list(study.groups())
     metrics = [name for name in _FIRST if name in study.metrics] or study.metrics[:4]
-    for name in study.metrics:  # what laws predict, beside what was measured
-        if predicted(name) in study.metrics:
-            metrics += [name, predicted(name)]
+    metrics += [name for name in study.metrics if predicted(name) in study.metrics]
+    metrics = [one for name in dict.fromkeys(metrics) for one in (name, predicted(name))]
+    metrics = [name for name in metrics if name in study.metrics]
     heads = [*names, 'runs', 'broken', *map(_head, metrics)]
     heads += ['success'] if study.plan.info.success else []
     rows = [[shown(value) for value in _summed_up(study, group, metrics)] for group in groups]

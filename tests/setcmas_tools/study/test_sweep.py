@@ -2,6 +2,7 @@ import contextlib
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,6 +101,15 @@ def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
     sweep(law, 3, 8, output=tmp_path / 'half', jobs=1, **STUDY)
 
     assert (tmp_path / 'half/runs.csv').read_bytes() == (study.folder / 'runs.csv').read_bytes()
+
+
+def test_the_summary_has_each_column_once_and_what_is_predicted_next_to_it(study):
+    table = {**study.table, 'prediction_separation_least_separation_m': [0.25] * len(study)}
+    kinds, names = map(str.split, replace(study, table=table).summary.splitlines()[:2])
+
+    assert names.count('least_separation') == 1
+    place = kinds.index('median') + names.index('least_separation')
+    assert kinds[place : place + 2] == ['median', 'predicted']
 
 
 def test_shares_medians_and_plots(study):
