@@ -26,7 +26,7 @@ from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_
 from setcmas_tools.page.page_data import changes, packed
 from setcmas_tools.page.run_facts import first_line
 from setcmas_tools.page.run_history import RunHistory
-from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
 from setcmas_tools.run.law_output import MOVING
 from setcmas_tools.run.run import Run
@@ -50,7 +50,7 @@ Outcome = tuple[str, str]
 def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
     """Return the calls of each robot's law, by its number."""
     run = history.run
-    knowledge, fastest = Knowledge(history), _fastest(run)
+    knowledge, fastest, sent = Knowledge(history), _fastest(run), _sent_values(run)
     each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
     entries = {}
     for robot in history.robots:
@@ -77,17 +77,23 @@ def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
             entry['allowedX'] = packed(filtered.vx[rows])
             entry['allowedY'] = packed(filtered.vy[rows])
         entry |= _known(history, knowledge, robot, t)
-        entries[robot] = entry | _sent_values(run, robot)
+        entries[robot] = entry | sent.get(robot, {})
     return entries
 
 
-def _sent_values(run: Run, robot: int) -> dict[str, Any]:
-    """Return the values that the law of a robot sent, as text, if it sent any."""
-    own = [message for message in run.messages if message.robot == robot]
-    if not own or len(run.messages) > _MOST_MESSAGES:
+def _sent_values(run: Run) -> dict[int, dict[str, Any]]:
+    """Return the values that laws sent, as text, by the robots that sent any."""
+    if len(run.messages) > _MOST_MESSAGES:
         return {}
-    texts = changes([value_in_words(message.value) for message in own])
-    return {'messages': {'t': packed([message.t for message in own]), 'texts': texts}}
+    sent: dict[int, list[SentMessage]] = {}
+    for message in run.messages:
+        sent.setdefault(message.robot, []).append(message)
+    return {robot: _texts(messages) for robot, messages in sent.items()}
+
+
+def _texts(messages: Sequence[SentMessage]) -> dict[str, Any]:
+    texts = changes([value_in_words(message.value) for message in messages])
+    return {'messages': {'t': packed([message.t for message in messages]), 'texts': texts}}
 
 
 def _fastest(run: Run) -> float:

@@ -6,6 +6,7 @@ from report_pages import HOSTILE, unpacked
 
 from setcmas_ctrl import network
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.page import law_calls
 from setcmas_tools.page.law_calls import Knowledge, calls_entry, failure_at
 from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.run import Run
@@ -163,11 +164,33 @@ def test_unknown_values_are_not_made_up():
     otherwise = replace(run, info=replace(run.info, scenario={**run.parameters, 'seed': 4}))
 
     for one, word in (
-        (over_ros, 'real time'),
-        (unknown, 'delayed'),
+        (over_ros, 'real-time'),
+        (unknown, 'the delay'),
         (otherwise, 'do not reproduce'),
     ):
         known, reason = Knowledge(RunHistory(one)).of(1, 3.0)
         assert known is None
         assert reason.startswith('not known: ')
         assert word in reason
+
+
+@pytest.mark.parametrize(('most', 'passes'), [(100, 1), (0, 0)])
+def test_sent_values_are_read_once_and_not_where_there_are_too_many(monkeypatch, most, passes):
+    class Counted(list):
+        passes = 0
+
+        def __iter__(self):
+            Counted.passes += 1
+            return super().__iter__()
+
+    run = simulate('leader_election', 4, 2.0)
+    sent = Counted(run.messages)
+    monkeypatch.setattr(law_calls, '_MOST_MESSAGES', most)
+    changed = replace(run, tables=replace(run.tables, messages=sent))
+    known = Knowledge(RunHistory(changed))
+    monkeypatch.setattr(known, 'of', lambda *_: (None, 'not asked'))
+    monkeypatch.setattr(law_calls, 'Knowledge', lambda _: known)
+    calls = calls_entry(RunHistory(changed))
+
+    assert Counted.passes == passes
+    assert [robot for robot, one in calls.items() if 'messages' in one] == [1, 2, 3, 4][: 4 * most]
