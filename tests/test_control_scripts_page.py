@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from setcmas_tools import simulate
+
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
 
@@ -26,6 +28,14 @@ def test_messages_are_those_of_the_program(message):
 
     assert message.strip() in PAGE
     assert any(message in source.read_text() for source in sources)
+
+
+def test_the_predictions_are_those_of_the_run():
+    options = r'--algo (\w+) --nb-robots (\d+) --graph (\w+) --duration (\d+)'
+    law, robots, graph, duration = re.search(options, PAGE).groups()
+    metrics = simulate(law, int(robots), float(duration), graph=graph).metrics()
+
+    assert '\n'.join(metrics['prediction'].lines()) in PAGE
 
 
 def test_pictures_are_there():
