@@ -123,9 +123,18 @@ def test_fast_robots_lose_no_link_of_a_rendezvous(vnom, seed):
     starts = {'random_poses': 'box=16x16,distance=1', 'seed': seed}
     run = simulate('rendezvous', 10, 40.0, range=6.0, **starts, **{**THEORY, 'vnom': vnom})
 
-    assert run.record.changes[:, 3].min() > 0.0
+    broken = run.metrics()['prediction'].figures['messages.broken_links']
+    assert (broken.measured, broken.predicted) == (0.0, 0.0)
     if reachable(run.record.adjacency(0.0, 10)).all():
         assert run.metrics()['consensus'].disagreement_at_end_m < 0.5
+
+
+def test_links_that_are_longer_than_d_may_break():
+    run = simulate('rendezvous', 4, 2.0)
+    short = simulate('consensus', 4, 8.0, range=11.0, set={'K': -0.1})  # they drive apart
+
+    assert 'prediction' not in run.metrics()
+    assert short.metrics()['messages'].broken_links > 0
 
 
 @pytest.mark.filterwarnings('error')

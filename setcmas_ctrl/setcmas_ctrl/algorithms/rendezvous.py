@@ -14,6 +14,7 @@ connectedness, IEEE Transactions on Robotics 23(4), 2007.
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band, saturate
 
 task = 'consensus'  # selects its metrics and plots
@@ -42,3 +43,12 @@ def control(robotNo, nbRobots, poses, t):
     velocity = dead_band(*(-K * np.nansum(weights * gaps, axis=1)), SLOW)
     left = np.min(D - lengths[lengths < D], initial=np.inf)
     return saturate(velocity, left / (2 * period))
+
+
+def predict(conditions):
+    """Return that no link breaks if all are shorter than D at the start."""
+    places = conditions.starts[:2]
+    lengths = np.hypot(*(places[:, :, None] - places[:, None]))
+    if np.max(lengths[conditions.adjacency > 0], initial=0.0) >= D:
+        return {}
+    return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.run import Run
 
@@ -20,6 +22,7 @@ class CommunicationMetrics(Measured):
         received: Messages that arrived, over all links; None if not counted, as in ROS 1.
         lost: Messages that were lost, over all links; None likewise.
         loss_ratio: lost / (received + lost); None without messages.
+        broken_links: Number of times that a link ended.
         received_by_others: Messages of each robot that arrived; empty if not counted.
         lost_on_the_way: Messages of each robot that were lost; empty if not counted.
         mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
@@ -31,6 +34,7 @@ class CommunicationMetrics(Measured):
     received: int | None
     lost: int | None
     loss_ratio: float | None
+    broken_links: int
     received_by_others: dict[int, int]
     lost_on_the_way: dict[int, int]
     mean_interval_s: dict[int, float | None]
@@ -74,6 +78,7 @@ def fleet_communication(run: Run) -> CommunicationMetrics | None:
         received=received if record.links else None,
         lost=lost if record.links else None,
         loss_ratio=lost / (received + lost) if received + lost else None,
+        broken_links=int(np.sum(record.changes[:, 3] == 0.0)),
         received_by_others={i: counts.received for i, counts in robots.items() if record.links},
         lost_on_the_way={i: counts.lost for i, counts in robots.items() if record.links},
         mean_interval_s={

@@ -91,6 +91,7 @@ COLUMNS = {
     'communications': Column('', 'states sent by all robots', 'robots', 'communications', 'sum'),
     'received': Column('', 'messages that arrived', 'messages', 'received'),
     'lost': Column('', 'messages that were lost', 'messages', 'lost'),
+    'broken_links': Column('', 'times that a link ended', 'messages', 'broken_links'),
     'position_error': Column(
         'm', 'formation: RMS over the last 25 %', 'formation',
         'fleet_position_error_rms_last_quarter_m',
