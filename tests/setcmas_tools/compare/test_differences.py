@@ -16,7 +16,7 @@ def run():
 def test_runs_of_different_robots_name_the_compared_ones(run):
     assert differences(run, simulate('consensus', 2, 3.0))[:2] == [
         'robots: 1-3 -> 1-2',
-        '    distances cover robots 1-2 alone, means all robots of each run',
+        '    distances are for robots 1-2 only; means are over all robots of each run',
     ]
 
 

@@ -8,7 +8,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize(
-    ('version', 'reason'), [(1, 'of version 1; 2 (Linux 5.19) is needed'), (2, ''), (7, '')]
+    ('version', 'reason'), [(1, '1 of Landlock; 2 (Linux 5.19) is needed'), (2, ''), (7, '')]
 )
 def test_debian_12_is_enough(monkeypatch, version, reason):
     monkeypatch.setattr('landlockpy.abi_version', lambda: version)
