@@ -87,7 +87,7 @@ def test_a_function_is_warned_of_generators_without_a_seed():
 
     assert [text.partition(',')[0] for text in said] == [
         'control draws from rng',
-        'a function has made a random generator without a seed',
+        'a function created an unseeded random generator',
     ]
 
 

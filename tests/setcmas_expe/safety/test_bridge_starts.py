@@ -45,7 +45,7 @@ def see_it_stand(lab, reason):
 
 def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
     lab.paused = False
-    see_it_stand(lab, 'has not said pause before')
+    see_it_stand(lab, 'sent a start without a pause before it')
 
     lab.let_go({1: GO})
 
@@ -56,7 +56,7 @@ def test_a_pause_node_that_returns_starts_nothing(lab):
     lab.wait_for_command(1, STOP)
 
     lab.paused = False
-    see_it_stand(lab, 'has not said pause before')
+    see_it_stand(lab, 'sent a start without a pause before it')
 
 
 def test_a_stopped_robot_waits_until_a_person_starts_it_again(lab):
@@ -97,7 +97,7 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
     bridges.popen.send_signal(signal.SIGCONT)
 
     bridges.wait_for_output('the bridge process stalled')
-    see_it_stand(lab, 'has not said pause before')
+    see_it_stand(lab, 'sent a start without a pause before it')
 
 
 def test_a_robot_stands_while_another_node_commands_it(lab, domain):
