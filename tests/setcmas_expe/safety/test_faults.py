@@ -122,7 +122,7 @@ def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_pa
         peer.spin(2.0)
         experiment.fault('swap 1 600')
         begin = {robot: len(truths) for robot, truths in experiment.truth.items()}
-        experiment.press_until(lambda: 'names exchanged' in experiment.output())
+        experiment.press_until(lambda: 'names swapped' in experiment.output())
         since = [truth for robot, at in begin.items() for truth in experiment.truth[robot][at:]]
     assert max(truth.rolls for truth in since) < 0.06  # both crawled
 
