@@ -302,9 +302,10 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     if rubric is not None and str(rubric) in EXERCISES:
         return rubric_of_exercise(str(rubric))
     if rubric is not None:
-        near = did_you_mean(rubric, EXERCISES.plugins())
-        if near and not Path(rubric).exists():
-            raise SetcmasError(f"there is no rubric '{rubric}'{near}")
+        names = EXERCISES.plugins()
+        if not Path(rubric).exists():
+            hint = did_you_mean(rubric, names) or f'; give a file, or one of {", ".join(names)}'
+            raise SetcmasError(f"there is no rubric '{rubric}'{hint}")
         return read_rubric(Path(rubric))
     if script and (exercise := exercise_of(script)):
         return rubric_of_exercise(exercise)

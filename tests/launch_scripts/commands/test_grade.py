@@ -39,6 +39,10 @@ def write_class(folder, **scripts):
     [
         (['-R', 'consensus'], 'FOLDER is missing; name the folder of the submissions'),
         (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
+        (
+            ['.', '-R', 'mine'],
+            "there is no rubric 'mine'; give a file, or one of consensus, ctc, ",
+        ),
         (['no', '-R', 'consensus', '--format', 'canvs'], "unknown grade format 'canvs'"),
         (['no', '-R', 'no.yaml'], 'no.yaml'),
         (['.', '-R', 'consensus'], "'grades' would be in the folder of the submissions, '.'"),
