@@ -5,6 +5,10 @@
 In an undirected connected graph they meet at the mean of their starts at the rate K lambda_2. In a
 directed graph in which some robot reaches all others they meet at w' p(0) with w' L = 0 and
 w' 1 = 1, which is the mean if and only if the graph is balanced.
+
+If the neighbours' positions are late by tau (--delay tau), robots of an undirected graph meet at
+sum_i (1 + K d_i tau) p_i(0) / sum_i (1 + K d_i tau) with d_i = sum_j a_ij, for any tau. If their
+own position is as late (DELAY = tau), they meet if and only if K lambda_N tau < pi/2.
 Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology
 and time-delays, IEEE Transactions on Automatic Control 49(9), 2004; directed graphs: Ren and
 Beard, Consensus seeking in multiagent systems under dynamically changing interaction topologies,
@@ -20,21 +24,26 @@ from setcmas_ctrl.control.saturation import dead_band
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.2  # gain (1/s)
+DELAY = 0.0  # age (s) of the own position that the law uses
 SLOW = 0.01  # speed (m/s) below which robots stop
 
 before = None  # time of the call before (s)
+past = []  # times (s) and own positions (m), from the one that the law uses on
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
     global before
     if robotNo == 1 and before is not None and before >= 0:
-        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t - before):
+        for doubt in LinearLaw(K * network.laplacian(), 'K L', 0.0, DELAY).doubts(t - before):
             print(doubt)
         before = -1.0  # once
     before = t if before is None else before
+    past.append((t, poses[:2, robotNo - 1].copy()))
+    while len(past) > 1 and past[1][0] < t - DELAY + 1e-9:
+        del past[0]
     weights = network.adjacency()[robotNo - 1]
-    gaps = poses[:2, robotNo - 1, None] - poses[:2]
+    gaps = past[0][1][:, None] - poses[:2]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K * gaps @ weights
     return dead_band(vx, vy, SLOW)
@@ -42,4 +51,5 @@ def control(robotNo, nbRobots, poses, t):
 
 def predict(conditions):
     """Return the linear law of all robots together."""
-    return LinearLaw(K * conditions.laplacian, 'K L')
+    late = np.ceil(DELAY / conditions.period - 1e-9) * conditions.period
+    return LinearLaw(K * conditions.laplacian, 'K L', own_delay=late)

@@ -16,6 +16,7 @@ Source: FloodMax in Lynch, Distributed Algorithms, Morgan Kaufmann, 1996, sectio
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -42,3 +43,15 @@ def control(robotNo, nbRobots, poses, t):
         leader = max(leader, tuple(message.value))
     network.send(leader)
     return dead_band(K * (leader[2] - x), K * (leader[3] - y))
+
+
+def predict(conditions):
+    """Return a bound of the time of agreement, if every state is sent and arrives at once."""
+    links = (conditions.adjacency > 0) + np.eye(len(conditions.adjacency))
+    if conditions.delay or conditions.threshold or not network.reachable(links).all():
+        return {}
+    reached, diameter = np.eye(len(links)), 0
+    while not reached.all():
+        reached, diameter = np.minimum(reached @ links, 1.0), diameter + 1
+    bound = Predicted(diameter * conditions.period, 'the upper bound h times the diameter')
+    return {'messages.agreement_time_s': bound}

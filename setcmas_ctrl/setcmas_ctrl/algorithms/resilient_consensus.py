@@ -14,7 +14,10 @@ IEEE Journal on Selected Areas in Communications 31(4), 2013.
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band
+
+task = 'resilience'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
 F = 1  # robots that may not follow the law
@@ -44,3 +47,10 @@ def mean_of_trusted(gaps):
     above, below = np.sort(gaps[gaps > 0]), np.sort(gaps[gaps < 0])
     left = [*above[: max(len(above) - F, 0)], *below[F:], *gaps[gaps == 0]]
     return sum(left) / (1 + len(left))
+
+
+def predict(conditions):
+    """Return that honest robots stay in the interval of their starts, if at most F disobey."""
+    if len(REBELS) > F or K * conditions.period > 1 or conditions.noise:
+        return {}
+    return {'honest.largest_exit_m': Predicted(0.0, 'convex combinations of trusted values')}

@@ -203,3 +203,14 @@ def points(value: Any) -> list[list[float]]:
     ):
         raise ValueError('it must be points [[x, y], ...]')
     return [[float(x), float(y)] for x, y in result]
+
+
+def robots(value: Any) -> list[int]:
+    """Check that a reference is a list of numbers of robots.
+
+    Raises:
+        ValueError: It is not; the message says what it must be.
+    """
+    if isinstance(value, (list, tuple)) and all(type(one) is int for one in value):
+        return list(value)
+    raise ValueError('it must be numbers of robots [1, 2, ...]')

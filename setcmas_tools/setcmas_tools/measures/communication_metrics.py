@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.run.communication_record import agreement_time
 from setcmas_tools.run.run import Run
 
 
@@ -23,6 +24,7 @@ class CommunicationMetrics(Measured):
         lost: Messages that were lost, over all links; None likewise.
         loss_ratio: lost / (received + lost); None without messages.
         broken_links: Number of times that a link ended.
+        agreement_time_s: Time from which all laws send the same value; None if they do not.
         received_by_others: Messages of each robot that arrived; empty if not counted.
         lost_on_the_way: Messages of each robot that were lost; empty if not counted.
         mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
@@ -35,6 +37,7 @@ class CommunicationMetrics(Measured):
     lost: int | None
     loss_ratio: float | None
     broken_links: int
+    agreement_time_s: float | None
     received_by_others: dict[int, int]
     lost_on_the_way: dict[int, int]
     mean_interval_s: dict[int, float | None]
@@ -79,6 +82,7 @@ def fleet_communication(run: Run) -> CommunicationMetrics | None:
         lost=lost if record.links else None,
         loss_ratio=lost / (received + lost) if received + lost else None,
         broken_links=int(np.sum(record.changes[:, 3] == 0.0)),
+        agreement_time_s=agreement_time(run.messages, len(run.robots)),
         received_by_others={i: counts.received for i, counts in robots.items() if record.links},
         lost_on_the_way={i: counts.lost for i, counts in robots.items() if record.links},
         mean_interval_s={

@@ -12,6 +12,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured
+from setcmas_tools.measures.task import from_share, rms
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run, models_of
 
@@ -37,6 +38,7 @@ class ConsensusMetrics(Measured):
     end_time_s: float
     disagreement_at_start_m: float
     disagreement_at_end_m: float
+    disagreement_rms_second_half_m: float
     settling_time_2_percent_s: float | None
     settling_time_5_percent_s: float | None
     convergence_rate_1_s: float | None
@@ -148,6 +150,7 @@ def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
         end_time_s=float(t[-1]),
         disagreement_at_start_m=float(values[0]),
         disagreement_at_end_m=float(values[-1]),
+        disagreement_rms_second_half_m=rms(values[from_share(t, 0.5)]),
         settling_time_2_percent_s=settling_time(t, values, 0.02),
         settling_time_5_percent_s=settling_time(t, values, 0.05),
         convergence_rate_1_s=convergence_rate(t, values, _resting(t, x, y, dead_bands)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -16,10 +16,9 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
-from setcmas_tools.measures.consensus_metrics import CONSENSUS, consensus
+from setcmas_tools.measures.consensus_metrics import CONSENSUS, ConsensusMetrics, consensus
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.motion_metrics import largest_speed
-from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run, models_of
 
 _AT_LIMIT = 0.999
@@ -28,7 +27,11 @@ _FAR_M = 1e6  # where a law is unstable
 _MOST_ROBOTS, _MOST_CALLS = 250, 100_000  # a few seconds; a run may come from a stranger
 _APART = 'distance_from_predicted_end_m'
 _RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
-_UNITS = {'1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad'}
+_SPREAD = f'{CONSENSUS}.disagreement_rms_second_half_m'
+_AT_END = f'{CONSENSUS}.disagreement_at_end_m'
+_UNITS = {
+    '1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad', 'percent': '%',
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -126,16 +129,14 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         doubts = result.doubts(conditions.period, meet)
         figures = _of_linear(run, result, conditions, parts)
     elif isinstance(result, Mapping) and all(isinstance(v, Predicted) for v in result.values()):
-        figures = {
-            name: Figure(_measured(parts, name), one.value, one.formula)
-            for name, one in result.items()
-            if np.isfinite(one.value)
-        }
+        figures = _figures(result, parts)
     else:
         raise InvalidPluginError(
             f'{PREDICT} of {title} must return a LinearLaw or values Predicted by metric'
         )
-    return Comparison(figures, tuple(left_out(run)), tuple(doubts)) if figures or doubts else None
+    theirs = {'delay': isinstance(result, LinearLaw), 'noise': _SPREAD in figures}
+    differs = left_out(run, {name for name, known in theirs.items() if known})
+    return Comparison(figures, tuple(differs), tuple(doubts)) if figures or doubts else None
 
 
 def _law(run: Run) -> tuple[Predict, str] | None:
@@ -183,14 +184,19 @@ def conditions_of(run: Run) -> Conditions | None:
         if len(adjacency) != count:
             return None
     starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
-    delay, noise = (float(run.parameters.get(name) or 0.0) for name in ('delay', 'noise'))
-    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, noise)
+    given = run.parameters
+    delay, noise = (float(given.get(name) or 0.0) for name in ('delay', 'noise'))
+    if robot_rate := float(given.get('robot_rate') or 0.0):  # only whole steps are sent
+        delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
+    by_distance = given.get('event_triggered') and not given.get('ctc')
+    threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
+    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, noise, threshold)
 
 
 def _of_linear(
     run: Run, law: LinearLaw, conditions: Conditions, parts: Mapping[str, Measured]
 ) -> dict[str, Figure]:
-    """Return the positions at the end, and of consensus its rate and centre."""
+    """Return the positions at the end, and of consensus its rate, centre and spread."""
     t, positions = law.positions(conditions)
     if not np.abs(positions[-1]).max() < _FAR_M:
         return {}
@@ -198,20 +204,50 @@ def _of_linear(
         f'z(k+1) = z(k) - h M {"z(k)" if np.all(law.offsets == 0.0) else "(z(k) - offsets)"}, '
         f'M = {law.formula}, h = {conditions.period:g} s'
     )
+    ages = {'received': conditions.delay, 'own': law.own_delay}
+    late = [f'{name} positions {age:g} s old' for name, age in ages.items() if age]
+    formula = ', '.join([formula, *late])
     end = run.counted_grid
     apart = np.hypot(end.x[:, -1] - positions[-1, 0], end.y[:, -1] - positions[-1, 1])
     figures = {_APART: Figure(float(np.sqrt(np.mean(apart**2))), None, formula)}
     if not _is_consensus(run):
         return figures
-    x, y = positions[:, 0].T, positions[:, 1].T
-    robots = list(range(1, len(x) + 1))
-    found = consensus(FleetGrid(t, robots, x, y, np.zeros(x.shape)), np.zeros(len(x)))
-    formula += f', slowest mode {law.slowest_rate:.3g} 1/s'
-    for field in (_RATE, *_CENTRE):
+    paths = positions.transpose(1, 2, 0)  # at the measured times: fits of oscillations need them
+    x, y = np.array([[np.interp(end.t - end.t[0], t, one) for one in own] for own in paths])
+    found = consensus(replace(end, x=x, y=y), np.zeros(len(x)))
+    if not late:
+        formula += f', slowest mode {law.slowest_rate:.3g} 1/s'
+    for field in _CENTRE if law.own_delay else (_RATE, *_CENTRE):  # oscillations have no rate
         name, value = f'{CONSENSUS}.{field}', getattr(found, field, None)
         if value is not None:
             figures[name] = Figure(_measured(parts, name), round(value, _DIGITS) + 0.0, formula)
-    return {name: replace(one, formula=formula) for name, one in figures.items()}
+    figures = {name: replace(one, formula=formula) for name, one in figures.items()}
+    if found and not late and len(law.matrix) == len(x):
+        figures |= _figures(_spreads(law, conditions, found), parts)
+    return figures
+
+
+def _spreads(
+    law: LinearLaw, conditions: Conditions, found: ConsensusMetrics
+) -> dict[str, Predicted]:
+    """Return the disagreement that noise causes, and a bound of that which events cause."""
+    spreads = {}
+    if conditions.noise:
+        spread = np.hypot(law.spread_by_noise(conditions), found.disagreement_rms_second_half_m)
+        formula = f"P = B P B' + S, the covariance under noise of {conditions.noise:g} m"
+        spreads[_SPREAD] = Predicted(float(spread), formula)
+    if conditions.threshold:
+        formula = f'the upper bound for positions within {conditions.threshold:g} m of those sent'
+        spreads[_AT_END] = Predicted(law.spread_by_events(conditions), formula)
+    return spreads
+
+
+def _figures(found: Mapping[str, Predicted], parts: Mapping[str, Measured]) -> dict[str, Figure]:
+    return {
+        name: Figure(_measured(parts, name), one.value, one.formula)
+        for name, one in found.items()
+        if np.isfinite(one.value)
+    }
 
 
 def _is_consensus(run: Run) -> bool:
@@ -228,8 +264,11 @@ def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
     return None if value is None else float(value)
 
 
-def left_out(run: Run) -> list[str]:
-    """Return what the theory of points without limits leaves out, and this run has."""
+def left_out(run: Run, known: Collection[str] = ()) -> list[str]:
+    """Return what the theory of points without limits leaves out, and this run has.
+
+    `known` are the properties of messages, 'delay' or 'noise', that it includes.
+    """
     given, found = run.parameters, []
     if any(motion_of(model) is not Motion.FREE for model in models_of(run).values()):
         found.append('turning before driving')
@@ -238,7 +277,7 @@ def left_out(run: Run) -> list[str]:
         if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():
             found.append(f'the speed limit (reached until {t[fast].max():.1f} s)')
         drive = np.isin(run.commands.robot, np.unique(run.commands.robot[speeds > 0.0]))
-        if (stopped := drive & (speeds == 0.0)).any():
+        if (stopped := drive & (speeds == 0.0) & (t > t[0])).any():  # a memory may begin at 0
             found.append(f'robots at rest (from {t[stopped].min():.1f} s)')
     if run.record:
         if lost := sum(one.lost for one in run.record.links.values()):
@@ -247,7 +286,8 @@ def left_out(run: Run) -> list[str]:
             found.append('event-triggered communication')
         if _graph_changes(run):
             found.append('changes of the graph')
-    found += [f'{name} of messages' for name in ('delay', 'noise') if given.get(name)]
+    late_or_noisy = [name for name in ('delay', 'noise') if name not in known and given.get(name)]
+    found += [f'{name} of messages' for name in late_or_noisy]
     if run.commands is not None and run.commands.allowed is not None:
         found.append('the safety filter')
     return found

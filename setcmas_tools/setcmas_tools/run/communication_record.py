@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from setcmas_ctrl.communication.message_content import Value
+from setcmas_ctrl.communication.message_content import Value, layout
 from setcmas_simu.arrays import Floats
 
 
@@ -43,6 +44,20 @@ class SentMessage(NamedTuple):
     t: float
     robot: int
     value: Value
+
+
+def agreement_time(messages: Sequence[SentMessage], nb_robots: int) -> float | None:
+    """Return the time in s from which the laws of all robots send the same value.
+
+    None if they do not at the end. Messages are sorted by time.
+    """
+    values: dict[int, tuple[float, ...]] = {}
+    since = None
+    for t, sent in groupby(messages, key=lambda one: one.t):
+        values |= {one.robot: tuple(layout(one.value)[1]) for one in sent}
+        agree = len(values) == nb_robots and len(set(values.values())) == 1
+        since = (t if since is None else since) if agree else None
+    return since
 
 
 @dataclass(frozen=True)

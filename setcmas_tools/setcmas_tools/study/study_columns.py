@@ -56,6 +56,10 @@ COLUMNS = {
     'disagreement': Column(
         'm', 'RMS distance to the centre, at the end', 'consensus', 'disagreement_at_end_m'
     ),
+    'disagreement_rms': Column(
+        'm', 'RMS distance to the centre over the second half', 'consensus',
+        'disagreement_rms_second_half_m',
+    ),
     'settling_time': Column(
         's', 'time from which disagreement stays below 5 %', 'consensus',
         'settling_time_5_percent_s', endless=True,
@@ -92,6 +96,10 @@ COLUMNS = {
     'received': Column('', 'messages that arrived', 'messages', 'received'),
     'lost': Column('', 'messages that were lost', 'messages', 'lost'),
     'broken_links': Column('', 'times that a link ended', 'messages', 'broken_links'),
+    'agreement_time': Column(
+        's', 'time from which all laws send the same value', 'messages', 'agreement_time_s',
+        endless=True,
+    ),
     'position_error': Column(
         'm', 'formation: RMS over the last 25 %', 'formation',
         'fleet_position_error_rms_last_quarter_m',

@@ -138,11 +138,12 @@ def test_tasks_fit_the_published_schema():
         ('leader_follower_distance_formation', 'distances', 'distances'),
         ('traj_tracking', 'tracking', 'tracking'),
         ('consensus', 'consensus', 'consensus'),
+        ('velocity_alignment', 'alignment', 'alignment'),
     ],
 )
 def test_built_in_laws_declare_their_task(algo, task, part, nb_robots):
     metrics = simulate(algo, nb_robots, 2.0).metrics()
 
     assert metrics.task == task
-    needs_two = part in ('formation', 'distances', 'consensus')
+    needs_two = part in ('formation', 'distances', 'consensus', 'alignment')
     assert (part not in metrics) == (needs_two and nb_robots == 1)

@@ -36,10 +36,11 @@ def test_what_the_theory_leaves_out_is_said():
 
     for note in (
         'turning before driving', 'the speed limit (reached until', 'lost messages',
-        'delay of messages', 'the safety filter',
+        'the safety filter',
     ):  # fmt: skip
         assert note in lines
     assert 'noise' not in lines
+    assert 'received positions 0.1 s old' in lines
 
 
 def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():

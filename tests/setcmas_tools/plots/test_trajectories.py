@@ -52,6 +52,14 @@ def test_references_of_single_robots(references, name):
     assert names(drawn(draw_trajectories, 1, references))[-1] == name
 
 
+def test_the_cells_of_a_coverage_have_the_colours_of_their_robots():
+    axes = drawn(draw_trajectories, 3, References('coverage', {'BOX': [[-9, -9], [9, 9]]}))
+    (cells,) = axes.get_images()
+
+    assert names(axes)[-1] == 'box'
+    assert len(np.unique(cells.get_array().reshape(-1, 3), axis=0)) == 3
+
+
 def test_errors_of_a_task_are_plotted():
     axes = drawn(draw_errors, 1, References('tracking', {'R': 2.0, 'W': 0.2}))
     (error,) = [line.get_ydata() for line in axes.get_lines()]
@@ -97,6 +105,8 @@ def test_the_arena_of_an_experiment(arena, drawn_names):
 
 def test_the_distance_of_a_formation_is_drawn():
     assert 'reference, 3 m' in names(drawn(draw_distances, 3, References('distances', {'D': 3.0})))
+    shape = References('distances', {'D': [[0, 0], [3, 0], [0, 4]]})
+    assert 'reference, 3, 4, 5 m' in names(drawn(draw_distances, 3, shape))
 
 
 def test_titles_name_the_run():
