@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from processes import run_setcmas
 
 from setcmas_ctrl.network import reachable
 from setcmas_tools import simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 RATE = 'consensus.convergence_rate_1_s'
+FLAT = {'BOX': [[-6, 0], [6, 3]]}
 LAWS = (
     'laplacian_consensus', 'finite_time_consensus', 'resilient_consensus', 'rendezvous',
-    'containment', 'cyclic_pursuit',
+    'containment', 'cyclic_pursuit', 'distributed_optimisation', 'dynamic_average',
+    'containment', 'cyclic_pursuit', 'distance_formation', 'bearing_formation', 'coverage',
 )  # fmt: skip
 
 
@@ -24,6 +27,15 @@ LAWS = (
         ('cyclic_pursuit', 5, {}),
         ('cyclic_pursuit', 5, {'graph': 'path'}),
         ('cyclic_pursuit', 6, {'set': {'ALPHA': 0.0}, 'random_poses': 'auto'}),
+        ('distributed_optimisation', 6, {'graph': 'ring', 'random_poses': 'auto'}),
+        ('distributed_optimisation', 5, {'graph': 'path', 'set': {'MEMORY': False}}),
+        ('laplacian_consensus', 5, {'graph': 'star', 'delay': 0.5, 'random_poses': 'auto'}),
+        ('laplacian_consensus', 4, {'delay': 1.2, 'set': {'DELAY': 1.2}, 'random_poses': 'auto'}),
+        ('bearing_formation', 5, {}),
+        ('bearing_formation', 6, {'graph': 'ring', 'random_poses': 'auto'}),
+        ('bearing_formation', 3, {'graph': 'directed_ring'}),
+        ('coverage', 1, {'poses': [[-1], [2], [0]]}),
+        ('coverage', 4, {'poses': [[3, -1, 0, -5.5], [2] * 4, [0] * 4], 'set': FLAT}),
     ],
 )
 def test_robots_of_the_theory_end_where_a_linear_law_predicts(law, nb_robots, options):
@@ -32,7 +44,7 @@ def test_robots_of_the_theory_end_where_a_linear_law_predicts(law, nb_robots, op
     figures = run.metrics()['prediction'].figures
 
     assert figures['distance_from_predicted_end_m'].measured < 1e-6
-    if law == 'laplacian_consensus':
+    if figures.get(RATE):
         assert figures[RATE].measured == pytest.approx(figures[RATE].predicted, rel=0.01)
 
 
@@ -98,6 +110,27 @@ def test_rebels_do_not_lead_honest_robots_out_of_the_interval_of_their_starts():
     assert (honest.min(axis=(0, 2)) >= honest[0].min(axis=1) - 1e-9).all()
     assert (honest.max(axis=(0, 2)) <= honest[0].max(axis=1) + 1e-9).all()
     assert np.ptp(honest[-1], axis=1).max() < 0.1
+    metrics = run.metrics()
+    figure = metrics['prediction'].figures['honest.largest_exit_m']
+    assert figure.measured < 1e-9
+    assert figure.predicted == 0.0
+    assert metrics['honest'].disagreement_at_end_m < 0.1
+
+
+def test_more_rebels_than_expected_lead_honest_robots_away():
+    rebels = {'REBELS': [1, 2], 'F': 1, 'RADIUS': 9.0}
+    metrics = simulate('resilient_consensus', 6, 60.0, set=rebels, **THEORY).metrics()
+
+    assert 'prediction' not in metrics
+    assert metrics['honest'].largest_exit_m > 1.0
+
+
+@pytest.mark.parametrize('rebels', [[], [1, 2]])
+def test_without_rebels_or_honest_robots_nothing_fails(rebels, capsys):
+    metrics = simulate('resilient_consensus', 2, 3.0, set={'REBELS': rebels}).metrics()
+
+    assert ('honest' in metrics) == (not rebels)
+    assert 'failed' not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize('law', ['laplacian_consensus', 'containment', 'rendezvous'])
@@ -163,6 +196,19 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
         ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
         ('resilient_consensus', {'graph': 'ring'}, 'the graph is not robust enough'),
         ('rendezvous', {}, 'a link is longer than D'),
+        ('laplacian_consensus', {'set': {'DELAY': 4.0}}, 'positions that are 4 s old'),
+        ('distributed_optimisation', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+        ('distributed_optimisation', {'set': {'BETA': 5}}, 'too large for a sampling period'),
+        ('dynamic_average', {'graph': 'two.yaml'}, 'the graph is not balanced and connected'),
+        ('dynamic_average', {'set': {'K': 6}}, 'too large for a sampling period of 0.2 s'),
+        ('distance_formation', {'graph': 'ring'}, 'the graph at the start is not rigid'),
+        ('distance_formation', {'nb_robots': 1}, 'the graph at the start is not rigid'),
+        ('distance_formation', {'set': {'K': 1}}, 'too large for a sampling period of 0.2 s'),
+        ('bearing_formation', {'graph': 'ring'}, 'the graph at the start is not bearing rigid'),
+        ('bearing_formation', {'nb_robots': 1}, 'the graph at the start is not bearing rigid'),
+        ('bearing_formation', {'set': {'K': 9}}, 'too large for a sampling period of 0.2 s'),
+        ('coverage', {'graph': 'path'}, 'may have overlapping cells'),
+        ('coverage', {'set': {'K': 12}}, 'too large for a sampling period of 0.2 s'),
     ],
 )
 def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, options, line):
@@ -171,3 +217,115 @@ def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, opt
     simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
 
     assert capsys.readouterr().out.count(line) == 1
+
+
+def test_distributed_optimisation_meets_at_the_minimiser_of_all_costs():
+    weights = np.resize([1.0, 2.0, 4.0], 6)
+    for options in (THEORY, {}):
+        run = simulate('distributed_optimisation', 6, 120.0, graph='ring', **options)
+        minimiser = run.poses[0, :2] @ weights / weights.sum()
+
+        away = np.hypot(*(run.poses[-1, :2] - minimiser[:, None]))
+        assert away.max() < (0.15 if not options else 0.05)  # robots rest below 0.01 m/s
+
+
+def test_without_memory_distributed_optimisation_leaves_a_spread():
+    options = {'graph': 'path', 'set': {'MEMORY': False, 'SLOW': 0.0}, **THEORY}
+    run = simulate('distributed_optimisation', 5, 120.0, **options)
+    L = np.diag([1, 2, 2, 2, 1]) - np.eye(5, k=1) - np.eye(5, k=-1)
+    costs = 0.2 * np.diag(np.resize([1.0, 2.0, 4.0], 5))
+
+    ends = run.poses[0, :2] @ costs @ np.linalg.inv(costs + 0.2 * L)
+    assert run.poses[-1, :2] == pytest.approx(ends, abs=1e-3)
+    assert run.metrics()['consensus'].disagreement_at_end_m > 1.0
+
+
+@pytest.mark.parametrize('graph', ['path', 'ring', 'directed_ring', 'complete'])
+def test_dynamic_average_follows_the_mean_of_ramps_with_the_error_of_theory(graph):
+    run = simulate('dynamic_average', 5, 120.0, graph=graph, set={'SLOW': 0.0}, **THEORY)
+    figures = run.metrics()['prediction'].figures
+
+    assert len(figures) == 3
+    for figure in figures.values():
+        assert figure.measured == pytest.approx(figure.predicted, rel=0.01)
+
+
+def test_unicycles_follow_the_mean_of_moving_targets():
+    run = simulate('dynamic_average', 5, 90.0, graph='ring')
+    figures = run.metrics()['prediction'].figures
+
+    for figure in figures.values():
+        assert figure.measured == pytest.approx(figure.predicted, abs=0.1)
+
+
+def test_a_law_with_messages_of_its_own_is_the_same_in_lockstep(tmp_path, domain):
+    pytest.importorskip('rclpy')
+    options = ['--algo=dynamic_average', '--nb-robots=3', '--graph=path', '--duration=3']
+    for command in (['offline'], ['run', '--lockstep']):
+        run = run_setcmas(*command, *options, '--no-plots', '-o', command[0], cwd=tmp_path)
+        assert run.returncode == 0, run.stdout + run.stderr
+
+    for name in ('fleet.csv', 'messages.csv'):
+        made = (tmp_path / 'run' / 'csv' / name).read_bytes()
+        assert made == (tmp_path / 'offline' / 'csv' / name).read_bytes()
+
+
+SLOW_CALLS = {'rate': 5.0, 'robot_rate': 10.0}
+
+
+@pytest.mark.parametrize(
+    ('rates', 'delay', 'age'), [({}, 1.0, 1.0), (SLOW_CALLS, 0.3, 0.3), (SLOW_CALLS, 0.25, 0.3)]
+)
+def test_late_neighbours_move_the_meeting_point(rates, delay, age):
+    options = {'graph': 'path', 'set': {'SLOW': 0.0}, 'random_poses': 'auto', **THEORY, **rates}
+    run = simulate('laplacian_consensus', 4, 90.0, delay=delay, **options)
+    comparison = run.metrics()['prediction']
+    weights = 1 + 0.2 * age * np.array([1, 2, 2, 1])
+
+    meet = run.poses[0, :2] @ weights / weights.sum()
+    assert run.poses[-1, :2] == pytest.approx(np.repeat(meet[:, None], 4, 1), abs=1e-3)
+    assert comparison.figures['distance_from_predicted_end_m'].measured < 1e-6
+    assert 'delay of messages' not in comparison.differs
+
+
+@pytest.mark.parametrize(('delay', 'meets'), [(0.84, True), (1.0, False)])
+def test_robots_with_late_positions_meet_up_to_the_delay_of_theory(delay, meets, capsys):
+    # K lambda_N = 0.5 (2 + sqrt(2)), so the bound is pi / (2 K lambda_N) = 0.92 s
+    given = {'K': 0.5, 'DELAY': delay, 'SLOW': 0.0}
+    run = simulate('laplacian_consensus', 4, 80.0, graph='path', delay=delay, set=given, **THEORY)
+    agreement = run.metrics()['consensus']
+
+    assert (agreement.disagreement_at_end_m < 0.1 * agreement.disagreement_at_start_m) == meets
+    assert ('oscillations grow' in capsys.readouterr().out) != meets
+
+
+@pytest.mark.parametrize(('graph', 'links'), [('ring', 2), ('complete', 4)])
+def test_noise_spreads_robots_as_far_as_predicted(graph, links):
+    h, s, K = 0.1, 0.05, 1.0
+    options = {**THEORY, 'rate': 1 / h, 'robot_rate': 1 / h, 'set': {'K': K, 'SLOW': 0.0}}
+    run = simulate('laplacian_consensus', 5, 400.0, graph=graph, noise=s, **options)
+    figure = run.metrics()['prediction'].figures['consensus.disagreement_rms_second_half_m']
+    modes = {2: 2 - 2 * np.cos(2 * np.pi * np.arange(1, 5) / 5), 4: np.full(4, 5.0)}[links]
+
+    squares = (h * K * s) ** 2 * links / (1 - (1 - h * K * modes) ** 2)
+    assert figure.predicted == pytest.approx(np.sqrt(2 * squares.sum() / 5))
+    assert figure.measured == pytest.approx(figure.predicted, rel=0.05)
+
+
+def test_events_leave_less_disagreement_than_their_bound():
+    exact = {'set': {'SLOW': 0.0}, **THEORY}
+    run = simulate(
+        'laplacian_consensus', 6, 60.0, graph='ring', event_triggered=True, threshold=0.2, **exact
+    )
+    figure = run.metrics()['prediction'].figures['consensus.disagreement_at_end_m']
+
+    assert figure.predicted == pytest.approx(2 * 0.2 / 1.0, rel=0.01)  # |A| c / lambda_2
+    assert 0.05 * figure.predicted < figure.measured < figure.predicted
+
+
+@pytest.mark.parametrize('graph', ['path', 'star', 'directed_ring'])
+def test_leaders_are_elected_within_the_diameter(graph):
+    run = simulate('leader_election', 6, 5.0, graph=graph, set={'NUMBERS': [1, 2, 3, 4, 5, 6]})
+    figure = run.metrics()['prediction'].figures['messages.agreement_time_s']
+
+    assert figure.measured == pytest.approx(figure.predicted)

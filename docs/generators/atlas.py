@@ -43,11 +43,40 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ('finite_time_consensus', {'nb_robots': 8, 'duration': 60.0, 'graph': 'ring', **THEORY}),
         ('resilient_consensus', {'nb_robots': 8, 'duration': 60.0, **THEORY}),
         ('leader_election', {'nb_robots': 8, 'duration': 20.0, 'graph': 'path'}),
+        ('distributed_optimisation', {'nb_robots': 6, 'duration': 90.0, 'graph': 'ring', **EXACT}),
+        ('dynamic_average', {'nb_robots': 5, 'duration': 60.0, 'graph': 'ring', **EXACT}),
     ],
     'Rendezvous, containment and pursuit': [
         ('rendezvous', {'nb_robots': 8, 'duration': 40.0, 'range': 6.0, **THEORY, 'vnom': 0.5}),
         ('containment', {'nb_robots': 8, 'duration': 60.0, 'graph': 'ring', **EXACT}),
         ('cyclic_pursuit', {'nb_robots': 5, 'duration': 100.0, **THEORY}),
+    ],
+    'Velocities and phases': [
+        ('velocity_alignment', {'nb_robots': 8, 'duration': 40.0, 'graph': 'ring', **THEORY}),
+        (
+            'second_order_consensus',
+            {'nb_robots': 5, 'duration': 100.0, 'graph': 'directed_ring', **EXACT},
+        ),
+        (
+            'kuramoto',
+            {
+                'nb_robots': 6,
+                'duration': 40.0,
+                'random_poses': 'box=8x5,distance=2.5',
+                'set': {'DW': 0},
+            },
+        ),
+    ],
+    'Formations and coverage': [
+        (
+            'distance_formation',
+            {'nb_robots': 5, 'duration': 20.0, 'random_poses': 'box=8x8,distance=1.5', **EXACT},
+        ),
+        ('bearing_formation', {'nb_robots': 5, 'duration': 60.0, **EXACT}),
+        (
+            'coverage',
+            {'nb_robots': 8, 'duration': 60.0, 'random_poses': 'box=4x4,distance=0.8', **THEORY},
+        ),
     ],
     'From the ROS 1 stack': [
         ('nav_wp', {'nb_robots': 1, 'duration': 60.0}),
@@ -56,6 +85,50 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ('leader_follower_distance_formation', {'nb_robots': 3, 'duration': 60.0}),
     ],
 }
+SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
+    (
+        'Late neighbours',
+        'Messages take tau = 2 s, own positions are exact: robots meet for any tau, but at '
+        'sum_i (1 + K d_i tau) p_i(0) / sum_i (1 + K d_i tau), d_i = sum_j a_ij, instead of their '
+        'mean, which is (0, 0) here.\n\nSource of the convergence: Moreau, Stability of '
+        'continuous-time distributed consensus algorithms, IEEE Conference on Decision and '
+        'Control, 2004.',
+        {'nb_robots': 4, 'duration': 60.0, 'graph': 'star', 'delay': 2.0},
+    ),
+    (
+        'All positions late',
+        'If own positions are as late as those received, robots meet if and only if '
+        'tau < pi / (2 K lambda_N), which is 2.3 s here: tau = 2 s is just below.\n\n'
+        'Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching '
+        'topology and time-delays, IEEE Transactions on Automatic Control 49(9), 2004.',
+        {'nb_robots': 4, 'duration': 90.0, 'graph': 'path', 'delay': 2.0, 'random_poses': 'auto',
+         'set': {'DELAY': 2.0}},
+    ),
+    (
+        'Noise',
+        'Each received position has an error with the standard deviation s. The distances from '
+        'the centre then have a stationary variance; with d links per robot it is, for each '
+        'coordinate,\n\n```text\nE |delta|^2 = sum over i >= 2 of (h K s)^2 d / '
+        '(1 - (1 - h K lambda_i)^2)\n```\n\nThe RMS distance is the square root of 2 / N times '
+        'it. The centre itself drifts in a random walk.\n\nSource: Xiao, Boyd and Kim, '
+        'Distributed average consensus with least-mean-square deviation, Journal of Parallel and '
+        'Distributed Computing 67(1), 2007.',
+        {'nb_robots': 6, 'duration': 300.0, 'graph': 'ring', 'noise': 0.2, 'rate': 10.0,
+         'robot_rate': 10.0, 'set': {'K': 0.5}},
+    ),
+    (
+        'Events',
+        'Robots send their position only when it is c away from the last one sent. They do not '
+        'quite meet; in the long run their RMS distance from the centre is at most '
+        '|A| c / lambda_2 in an undirected graph.\n\nSource: Seyboth, Dimarogonas and '
+        'Johansson, Event-based broadcasting for multi-agent average consensus, Automatica 49(1), '
+        '2013.',
+        {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,
+         'threshold': 0.2},
+    ),
+]  # fmt: skip
+"""Conditions of Laplacian consensus: title, words and options."""
+
 HEAD = """# Atlas of laws
 
 The built-in control laws: formula, source, an example run, and what theory predicts for that run.
@@ -70,32 +143,47 @@ def main() -> None:
     for chapter, entries in CHAPTERS.items():
         page.append(f'## {chapter}\n')
         page += [entry(name, options) for name, options in entries]
+        if chapter == 'Consensus':
+            page.append('## Laplacian consensus over imperfect links\n')
+            page += [scenario(*one) for one in SCENARIOS]
     (DOCS / 'atlas.md').write_text('\n'.join(page))
 
 
 def entry(name: str, options: dict[str, Any]) -> str:
     """Return the section of a law; write its figure."""
-    run = simulate(name, warn=print, **options)
-    figure = run.plot('trajectories')
-    figure.savefig(DOCS / 'pictures' / f'atlas_{name}.png', dpi=PLOT_DPI)
     summary, _, rest = docstring(ALGORITHMS.file(name)).partition('\n\n')
     title, _, does = ' '.join(summary.split()).partition(': ')
-    words = ' '.join(f'--{key.replace("_", "-")} {_typed(v)}' for key, v in options.items())
-    return '\n'.join(
-        [
-            f'### {title}\n',
-            f'`{name}`: {does}\n',
-            indented_as_code(rest),
-            f'![Paths of the robots](pictures/atlas_{name}.png){{ width="480" }}\n',
-            f'```sh\nsetcmas offline --algo {name} {words}\n```\n',
-            *theory(run),
-        ]
-    )
+    words = [f'### {title}\n', f'`{name}`: {does}\n', indented_as_code(rest)]
+    return '\n'.join([*words, *example(name, options, name, 'trajectories')])
+
+
+def scenario(title: str, words: str, options: dict[str, Any]) -> str:
+    """Return the section of Laplacian consensus under other conditions; write its figure."""
+    options = EXACT | options | {'set': EXACT['set'] | options.get('set', {})}
+    name = title.lower().replace(' ', '_')
+    head = [f'### {title}\n', words + '\n']
+    plot = 'trajectories' if title == 'Late neighbours' else 'disagreement'
+    return '\n'.join([*head, *example('laplacian_consensus', options, name, plot)])
+
+
+def example(law: str, options: dict[str, Any], name: str, plot: str) -> list[str]:
+    """Return the lines of an example run: figure, command, and prediction."""
+    run = simulate(law, warn=print, **options)
+    figure = run.plot(plot)
+    figure.savefig(DOCS / 'pictures' / f'atlas_{name}.png', dpi=PLOT_DPI)
+    shows = {'trajectories': 'Paths of the robots', 'disagreement': 'Disagreement over time'}[plot]
+    given = {f'--{key.replace("_", "-")}': value for key, value in options.items()}
+    words = [key if value is True else f'{key} {_typed(value)}' for key, value in given.items()]
+    return [
+        f'![{shows}](pictures/atlas_{name}.png){{ width="480" }}\n',
+        f'```sh\nsetcmas offline --algo {law} {" ".join(words)}\n```\n',
+        *theory(run),
+    ]
 
 
 def _typed(value: object) -> str:
     if isinstance(value, dict):
-        return ' '.join(f'{name}={_typed(one)}' for name, one in value.items())
+        return ' --set '.join(f'{name}={_typed(one)}' for name, one in value.items())
     return f'{value:g}' if isinstance(value, float) else str(value)
 
 

@@ -44,6 +44,7 @@ RUNS = {
         '--algo=leader_election', '--nb-robots=4', '--graph=path', '--loss=0.3', '--delay=0.25',
         '--seed=3', '--vnom=2', '--duration=4',
     ],
+    'coverage': ['--algo=coverage', '--nb-robots=5', '--duration=4'],
     'ring': [
         '--algo=consensus', '--nb-robots=4', '--graph=ring', '--loss=0.3', '--delay=0.25',
         '--noise=0.02', '--seed=3', '--vnom=2',

@@ -161,6 +161,8 @@ def test_velocities_below_a_centimetre_per_second_become_zero(path):
     resting = np.array([[target[0] + 0.001], [target[1]], [0.0]])
     if path.stem == 'traj_tracking':
         law._control.__globals__['W'] = 0.0
+    if path.stem == 'coverage':
+        law._control.__globals__['BOX'] = [[1, -1], [3, 1]]
     if path.stem == 'resilient_consensus':
         law._control.__globals__['REBELS'] = []
 

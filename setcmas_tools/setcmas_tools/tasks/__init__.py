@@ -1,1 +1,1 @@
-"""Tasks that ship: waypoints, tracking, consensus, and two formations."""
+"""Tasks that ship: waypoints, tracking, consensus, alignment, and two formations."""

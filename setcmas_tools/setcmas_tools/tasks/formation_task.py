@@ -1,4 +1,4 @@
-"""The tasks `formation`, `distances` and `consensus`."""
+"""The tasks `formation`, `distances`, `consensus` and `resilience`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.control.references import number, points
+from setcmas_ctrl.control.references import number, points, robots
 from setcmas_simu.arrays import Floats
+from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.measures.task import Errors, Task, from_share, rms, rms_by_robot
 from setcmas_tools.run.fleet_motion import FleetGrid
@@ -124,6 +125,21 @@ FORMATION = _Formation(
 MOST_ROBOTS_IN_PAIRS = 8
 """For larger fleets, pairs are not listed individually."""
 
+_MOST_REFERENCES = 4  # of several distances in a plot
+
+
+Wanted = float | list[list[float]]
+"""The distance of any two robots in m, or points that have the distances of robots 1, 2, ..."""
+
+
+def distance_or_shape(value: Any) -> Wanted:
+    """Check that a reference is a distance, or the points of a shape.
+
+    Raises:
+        ValueError: It is neither; the message says what it must be.
+    """
+    return points(value) if isinstance(value, (list, tuple, np.ndarray)) else number(value)
+
 
 @dataclass(frozen=True)
 class DistanceMetrics(Measured):
@@ -146,7 +162,15 @@ class DistanceMetrics(Measured):
         ]
 
 
-def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
+def _matrix(robots: list[int], wanted: Wanted) -> Floats:
+    """Return the wanted distances of robots in m, shape (N, N)."""
+    if isinstance(wanted, list):
+        x, y = np.array(wanted)[[robot - 1 for robot in robots]].T
+        return np.asarray(np.hypot(x - x[:, None], y - y[:, None]))
+    return np.full((len(robots), len(robots)), wanted)
+
+
+def distances(grid: FleetGrid, wanted: Wanted) -> DistanceMetrics | None:
     """Return the errors of a formation by distances (m), at times with all robots known.
 
     None for one robot, or if the robots are never all known in the last quarter.
@@ -156,9 +180,10 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
     if len(grid.robots) < 2 or not known.any():
         return None
     x, y = grid.x[:, known], grid.y[:, known]
-    squares, final = 0.0, []
+    matrix, squares, final = _matrix(grid.robots, wanted), 0.0, []
     for i in range(len(x) - 1):
-        errors = np.hypot(x[i + 1 :] - x[i], y[i + 1 :] - y[i]) - wanted
+        apart = np.hypot(x[i + 1 :] - x[i], y[i + 1 :] - y[i])
+        errors = apart - matrix[i, i + 1 :, None]
         squares += float(np.sum(errors**2))
         final += errors[:, -1].tolist()
     pairs = None
@@ -169,12 +194,12 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
     return DistanceMetrics(rms(final), float(np.abs(final).max()), late, pairs)
 
 
-def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
+def distance_errors(grid: FleetGrid, wanted: Wanted) -> dict[int, Floats]:
     """Return the RMS error of each robot's distances to the others in m over time."""
-    errors = {}
+    matrix, errors = _matrix(grid.robots, wanted), {}
     for i, robot in enumerate(grid.robots):
-        gaps = np.delete(np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]), i, axis=0)
-        errors[robot] = np.sqrt(np.mean((gaps - wanted) ** 2, axis=0))
+        gaps = np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]) - matrix[i, :, None]
+        errors[robot] = np.sqrt(np.mean(np.delete(gaps, i, axis=0) ** 2, axis=0))
     return errors
 
 
@@ -192,16 +217,60 @@ class _Distances(_LedTask):
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         if plot != 'distances':
             return super().draw(plot, axes, run, references)
-        label = f'reference, {references["D"]:g} m'
+        wanted = _matrix(run.robots, references['D'])
+        values = np.unique(wanted[np.triu_indices(len(wanted), 1)].round(3)).tolist()
+        if len(values) > _MOST_REFERENCES:
+            return []
+        label = f'reference, {", ".join(format(value, "g") for value in values)} m'
         look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
-        return [axes.axhline(references['D'], label=label, **look)]
+        return [axes.axhline(value, label=label, **look) for value in values][:1]
 
 
 DISTANCES = _Distances(
-    {'D': number, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
+    {'D': distance_or_shape, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
 )
 """The task."""
 
 
 CONSENSUS = Task()
 """The task; the agreement of the fleet is measured in every run."""
+
+
+@dataclass(frozen=True)
+class HonestMetrics(Measured):
+    """Agreement of the robots that are no rebels.
+
+    The largest exit is how far a coordinate of one of them was from the interval of their starts.
+    """
+
+    disagreement_at_end_m: float
+    largest_exit_m: float
+
+    def lines(self) -> list[str]:
+        """Return the disagreement and the largest exit."""
+        return [
+            f'honest robots: disagreement {self.disagreement_at_end_m:.3f} m at the end; '
+            f'at most {self.largest_exit_m:.3f} m outside the interval of their starts'
+        ]
+
+
+def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
+    """Return the agreement of all robots but rebels, at times with all of these known."""
+    places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
+    places = places[..., np.isfinite(places[0]).all(axis=0)]
+    if not places.size:
+        return None
+    starts = places[..., :1]
+    above = places - starts.max(axis=1, keepdims=True)
+    below = starts.min(axis=1, keepdims=True) - places
+    exit_m = float(max(above.max(), below.max(), 0.0))
+    return HonestMetrics(float(disagreement(*places)[-1]), exit_m)
+
+
+class _Resilience(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        return {'honest': honest(run.counted_grid, references['REBELS'])}
+
+
+RESILIENCE = _Resilience({'REBELS': robots})
+"""The task."""

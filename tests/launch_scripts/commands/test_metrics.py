@@ -30,7 +30,7 @@ def test_the_table_and_the_file(run):
     assert re.search(r'tb3_2 +2\.00', result.stdout)
     assert 'least separation: 1.00 m at 0.0 s between robots 1 and 2' in result.stdout
     assert (
-        'the task is unknown, so task errors are missing; add --task {consensus,' in result.stdout
+        'the task is unknown, so task errors are missing; add --task {alignment,' in result.stdout
     )
     first = (run / 'metrics.yaml').read_bytes()
     content = yaml.safe_load(first)

@@ -38,3 +38,13 @@ def test_a_follower_without_a_place_is_not_measured():
     errors = measure(fleet, references=references)['formation']
 
     assert errors.position_error_final_m == {2: 0.0}
+
+
+def test_distance_errors_from_those_of_a_shape():
+    fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
+    shape = [[5, 5], [8, 5], [5, 8]]
+
+    errors = measure(fleet, references=References('distances', {'D': shape}))['distances']
+
+    wanted = {'1-2': 0.0, '1-3': 1.0, '2-3': 5 - math.sqrt(18)}
+    assert errors.distance_errors_final_m == pytest.approx(wanted)

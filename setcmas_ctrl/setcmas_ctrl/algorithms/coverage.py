@@ -1,0 +1,91 @@
+"""Coverage: robots spread over a box, each towards the centroid of its Voronoi cell.
+
+    v_i = K (C_i - p_i)
+
+with the centroid C_i of the points of the box that are nearer to robot i than to the others. The
+law descends the gradient of the cost H, the integral over the box of the squared distance to the
+nearest robot: H never rises, and robots converge to the centroids of their own cells. On a line of
+length 1 these are at (2 k - 1) / (2 N), k = 1, ..., N, reached at the rate K sin^2(pi / (2 N)). A
+robot needs the positions of the robots whose cells touch its own; one without a cell, outside the
+box, drives into it.
+Source: Cortes, Martinez, Karatas and Bullo, Coverage control for mobile sensing networks, IEEE
+Transactions on Robotics and Automation 20(2), 2004.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted
+from setcmas_ctrl.control.saturation import dead_band
+
+task = 'coverage'  # selects its metrics and plots
+
+K = 0.5  # gain (1/s)
+BOX = [[-6, -6], [6, 6]]  # lower left and upper right corner (m)
+SLOW = 0.01  # speed (m/s) below which robots stop
+
+before = None  # time of the call before (s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s towards the centroid of the robot's cell."""
+    global before
+    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
+        if not is_complete(network.adjacency()):
+            print('robots that do not receive from each other may have overlapping cells')
+        for doubt in LinearLaw(K * np.eye(1), 'K').doubts(t, meet=False):
+            print(doubt)
+    before = t
+    place, others = poses[:2, robotNo - 1], poses[:2, [j - 1 for j in network.neighbours()]].T
+    corners = cell(place, others[np.isfinite(others[:, 0])])  # those that it has received
+    goal = centroid(corners) if len(corners) > 2 else np.clip(place, *BOX)
+    return dead_band(*(K * (goal - place)), SLOW)
+
+
+def cell(place, others):
+    """Return the corners of the part of BOX that is nearer to a place than to others, (M, 2)."""
+    (left, bottom), (right, top) = BOX
+    corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+    for other in others:
+        beyond = (corners - (place + other) / 2) @ (other - place)  # above 0: nearer to the other
+        if beyond.max(initial=0.0) <= 0:
+            continue
+        after = np.roll(beyond, -1)
+        cut = beyond * after < 0  # sides that the bisector cuts
+        crossings = corners.copy()
+        sides = (np.roll(corners, -1, axis=0) - corners)[cut]
+        crossings[cut] += (beyond[cut] / (beyond - after)[cut])[:, None] * sides
+        corners = np.stack([corners, crossings], 1)[np.stack([beyond <= 0, cut], 1)]
+    return corners
+
+
+def centroid(corners):
+    """Return the centroid of a polygon."""
+    after = np.roll(corners, -1, axis=0)
+    areas = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
+    return areas @ (corners + after) / (3 * areas.sum())
+
+
+def is_complete(adjacency):
+    """Return whether all robots receive from each other."""
+    return (adjacency + np.eye(len(adjacency)) > 0).all()
+
+
+def predict(conditions):
+    """Return the linear law of robots on a line in a flat box; otherwise that H never rises."""
+    x, y = conditions.starts[:2]
+    if not is_complete(conditions.adjacency) or not 0 < K * conditions.period <= 1:
+        return {}
+    (left, bottom), (right, top) = BOX
+    is_stable = (top - bottom) * len(x) < np.sqrt(3) * (right - left)  # robots stay on a line
+    is_inside = left <= x.min() and x.max() <= right and len(np.unique(x)) == len(x)
+    if np.ptp(y) > 0 or not is_stable or not is_inside:
+        formula = 'dH/dt = -2 K sum_i m_i |C_i - p_i|^2 with the areas m_i of the cells'
+        return {'coverage.largest_rise_percent': Predicted(0.0, formula)}
+    order = np.argsort(np.argsort(x))
+    near = np.abs(order[:, None] - order) == 1
+    along = (np.diag(4 - near.sum(axis=1)) - near) / 4
+    matrix = K * np.block([[along, 0 * along], [0 * along, np.eye(len(x))]])
+    places = left + (2 * order + 1) / (2 * len(x)) * (right - left)
+    centres = np.array([places, np.full(len(x), (bottom + top) / 2)])
+    return LinearLaw(matrix, 'K tridiag(-1, 2, -1)/4 with corners 3/4', centres, mixes_axes=True)

@@ -1,0 +1,76 @@
+"""Dynamic average consensus: robots follow the mean of targets of which each sees only its own.
+
+Robot i sends its estimate x_i of the mean, which moves with its target r_i from call to call:
+
+    x_i(k + 1) = x_i(k) - h K sum_j a_ij (x_i(k) - x_j(k)) + r_i(k + 1) - r_i(k), x_i(0) = r_i(0)
+    v_i = KP (x_i - p_i) + x_i'
+
+In a connected balanced graph the mean of all estimates is that of the targets. Targets start where
+robots do; if they move at constant velocities r', the estimates differ from their mean by
+pinv(K L) Pi r' in the long run, Pi r' = r' - mean(r'). Messages that are lost or late leave an
+error for good.
+Source: Spanos, Olfati-Saber and Murray, Dynamic consensus on mobile networks, IFAC World Congress,
+2005; Kia, Van Scoy, Cortes, Freeman, Lynch and Martinez, Tutorial on dynamic average consensus,
+IEEE Control Systems Magazine 39(3), 2019.
+"""
+
+import numpy as np
+import rviz_marker
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted
+from setcmas_ctrl.control.saturation import dead_band
+
+task = 'consensus'  # selects its metrics and plots
+
+K = 0.5  # gain of the estimates (1/s)
+KP = 0.8  # gain of the position (1/s)
+DRIFTS = [[0.1, 0.0], [0.0, 0.1], [0.1, 0.1]]  # velocities of targets 1, 2, ..., repeated (m/s)
+SLOW = 0.01  # speed (m/s) below which robots stop
+
+target = estimate = None  # r_i and x_i (m)
+before = 0.0  # time of the call before (s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot with its estimate of the mean."""
+    global target, estimate, before
+    position = poses[:2, robotNo - 1].copy()
+    if target is None:
+        target, estimate, before = position, position, t
+        if robotNo == 1 and not keeps_mean(network.adjacency()):
+            print('the graph is not balanced and connected: robots lose the mean of all targets')
+    period, before = t - before, t
+    if robotNo == 1 and 0 < period == t:  # the second call shows the period
+        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(period, meet=False):
+            print(doubt)
+    drift = np.array(DRIFTS[(robotNo - 1) % len(DRIFTS)])
+    weights = network.adjacency()[robotNo - 1]
+    gaps = [weights[j - 1] * (one.value - estimate) for j, one in network.received().items()]
+    rise = (period > 0) * (drift + K * sum(gaps))
+    target, estimate = target + period * drift, estimate + period * rise
+    network.send(estimate)
+    rviz_marker.publish_marker(*target, 0, robotNo, [1, 0.6, 0], 0.3, 'target')
+    vx, vy = KP * (estimate - position) + rise
+    return dead_band(vx, vy, SLOW)
+
+
+def keeps_mean(adjacency):
+    """Return whether a graph is balanced and connected."""
+    balanced = np.allclose(adjacency.sum(axis=0), adjacency.sum(axis=1))
+    return balanced and network.reachable(adjacency).all()
+
+
+def predict(conditions):
+    """Return the distance from the mean in the long run, and the mean at the end."""
+    count = len(conditions.adjacency)
+    if count < 2 or not keeps_mean(conditions.adjacency):
+        return {}
+    drifts = np.resize(DRIFTS, (count, 2))
+    apart = np.linalg.norm(np.linalg.pinv(K * conditions.laplacian) @ drifts) / np.sqrt(count)
+    x, y = (conditions.starts[:2] + conditions.duration * drifts.T).mean(axis=1)
+    return {
+        'consensus.disagreement_at_end_m': Predicted(apart, "errors of ramps, pinv(K L) Pi r'"),
+        'consensus.final_centre_x_m': Predicted(x, 'the mean of the targets'),
+        'consensus.final_centre_y_m': Predicted(y, 'the mean of the targets'),
+    }

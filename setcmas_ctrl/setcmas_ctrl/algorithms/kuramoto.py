@@ -1,0 +1,67 @@
+"""Kuramoto oscillators: robots that circle at different rates fall into step.
+
+Each robot keeps a phase theta_i, at first its heading, sends it, and drives in its direction:
+
+    theta_i' = w_i + K/N sum_j a_ij sin(theta_j - theta_i), v_i = SPEED (cos theta_i, sin theta_i)
+
+with rates w_i evenly from W - DW/2 (robot 1) to W + DW/2 (robot N). Two robots lock if and only
+if DW <= K, with the lag asin(DW/K). More robots lock in an undirected connected graph if
+pinv(K L/N) w differs by less than 1 along each link: exact for trees, nearly so for others. With
+DW = 0 the phases of the complete graph converge at the rate K.
+Source: Sepulchre, Paley and Leonard, Stabilization of planar collective motion: all-to-all
+communication, IEEE Transactions on Automatic Control 52(5), 2007; the condition: Doerfler,
+Chertkov and Bullo, Synchronization in complex oscillator networks and smart grids, PNAS, 2013.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted
+
+task = 'alignment'  # selects its metrics and plots
+
+K = 0.3  # coupling (1/s)
+W = 0.2  # mean rate of the robots (rad/s)
+DW = 0.1  # difference between the rates of the last and the first robot (rad/s)
+SPEED = 0.2  # m/s
+WAIT = 2.0  # time (s) after which a robot that receives nothing stands still
+
+phase = None  # its own (rad)
+before = None  # time of the call before (s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s in the direction of the phase."""
+    global phase, before
+    if robotNo == 1 and t == 0 and (least := least_coupling(network.laplacian())) > K:
+        print(f'robots may not fall into step: this graph needs K = {least:.3g} 1/s at least')
+    if robotNo == 1 and before == 0.0 < t:  # the second call
+        for doubt in LinearLaw(K / nbRobots * network.laplacian(), 'K L / N').doubts(t):
+            print(doubt)
+    if before is None:
+        phase, before = poses[2, robotNo - 1], t
+    weights, received = network.adjacency()[robotNo - 1], network.received()
+    pulls = [weights[j - 1] * np.sin(message.value - phase) for j, message in received.items()]
+    rate = np.linspace(W - DW / 2, W + DW / 2, nbRobots)[robotNo - 1] + K / nbRobots * sum(pulls)
+    phase, before = phase + (t - before) * rate, t
+    network.send(phase)
+    speed = SPEED if received or (t < WAIT and network.neighbours()) else 0.0
+    return speed * np.cos(phase), speed * np.sin(phase)
+
+
+def least_coupling(L):
+    """Return the coupling K in 1/s that robots need to lock in an undirected graph."""
+    lags = len(L) * np.linalg.pinv(L, rcond=1e-9) @ np.linspace(-DW / 2, DW / 2, len(L))
+    return np.abs(lags[:, None] - lags)[L < 0].max(initial=0.0)
+
+
+def predict(conditions):
+    """Return the lag of two robots, or the rate of a complete graph with DW = 0."""
+    count, h = len(conditions.adjacency), conditions.period
+    complete = count > 1 and (conditions.adjacency == 1 - np.eye(count)).all()
+    if complete and DW == 0 and 0 < h * K < 1:
+        return {'alignment.convergence_rate_1_s': Predicted(-np.log(1 - h * K) / h, 'K, sampled')}
+    if complete and count == 2 and 0 < abs(DW) <= K:
+        lag = Predicted(np.arcsin(abs(DW) / K), 'asin(DW / K)')
+        return {'alignment.spread_of_directions_at_end_rad': lag}
+    return {}

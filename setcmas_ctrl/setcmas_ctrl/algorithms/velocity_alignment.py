@@ -1,0 +1,59 @@
+"""Velocity alignment: robots agree on a velocity by messages, and drive with it.
+
+    w_i(k + 1) = w_i(k) + h K sum_j a_ij (w_j(k) - w_i(k)), v_i = w_i
+
+with the time h between two calls, so that w' = -K L w: robots send w_i. In an undirected connected
+graph their mean stays the same, and all converge to it at the rate K lambda_2, wherever the robots
+are. At the start the directions of robots 1 to N are evenly spread.
+Source: Jadbabaie, Lin and Morse, Coordination of groups of mobile autonomous agents using nearest
+neighbor rules, IEEE Transactions on Automatic Control 48(6), 2003; the alignment of Olfati-Saber,
+Flocking for multi-agent dynamic systems: algorithms and theory, the same journal 51(3), 2006.
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted
+
+task = 'alignment'  # selects its metrics and plots
+
+K = 0.3  # gain (1/s)
+SPEED = 0.2  # at the start (m/s)
+SPREAD = 3.0  # angle between the directions of the first and the last robot at the start (rad)
+WAIT = 2.0  # time (s) after which a robot that receives nothing stands still
+
+velocity = None  # its own (m/s)
+before = None  # time of the call before (s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that the robot has by now."""
+    global velocity, before
+    if robotNo == 1 and before == 0.0 < t:  # the second call
+        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t):
+            print(doubt)
+    if before is None:
+        velocity, before = starts(nbRobots)[:, robotNo - 1], t
+    weights, received = network.adjacency()[robotNo - 1], network.received()
+    gaps = [weights[j - 1] * (message.value - velocity) for j, message in received.items()]
+    velocity, before = velocity + (t - before) * K * sum(gaps), t
+    network.send(velocity)
+    return velocity if received or (t < WAIT and network.neighbours()) else (0.0, 0.0)
+
+
+def starts(count):
+    """Return the velocities at the start: rows vx and vy in m/s, shape (2, count)."""
+    angles = np.linspace(-SPREAD / 2, SPREAD / 2, count)
+    return SPEED * np.array([np.cos(angles), np.sin(angles)])
+
+
+def predict(conditions):
+    """Return the rate and the mean velocity, for an undirected connected graph."""
+    laplacian, h = conditions.laplacian, conditions.period
+    factor = np.abs(1 - h * K * np.linalg.eigvalsh(laplacian)[1:]).max(initial=0)
+    if (laplacian != laplacian.T).any() or not 0 < factor < 1 - 1e-9:
+        return {}
+    figures = [-np.log(factor) / h, *starts(len(laplacian)).mean(axis=1)]
+    names = ['convergence_rate_1_s', 'final_mean_vx_m_s', 'final_mean_vy_m_s']
+    formula = 'w(k+1) = w(k) - h K L w(k), slowest mode K lambda_2'
+    return {f'alignment.{n}': Predicted(f, formula) for n, f in zip(names, figures, strict=True)}

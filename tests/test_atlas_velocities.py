@@ -1,0 +1,179 @@
+"""Laws of the atlas that agree on velocities or phases by messages: predictions and bad use."""
+
+import numpy as np
+import pytest
+from processes import run_here, run_setcmas
+
+from setcmas_ctrl.communication.graph import PRESETS, laplacian
+from setcmas_tools import simulate
+
+THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
+EXACT = {**THEORY, 'set': {'SLOW': 0.0}}
+LAWS = ('velocity_alignment', 'second_order_consensus', 'kuramoto')
+APART = 'distance_from_predicted_end_m'
+RATE, LAG = 'alignment.convergence_rate_1_s', 'alignment.spread_of_directions_at_end_rad'
+
+
+def figures(run):
+    return run.metrics()['prediction'].figures
+
+
+@pytest.mark.parametrize(('graph', 'count'), [('path', 4), ('ring', 8), ('complete', 5)])
+def test_velocities_align_at_the_predicted_rate_and_keep_their_mean(graph, count):
+    run = simulate('velocity_alignment', count, 60.0, graph=graph, **THEORY)
+    found = figures(run)
+    second = np.linalg.eigvalsh(laplacian(PRESETS[graph](count)))[1]
+
+    assert found[RATE].measured == pytest.approx(found[RATE].predicted, rel=0.01)
+    assert found[RATE].predicted == pytest.approx(0.3 * second, rel=0.05)  # sampled at 25 Hz
+    for name in ('alignment.final_mean_vx_m_s', 'alignment.final_mean_vy_m_s'):
+        assert found[name].measured == pytest.approx(found[name].predicted, abs=1e-7)
+
+
+def test_unicycles_keep_the_mean_velocity_and_drive_in_parallel():
+    run = simulate('velocity_alignment', 6, 60.0, graph='ring')
+    means = run.velocities.mean(axis=2)
+
+    assert np.abs(means - means[0]).max() < 1e-7
+    assert np.ptp(run.poses[-1, 2]) < 0.02
+    assert run['tb3_1'].v[-1] == pytest.approx(np.hypot(*means[0]), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ('graph', 'count', 'options'),
+    [
+        ('path', 4, EXACT),
+        ('directed_ring', 5, EXACT),
+        ('complete', 3, EXACT),
+        ('ring', 4, {**EXACT, 'rate': 5.0, 'robot_rate': 10.0}),
+    ],
+)
+def test_second_order_robots_end_where_their_linear_law_predicts(graph, count, options):
+    found = figures(simulate('second_order_consensus', count, 60.0, graph=graph, **options))
+    rate = found['consensus.convergence_rate_1_s']
+
+    assert found[APART].measured < 1e-6
+    assert rate.measured == pytest.approx(rate.predicted, rel=0.01)
+
+
+@pytest.mark.parametrize('damping', [0.2, 0.3, 0.315, 0.5])
+def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(damping, capsys):
+    least = np.sqrt(0.1 / 2) / np.tan(np.pi / 5)  # 0.308
+    options = {**THEORY, 'vnom': 1e5, 'set': {'SLOW': 0.0, 'G': damping}, 'random_poses': 'auto'}
+    run = simulate('second_order_consensus', 5, 140.0, graph='directed_ring', **options)
+    deltas = run.poses[:, :2] - run.poses[:, :2].mean(axis=2, keepdims=True)
+    late = slice(1500, None)  # from 60 s on the slowest mode is alone; it turns along the ring
+    growth = np.polyfit(run.t[late], np.log(np.linalg.norm(deltas[late], axis=(1, 2))), 1)[0]
+    mu = np.linalg.eigvals(laplacian(PRESETS['directed_ring'](5)))[:, None]
+    h, K, G = 0.04, 0.1, damping + 0.04 * 0.1
+    factors = 1 + h * (-G * mu + np.array([1, -1]) * np.sqrt(G**2 * mu**2 - 4 * K * mu)) / 2
+    expected = np.log(np.abs(factors[np.abs(mu[:, 0]) > 1e-9]).max()) / h
+
+    assert growth == pytest.approx(expected, rel=0.01)
+    assert (growth > 0) == (damping < least)
+    assert ('G must exceed 0.308 1/s' in capsys.readouterr().out) == (damping < least)
+
+
+def test_second_order_unicycles_meet():
+    metrics = simulate('second_order_consensus', 5, 90.0, graph='ring').metrics()
+
+    assert metrics['consensus'].disagreement_at_end_m < 0.1
+
+
+@pytest.mark.parametrize('options', [THEORY, {}], ids=['theory', 'unicycles'])
+@pytest.mark.parametrize('difference', [0.1, 0.29])
+def test_two_circling_robots_lock_with_the_predicted_lag(options, difference):
+    run = simulate('kuramoto', 2, 120.0, set={'DW': difference}, **options)
+    lag = figures(run)[LAG]
+
+    assert lag.predicted == pytest.approx(np.arcsin(difference / 0.3))
+    assert lag.measured == pytest.approx(lag.predicted, rel=0.01)
+    if not options:  # headings follow at equal rates
+        assert np.ptp(run.poses[-1, 2]) == pytest.approx(lag.predicted, rel=0.02)
+
+
+@pytest.mark.parametrize(('graph', 'count', 'least'), [('complete', 2, 0.1), ('path', 3, 0.15)])
+@pytest.mark.parametrize('share', [0.95, 1.05])
+def test_circling_robots_lock_from_the_least_coupling_on(graph, count, least, share, capsys):
+    run = simulate('kuramoto', count, 300.0, graph=graph, set={'K': share * least})
+    phases = np.array([one.value for one in run.messages]).reshape(-1, count)
+    turned = phases[-1] - phases[-250]  # in 50 s
+    warned = f'this graph needs K = {least:g} 1/s at least' in capsys.readouterr().out
+
+    assert warned == (share < 1)
+    assert (np.ptp(turned) < 0.01) == (share > 1)
+
+
+def test_phases_of_a_complete_graph_converge_at_the_rate_k():
+    options = {'set': {'DW': 0.0}, 'random_poses': 'auto', 'seed': 1}
+    rate = figures(simulate('kuramoto', 6, 60.0, **options, **THEORY))[RATE]
+
+    assert rate.predicted == pytest.approx(0.3, rel=0.01)
+    assert rate.measured == pytest.approx(rate.predicted, rel=0.01)
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize(
+    'options', [{'nb_robots': 1}, {'nb_robots': 2}, {'nb_robots': 4, 'graph': 'path', 'loss': 1.0}]
+)
+def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, options):
+    said = []
+    run = simulate(law, duration=3.0, warn=said.append, **options)
+
+    assert np.isfinite(run.poses).all()
+    late = np.abs(run.velocities[run.control_t > 1.9]).max()
+    assert (late == 0.0) == (options['nb_robots'] != 2)
+    assert said == []
+    run.metrics()
+    assert 'failed' not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('law', 'options', 'line'),
+    [
+        ('velocity_alignment', {'set': {'K': 3}}, 'too large for a sampling period of 0.2 s'),
+        ('velocity_alignment', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+        ('second_order_consensus', {'set': {'G': 9}}, 'too large for a sampling period'),
+        ('second_order_consensus', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+        (
+            'second_order_consensus',
+            {'graph': 'directed_ring', 'set': {'G': 0.2}},
+            'G must exceed 0.224 1/s in this graph',
+        ),
+        ('kuramoto', {'set': {'DW': 0.5}}, 'this graph needs K = 0.5 1/s at least'),
+        ('kuramoto', {'set': {'K': 15}}, 'too large for a sampling period of 0.2 s'),
+        ('kuramoto', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+    ],
+)
+def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, options, line):
+    (tmp_path / 'two.yaml').write_text('edges: [1 - 2, 2 - 3]\n')
+    monkeypatch.chdir(tmp_path)
+    simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
+    (printed,) = capsys.readouterr().out.splitlines()
+
+    assert line in printed
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_robots_that_send_on_events_agree_nearly(law):
+    options = {'event_triggered': True, 'threshold': 0.05}
+    metrics = simulate(law, 4, 60.0, **options).metrics()
+
+    if law == 'second_order_consensus':
+        assert metrics['consensus'].disagreement_at_end_m < 0.5
+    else:
+        assert metrics['alignment'].spread_of_directions_at_end_rad < 0.5
+        assert metrics['robots'][1].path_length_m > 3.0
+
+
+def test_velocities_in_messages_are_the_same_in_lockstep(tmp_path, domain):
+    pytest.importorskip('rclpy')
+    options = ['--algo=second_order_consensus', '--nb-robots=3', '--graph=ring', '--loss=0.2']
+    options += ['--duration=3', '--no-plots']
+    ros = run_setcmas('run', '--lockstep', *options, '-o', 'ros', cwd=tmp_path)
+    assert ros.returncode == 0, ros.stdout + ros.stderr
+    assert run_here('offline', *options, '-o', 'offline', cwd=tmp_path).returncode == 0
+    for table in (tmp_path / 'offline' / 'csv').iterdir():
+        over_ros = tmp_path / 'ros' / 'csv' / table.name
+        assert over_ros.read_bytes() == table.read_bytes(), table.name
