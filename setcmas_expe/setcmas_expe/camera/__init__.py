@@ -1,0 +1,1 @@
+"""Camera over the floor that finds robots by printed tags."""
