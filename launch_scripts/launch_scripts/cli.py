@@ -37,6 +37,7 @@ VERBS = {
     'list': 'list laws, robot models, mocap sources, metrics and plots',
     'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',
+    'tags': 'write the tags of robots and floor for a camera, to print',
     'new': 'write a starter control script, robot script or lab file',
 }
 """The verbs and their purposes; each is a module in `commands`."""

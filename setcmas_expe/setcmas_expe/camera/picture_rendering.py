@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from setcmas_expe.camera.camera_file import CameraFile, RobotTags
 from setcmas_expe.camera.floor_projection import FloorProjection
-from setcmas_expe.camera.tag_detection import Picture, tag_family
+from setcmas_expe.camera.tag_detection import MARGIN, MODULES, Picture, tag_family
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import needs
 
@@ -20,10 +20,6 @@ with needs('camera'):
 
 Greys = NDArray[np.float32]
 
-MODULES = 8
-"""Squares across the black square of a tag of the family 36h11."""
-_MARGIN = 1
-"""White squares around the black square."""
 _TEXTURE_PX = 8
 _FINER = 3
 """How many times finer than a pixel tags are drawn, along each axis."""
@@ -117,7 +113,7 @@ class PictureRenderer:
     def _corners(self, pose: tuple[float, float, float], kind: RobotTags) -> Floats:
         """Return the pixels (4, 2) of the corners of a tag with its white margin."""
         x, y, heading = pose
-        half = kind.size * (0.5 + _MARGIN / MODULES)
+        half = kind.size * (0.5 + MARGIN / MODULES)
         turned = half * np.exp(1j * heading) * np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j])
         points = np.column_stack([x + turned.real, y + turned.imag, np.full(4, kind.height)])
         return self._projection.pixels(points)
@@ -148,7 +144,7 @@ def _warped(number: int, corners: Floats, size: NDArray[np.int64]) -> tuple[Grey
 def _texture(number: int) -> Greys:
     """Return a tag with its white margin: grey and coverage, shape (side, side, 2)."""
     bits = cv2.aruco.generateImageMarker(tag_family(), number, MODULES)
-    modules = np.pad(bits, _MARGIN, constant_values=255)
+    modules = np.pad(bits, MARGIN, constant_values=255)
     grey = np.where(modules > 0, _WHITE, _BLACK).astype(np.float32)
     grey = grey.repeat(_TEXTURE_PX, 0).repeat(_TEXTURE_PX, 1)
     return np.dstack([grey, np.ones_like(grey)])

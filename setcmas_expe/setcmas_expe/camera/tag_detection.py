@@ -18,6 +18,10 @@ with needs('camera'):
 
 Picture = NDArray[np.uint8]
 
+MODULES = 8
+"""Squares across the black square of a tag of the family 36h11."""
+MARGIN = 1
+"""White squares around the black square."""
 MOST_SIZE_ERROR = 0.05
 """Largest relative difference between the measured and the given size of a tag."""
 _MOST_SHAPE_ERROR = 0.05
