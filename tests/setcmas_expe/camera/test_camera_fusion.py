@@ -64,6 +64,14 @@ def test_a_camera_that_stops_moves_the_pose_gradually():
     assert y[np.searchsorted(t, 3.0 + OLDEST_S + 0.1)] == 0.0
 
 
+def test_a_heading_turns_on_past_half_a_turn():
+    fused = FusedPoses()
+    for t, heading in ((0.0, math.pi - 0.01), (0.1, -math.pi + 0.01)):
+        fused.add(1, 'left', t, TagPose(0.0, 0.0, heading, 200.0))
+
+    assert fused.pose(1, 0.15)[2] == pytest.approx(-math.pi + 0.02)
+
+
 def test_an_old_pose_is_not_used():
     fused = FusedPoses()
     fused.add(1, 'left', 1.0, TagPose(0.0, 0.0, 0.0, 200.0))

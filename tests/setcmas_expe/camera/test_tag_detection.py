@@ -93,16 +93,28 @@ def test_a_tag_of_another_size_or_height_is_refused(tags):
     assert 'must be 120 mm at 0.2 m above the floor' in reasons[1]
 
 
-def test_a_tilted_tag_is_refused():
+def refusal(points):
+    """Return why a tag has no pose whose corners are at points x, y, z in m from its centre."""
     file = scene()
     projection = FloorProjection(file.cameras[0])
-    half = file.tags.size / 2
-    flat = half * np.array([[1, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]], float)
-    tilted = flat @ np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]]) + [0, 0, 0.2]
+    corners = projection.pixels(points + np.array([0, 0, file.tags.height]))
+    _, reasons = tag_poses(projection, file.tags, {1: corners}, 1)
+    return reasons[1]
 
-    _, reasons = tag_poses(projection, file.tags, {1: projection.pixels(tilted)}, 1)
 
-    assert 'it must be' in reasons[1]
+SQUARE = 0.06 * np.array([[1.0, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
+
+
+def test_a_tilted_tag_is_refused():
+    assert 'its side measures' in refusal(
+        SQUARE @ np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]])
+    )
+
+
+def test_a_tag_whose_corners_are_no_square_is_refused():
+    bent = SQUARE * [1.1, 0.9, 1]
+
+    assert refusal(bent) == 'it is not a square; it must be flat, level and not covered'
 
 
 def test_a_camera_that_looks_up_has_no_pose():
