@@ -1,25 +1,25 @@
-"""Exercise: distance formation. Robots keep the distances of a shape to their neighbours.
+"""Exercise: distance formation. Robots form a shape from the distances to their neighbours.
 
 Goal
-    The shape has the points P_1 to P_N. Compute each robot's velocity from its neighbours'
-    positions, so that the robots form the shape; it may be anywhere, turned or mirrored.
+    Each robot knows the distances that it must have to its neighbours, but neither a direction nor
+    a place. Compute its velocity from the errors of the squared distances.
 
 Formula to implement
     v_i = -K sum_j a_ij (|p_i - p_j|^2 - |P_i - P_j|^2) (p_i - p_j)
 
-    with the weights a_ij of the graph. The position of a robot from which robot i has received
-    nothing is NaN.
+    with the points P of the shape. The position of a robot from which robot i has received nothing
+    is NaN.
 
 What to observe
-    1. What is the unit of K? Which distance errors remain after 30 s?
-    2. Where is the centre of the robots at the start and at the end? Why?
-    3. Does --graph ring keep the shape of five robots? Count its links: a rigid graph in the
-       plane needs 2 N - 3.
+    1. Which shape do five robots form, where, and how is it turned? Does their centre move?
+    2. Four robots in --graph ring: which shapes with the right sides are possible? Which graph is
+       rigid?
+    3. Try other starts (--random-poses auto --seed 2): when is a part of the shape mirrored?
 
 Commands
     setcmas new my_distances --from distance_formation --exercise    a copy of this file to edit
     setcmas check my_distances                                       checks your solution
-    setcmas run --algo my_distances --nb-robots 5 --random-poses box=6x6,distance=1 --duration 30
+    setcmas run --algo my_distances --nb-robots 5 --duration 40
 """
 
 import numpy as np
@@ -27,24 +27,27 @@ import numpy as np
 from setcmas_ctrl import network
 
 exercise = 'distance_formation'  # selects the tests of setcmas check
+task = 'distances'  # selects its metrics and plots
 
 K = 0.02  # gain (1/(m^2 s))
-P = None  # points of the shape (m); by default a regular polygon with a radius of 2 m
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that corrects the distances to neighbours."""
-    points = shape(nbRobots)  # row i - 1: P_i (m)
-    p = poses[:2, robotNo - 1]  # p_i (m)
-    weights = network.adjacency()[robotNo - 1]  # a_ij of this robot, for j = 1 to N
+    points = shape(nbRobots)  # P: point i is points[i - 1], [x, y] (m)
     v = np.zeros(2)
     for j in network.neighbours():  # numbers of robots, from 1
-        q = poses[:2, j - 1]  # p_j (m); NaN if not known
-        # TODO: if q is known, add the term of robot j
+        gap = poses[:2, robotNo - 1] - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
+        # TODO: compute the error of the squared distance, and add the term unless gap is NaN
     return v[0], v[1]
 
 
 def shape(nbRobots):
-    """Return the points of the shape in m, shape (N, 2)."""
+    """Return the points of a regular polygon with a radius of 2 m, shape (N, 2)."""
     angles = -2 * np.pi * np.arange(nbRobots) / nbRobots
-    return 2 * np.column_stack([np.cos(angles), np.sin(angles)]) if P is None else np.array(P)
+    return 2 * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def references(nbRobots):
+    """Return the shape, whose distances the metrics compare with those of the robots."""
+    return {'D': shape(nbRobots).tolist()}

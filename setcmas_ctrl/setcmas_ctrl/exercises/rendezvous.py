@@ -1,25 +1,25 @@
-"""Exercise: rendezvous with a limited range. Robots meet without losing a link.
+"""Exercise: rendezvous that keeps all links, for robots with a sensing range.
 
 Goal
-    Robots receive from those within the range D only. Compute each robot's velocity, so that all
-    meet and no link that exists at the start is ever lost.
+    Robots only see others within the range D. With equal weights a link may break while the robots
+    move. Let the weight of a link grow as its length comes near D, so that none breaks.
 
 Formula to implement
-    v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the neighbours j
+    v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
-    with the length l_ij = |p_i - p_j|. In the weight use min(l_ij, MARGIN D), so that it stays
-    finite. Then reduce the speed to at most (D - l)/(2 h), where l is the longest l_ij below D,
-    and h the time since the call before. At the first call stand still.
+    with the length l_ij = |p_i - p_j|. Take min(l_ij, LONGEST) for the length in the weight, so that it
+    stays finite. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
-    1. When does the weight of a link grow without bound? What does that prevent?
-    2. Compare with --algo laplacian_consensus --range 6 from the same places: count broken links.
-    3. Set MARGIN to 0.5. Do the robots still meet? Are links lost?
+    1. Compare the links at the start and at the end (`setcmas metrics`: broken links), with your
+       law and with the weight 1.
+    2. How large is the weight for l = 0, D/2 and 0.99 D?
+    3. Why may a link break nevertheless when the law is called only every 0.5 s (--rate 2)?
 
 Commands
     setcmas new my_rendezvous --from rendezvous --exercise    a copy of this file to edit
     setcmas check my_rendezvous                               checks your solution
-    setcmas run --algo my_rendezvous --nb-robots 6 --range 6 --duration 40
+    setcmas run --algo my_rendezvous --nb-robots 8 --range 6 --duration 40
 """
 
 import numpy as np
@@ -31,19 +31,13 @@ exercise = 'rendezvous'  # selects the tests of setcmas check
 
 K = 0.1  # gain (m/s)
 D = 6.0  # range (m), that of --range
-MARGIN = 0.999  # of D, beyond which the weight does not grow any more
-
-before = None  # time of the call before (s): a state; every robot has its own
+LONGEST = 0.999 * D  # longest length in the weight (m)
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the robots in range."""
-    global before
-    h, before = 0.0 if before is None else t - before, t
-    p = poses[:2, robotNo - 1]  # p_i (m)
     v = np.zeros(2)
-    for j in network.neighbours():  # numbers of robots, from 1
-        gap = p - poses[:2, j - 1]  # p_i - p_j (m)
-        # TODO 1: add the term of robot j
-    # TODO 2: reduce the speed; return 0, 0 at the first call, when h is 0
+    for j in network.neighbours():  # numbers of the robots within D, from 1
+        gap = poses[:2, robotNo - 1] - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
+        # TODO: compute the length of the link and its weight, and add the term unless it is NaN
     return v[0], v[1]
