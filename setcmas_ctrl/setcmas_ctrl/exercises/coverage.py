@@ -38,13 +38,13 @@ def grid():
     return np.array([(a, b) for a in x for b in y])
 
 
-POINTS = grid()
+points = grid()
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the centroid of the robot's cell."""
     p = poses[:2, robotNo - 1]  # this robot's position (m)
-    to_own = np.linalg.norm(POINTS - p, axis=1)  # distances of all points (m)
+    to_own = np.linalg.norm(points - p, axis=1)  # distances of all points (m)
     # TODO 1: find the points that are nearer to this robot than to each other robot
     # TODO 2: return K times the vector to their mean
     return 0.0, 0.0
