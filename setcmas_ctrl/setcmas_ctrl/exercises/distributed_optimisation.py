@@ -16,7 +16,7 @@ Formula to implement
 What to observe
     1. Where do the robots meet? Compare with sum q_i c_i / sum q_i.
     2. Leave out the memory v_i. Where do the robots stop, and how far apart?
-    3. What changes in --graph directed_ring, and in --graph directed_path, which is not balanced?
+    3. Do they meet at the minimiser in --graph directed_ring, too? Which smaller BETA helps?
 
 Commands
     setcmas new my_optimisation --from distributed_optimisation --exercise    a copy to edit
