@@ -10,8 +10,8 @@ Formula to implement
     v_i' = ALPHA BETA sum_j a_ij (p_i - p_j)
 
     so that v_i(k + 1) = v_i(k) + h v_i'(k), with the time h from call k to call k + 1, and v_i = 0
-    at the first call: keep v_i' until the next call. The position of a robot from which robot i has
-    received nothing is NaN.
+    at the first call: keep v_i' until the next call. The position of a robot from which robot i
+    has received nothing is NaN.
 
 What to observe
     1. Where do the robots meet? Compare with sum q_i c_i / sum q_i.

@@ -9,8 +9,8 @@ Formula to implement
     v_i = KP (x_i - p_i) + x_i'
 
     with the target r_i, its velocity r_i', and the time h since the previous call (0 at the
-    first). x_i in v_i is the new estimate; send it at each call, as an array of two numbers. x_j is
-    the value received from robot j.
+    first). x_i in v_i is the new estimate; send it at each call, as an array of two numbers. x_j
+    is the value received from robot j.
 
 What to observe
     1. How far do robots stay from each other in --graph path, ring and complete? In theory it is
