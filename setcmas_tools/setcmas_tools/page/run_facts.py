@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import shlex
 from collections.abc import Callable, Iterator
@@ -251,16 +250,27 @@ _COLOURS = 128
 """Enough for lines and letters with smooth edges."""
 
 
-def plot_images(pair: Pair) -> Iterator[str]:
-    """Yield the plots as HTML, in sizes that give all of them the same letters."""
+@dataclass(frozen=True)
+class PlotPicture:
+    """A plot of a page.
+
+    Attributes:
+        url: The PNG as a data URL.
+        share: Its width as a share of the page's, which gives all plots the same letters.
+    """
+
+    name: str
+    url: str
+    share: float
+
+
+def plot_pictures(pair: Pair) -> Iterator[PlotPicture]:
+    """Yield the plots of a run, or of two."""
     with plot_style():
         for name, figure in pair.figures():
             content = base64.b64encode(_png(figure)).decode('ascii')
             share = min(1.0, figure.get_figwidth() / _WIDEST_IN)
-            yield (
-                f'<img src="data:image/png;base64,{content}" alt="{html.escape(name)}" '
-                f'style="--share: {share:.2f}">'
-            )
+            yield PlotPicture(name, f'data:image/png;base64,{content}', share)
 
 
 def _png(figure: Figure) -> bytes:

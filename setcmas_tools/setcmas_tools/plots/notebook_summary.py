@@ -8,8 +8,8 @@ import io
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metrics import measure
+from setcmas_tools.measures.task import ignore
 from setcmas_tools.plots.plot import figure
-from setcmas_tools.plots.trajectories import ignore
 from setcmas_tools.run.run import Run
 
 _DPI = 55

@@ -1,0 +1,85 @@
+"""Limit on the time of a script's call, in a process that has neither a second thread nor signals.
+
+Python reports each loop and each function that scripts begin (`sys.monitoring`, from 3.12 on), and
+a late one raises an error there. Calls that hang inside a library are not noticed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import types
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl.scripts import robot_script
+from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_tools.offline import board
+
+_TOOL = 4
+_LOOK_EVERY = 16  # reading the clock costs ten times as much as the rest
+_ALIVE_S = 0.25
+
+
+class LateCallError(StopCall):
+    """A call of a script has not returned in time."""
+
+
+@contextmanager
+def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]:
+    """Raise LateCallError in scripts of the current folder whose call takes longer than a limit.
+
+    Args:
+        seconds: The limit in s.
+        alive: Called about every 0.25 s while scripts run.
+    """
+    monitoring: Any = getattr(sys, 'monitoring', None)
+    if monitoring is None:  # Python before 3.12
+        yield
+        return
+    watch = _Watch(seconds, alive, monitoring.DISABLE)
+    events = monitoring.events.JUMP, monitoring.events.PY_START
+    before, robot_script.on_call = robot_script.on_call, lambda robot: board.current.begin(robot)
+    monitoring.use_tool_id(_TOOL, 'setcmas')
+    for event in events:
+        monitoring.register_callback(_TOOL, event, watch)
+    monitoring.set_events(_TOOL, sum(events))
+    try:
+        yield
+    finally:
+        monitoring.set_events(_TOOL, 0)
+        monitoring.free_tool_id(_TOOL)
+        robot_script.on_call = before
+
+
+class _Watch:
+    """Is called where scripts jump or begin a function."""
+
+    def __init__(self, seconds: float, alive: Callable[[], object], disable: object) -> None:
+        self._seconds = seconds
+        self._alive = alive
+        self._disable = disable
+        self._scripts = f'{Path.cwd()}{os.sep}', '<string>'
+        self._events = 0
+        self._calls = -1
+        self._since = self._reported = time.perf_counter()
+
+    def __call__(self, code: types.CodeType, *_: int) -> object:
+        if not code.co_filename.startswith(self._scripts):
+            return self._disable
+        self._events += 1
+        if self._events % _LOOK_EVERY:
+            return None
+        now = time.perf_counter()
+        if now - self._reported > _ALIVE_S:
+            self._reported = now
+            self._alive()
+        notes = board.current
+        if notes.calls != self._calls or not notes.robot:
+            self._calls, self._since = notes.calls, now
+        elif now - self._since > self._seconds:
+            raise LateCallError
+        return None
