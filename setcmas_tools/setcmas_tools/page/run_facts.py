@@ -155,7 +155,7 @@ def marks_of(failures: list[ScriptFailure]) -> list[Mark]:
     """Return a mark for all robots that failed alike, sorted by time."""
     alike: dict[tuple[str, int | None, str], list[ScriptFailure]] = {}
     for one in failures:
-        kind = first_line(one).partition(':')[0]  # what follows may have numbers in it
+        kind = one.first_line.partition(':')[0]  # what follows may have numbers in it
         alike.setdefault((one.script, one.line, kind), []).append(one)
     marks = [_mark(ones) for ones in alike.values()]
     return sorted(marks, key=lambda mark: mark.t)
@@ -170,15 +170,7 @@ def _mark(ones: list[ScriptFailure]) -> Mark:
     again = f', {times} times' if times > 1 else ''
     place = f'{first.script}, line {first.line}' if first.line else first.script
     when = f't = {first.t:.1f} s {until}{again}'
-    return Mark(first.robot, robots, first.t, when, first_line(first), place)
-
-
-def first_line(failure: ScriptFailure) -> str:
-    """Return a failure in a line, without its place."""
-    text, place = failure.text.partition('\n')[0], f'{failure.script}, line {failure.line}'
-    for before in (f'{place}: ', f'{failure.script}: '):
-        text = text.removeprefix(before)
-    return text.removesuffix(f' at {place}')
+    return Mark(first.robot, robots, first.t, when, first.first_line, place)
 
 
 @dataclass(frozen=True)

@@ -141,8 +141,8 @@ def _input(option: Option) -> str:
 
 
 def _choices(name: str, kind: Kind) -> list[str]:
-    names = {'graph': PRESETS, 'model': MODELS.plugins()}
-    return [*names.get(name, kind.choices)]
+    known = {'graph': [*PRESETS], 'model': [*MODELS.plugins()]}
+    return known.get(name) or [*kind.choices]
 
 
 def _finite(value: Any) -> Any:
