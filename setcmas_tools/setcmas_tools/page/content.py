@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
@@ -95,17 +98,37 @@ def plane_entry(history: RunHistory) -> dict[str, Any]:
 
 def _references(run: Run) -> list[dict[str, Any]]:
     """Return the lines that the run's task draws into a film."""
-    if run.references is None:
+    if not (known := task_of(run, ignore)):
         return []
-    from matplotlib.figure import Figure  # late: a web page shows other runs without it
+    task, references = known
+    with ExitStack() as style:
+        axes = _LateAxes(style)
+        task.draw('film', cast('Axes', axes), run, references)
+        return [_line(one) for one in axes.drawn]
 
-    from setcmas_tools.plots.style import plot_style
-    from setcmas_tools.plots.trajectories import draw_references
 
-    axes = Figure().add_subplot()
-    with plot_style():
-        draw_references('film', axes, run)
-    return [_line(one) for one in axes.lines]
+class _LateAxes:
+    """Axes that are made, in the style of plots, when a task draws: pages may lack matplotlib."""
+
+    def __init__(self, style: ExitStack) -> None:
+        self._style = style
+
+    @cached_property
+    def _axes(self) -> Axes:
+        from matplotlib.figure import Figure
+
+        from setcmas_tools.plots.style import plot_style
+
+        self._style.enter_context(plot_style())
+        return Figure().add_subplot()
+
+    @property
+    def drawn(self) -> Iterable[Line2D]:
+        """The lines so far."""
+        return self._axes.lines if '_axes' in vars(self) else ()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._axes, name)
 
 
 def _line(line: Line2D) -> dict[str, Any]:

@@ -6,16 +6,14 @@ a late one raises an error there. Calls that hang inside a library are not notic
 
 from __future__ import annotations
 
-import os
 import sys
 import time
-import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.scripts import robot_script
+from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_tools.offline import board
 
@@ -30,7 +28,7 @@ class LateCallError(StopCall):
 
 @contextmanager
 def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]:
-    """Raise LateCallError in scripts of the current folder whose call takes longer than a limit.
+    """Raise LateCallError in a script whose call takes longer than a limit.
 
     Args:
         seconds: The limit in s.
@@ -62,13 +60,12 @@ class _Watch:
         self._seconds = seconds
         self._alive = alive
         self._disable = disable
-        self._scripts = f'{Path.cwd()}{os.sep}', '<string>'
         self._events = 0
         self._calls = -1
         self._since = self._reported = time.perf_counter()
 
-    def __call__(self, code: types.CodeType, *_: int) -> object:
-        if not code.co_filename.startswith(self._scripts):
+    def __call__(self, *_: object) -> object:
+        if robot_of_frame(sys._getframe(1)) is None:
             return self._disable
         self._events += 1
         if self._events % _LOOK_EVERY:
