@@ -27,6 +27,9 @@ _OFFERED = (
 )  # fmt: skip
 """Options of the page, in order; the others need ROS, a solver, or files."""
 
+_FOR_TOOLS = ('task', 'exercise')
+"""Names of scripts that are no settings of the law."""
+
 
 def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
     """Return what a page offers, as JSON has it.
@@ -69,7 +72,7 @@ def _law(name: str, file: Path) -> dict[str, Any]:
         'name': name,
         'summary': summary_of(file) or '',
         'text': file.read_text(encoding='utf-8'),
-        'settings': names_to_set(file),
+        'settings': [one for one in names_to_set(file) if one not in _FOR_TOOLS],
     }
 
 

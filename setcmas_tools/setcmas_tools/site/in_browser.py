@@ -178,6 +178,7 @@ def _late(error: LateCallError, limit: float) -> str:
 
 def _simulated(asked: Answer, page: _Page) -> Answer:
     global _last
+    _last = None
     scenario = _scenario(asked)
     scenario.check()
     for note in (*scenario.notes, *scenario.safety.notes):
