@@ -7,7 +7,7 @@ from importlib.metadata import packages_distributions
 IMPORTS = """
 from setcmas_tools import check, simulate
 import setcmas_tools.page.report_file
-import setcmas_tools.site.in_browser
+import launch_scripts.commands.in_browser
 """
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
@@ -56,7 +56,7 @@ class Refuse:
 
 sys.meta_path.insert(0, Refuse())
 import json
-from setcmas_tools.site import in_browser
+from launch_scripts.commands import in_browser
 
 for law in ('consensus', 'nav_wp'):
     answer = json.loads(in_browser.run(json.dumps({{'algo': law}}), str))

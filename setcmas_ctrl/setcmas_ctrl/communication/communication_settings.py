@@ -50,6 +50,10 @@ class _Condition(NameOrFile):
 class _Graph(_Condition):
     """A name or a file; in Python also a matrix."""
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return tuple(PRESETS)
+
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         names_file = isinstance(value, str) and ('.' in value or '/' in value)
         return place(value) if names_file else value

@@ -29,12 +29,12 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.offline import board
+from setcmas_tools.offline.call_limit import LateCallError, limited_calls
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario, options
-from setcmas_tools.site.call_limit import LateCallError, limited_calls
 
 Say = Callable[[str], object]
 """Takes a JSON text for the page, while a call works."""

@@ -9,11 +9,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, names_to_set, summary_of
 from setcmas_simu import __version__
 from setcmas_simu.options.group import default_of
-from setcmas_simu.options.kinds import Kind, Number, Whole
+from setcmas_simu.options.kinds import Number, Whole
 from setcmas_simu.options.option import Option, plain
 from setcmas_simu.plugins import ScriptGroup
 from setcmas_simu.robots.models import MODELS
@@ -49,8 +48,6 @@ def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> d
         'rubrics': [_rubric(one.stem, read_rubric(one)) for one in rubrics],
         'template': _template(),
         'scenarios': [_scenario(one) for one in scenarios],
-        'graphs': [*PRESETS],
-        'models': [*MODELS.plugins()],
         'options': _options(),
     }
 
@@ -126,7 +123,7 @@ def _option(one: Field[Any], group: str) -> dict[str, Any]:
         'default': _finite(plain(default_of(one))),
         'default_text': option.default_text,
         'unit': getattr(kind, 'unit', ''),
-        'choices': _choices(one.name, kind),
+        'choices': [*(MODELS.plugins() if one.name == 'model' else kind.choices)],
         **{bound: _finite(getattr(kind, bound, None)) for bound in ('above', 'least', 'most')},
     }
 
@@ -141,11 +138,6 @@ def _input(option: Option) -> str:
     if isinstance(option.kind, Whole):
         return 'whole'
     return 'choice' if option.kind.choices else 'text'
-
-
-def _choices(name: str, kind: Kind) -> list[str]:
-    known = {'graph': [*PRESETS], 'model': [*MODELS.plugins()]}
-    return known.get(name) or [*kind.choices]
 
 
 def _finite(value: Any) -> Any:

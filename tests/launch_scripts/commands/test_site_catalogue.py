@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
+from launch_scripts.commands.site_catalogue import catalogue
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.site.catalogue import catalogue
 
 RUBRIC = """
 title: My rubric

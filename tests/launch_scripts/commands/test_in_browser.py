@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from served_folder import served
 
+from launch_scripts.commands import in_browser
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.plots.plot import plots_of
-from setcmas_tools.site import in_browser
 
 ROOT = Path(__file__).parents[3]
 LAW = """
@@ -173,7 +173,7 @@ const done = arguments[arguments.length - 1];
   py.unpackArchive(wheel, 'wheel');
   window.said = [];
   py.globals.set('say', text => { said.push(JSON.parse(text)); });
-  py.runPython('from setcmas_tools.site import in_browser');
+  py.runPython('from launch_scripts.commands import in_browser');
   return 'ready';
 })().then(done, error => done(String(error)));
 """

@@ -1,1 +1,0 @@
-"""The web page where students write, run and check laws without installing anything."""
