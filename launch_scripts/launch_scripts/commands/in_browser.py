@@ -17,6 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from setcmas_ctrl.scripts.call_limit import LateCallError, limited_calls
 from setcmas_ctrl.scripts.script_errors import (
     described_place,
     quoted_line,
@@ -29,7 +30,6 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.offline import board
-from setcmas_tools.offline.call_limit import LateCallError, limited_calls
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
@@ -139,7 +139,11 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
     page, asked = _Page(say), json.loads(request)
     limit = float(asked.get('call_timeout') or CALL_TIMEOUT_S)
     try:
-        with redirect_stdout(page), redirect_stderr(page), limited_calls(limit, page.alive):
+        with (
+            redirect_stdout(page),
+            redirect_stderr(page),
+            limited_calls(board.current, limit, page.alive),
+        ):
             answer = {'ok': True, **work(asked, page)}
     except SetcmasError as error:
         answer = _refusal(str(error))

@@ -293,6 +293,7 @@ def test_a_call_that_hangs_is_stopped_with_its_line(chromium):
         ('def f(n):\n    return f(n - 1) + f(n - 2) if n > 1 else 1\nX = f(60)', 1),
         ('X = sum(1 for i in iter(int, 1))', 1),
         ('exec("while True: pass")', 1),
+        ('import time\nwhile True: time.sleep(0.1)', 2),
     ],
 )
 def test_a_script_that_never_loads_is_stopped_with_its_line(chromium, hangs, line):
