@@ -5,7 +5,7 @@ import sys
 from importlib.metadata import packages_distributions
 
 IMPORTS = """
-from setcmas_tools import check, simulate
+from setcmas_tools import Run, check, simulate
 import setcmas_tools.page.report_file
 import launch_scripts.commands.in_browser
 """
@@ -44,6 +44,8 @@ from setcmas_tools.page.run_facts import Pair
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)
 print(check(law, 'consensus'))
+run.save(sys.argv[1])
+run = Run.load(sys.argv[1])
 print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 """
 PAGE = f"""
@@ -64,8 +66,9 @@ for law in ('consensus', 'nav_wp'):
 """
 
 
-def output_of(code):
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+def output_of(code, *arguments):
+    command = [sys.executable, '-c', code, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -76,8 +79,8 @@ def test_only_these_libraries_are_imported():
     assert {name for name in imported if not name.startswith('setcmas_')} <= LIBRARIES
 
 
-def test_without_any_other_library_a_law_is_run_checked_and_reported():
-    lines = output_of(WORK).splitlines()
+def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
+    lines = output_of(WORK, tmp_path).splitlines()
 
     assert '10 of 10 points' in '\n'.join(lines)
     assert lines[-1] == 'True'
