@@ -33,6 +33,7 @@ from setcmas_tools.offline import board
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import OfflineOptions
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario, options
 
@@ -44,7 +45,6 @@ Answer = dict[str, Any]
 SCENARIOS, RUBRICS = 'scenarios', 'rubrics'
 """Folders with the scenario files and rubrics of the page, a folder or a file for each name."""
 
-CALL_TIMEOUT_S = 10.0
 _SCRIPTS, _RUN = Path('own'), Path('run')
 _PLACE = re.compile(r'(\w+\.py), line (\d+)')
 _LATER = ('matplotlib', 'PIL', 'mpl_toolkits')
@@ -133,7 +133,7 @@ class _Page(io.TextIOBase):
 def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -> str:
     """Return the answer of some work, or why there is none, as JSON."""
     page, asked = _Page(say), json.loads(request)
-    limit = float(asked.get('call_timeout') or CALL_TIMEOUT_S)
+    limit = float(asked.get('call_timeout') or OfflineOptions().call_timeout)
     try:
         with (
             redirect_stdout(page),

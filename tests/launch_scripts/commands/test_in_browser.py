@@ -164,7 +164,7 @@ def test_output_is_limited(page):
 def chromium():
     """Chromium with Pyodide, in which `in_browser` is imported, but not matplotlib."""
     if not shutil.which('chromium'):
-        pytest.skip('Chromium is missing')
+        pytest.skip('chromium is missing')
     from pyodide_browser import pyodide_browser
 
     with pyodide_browser() as browser:
