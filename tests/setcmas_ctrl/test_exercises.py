@@ -49,7 +49,9 @@ def test_numbers_are_those_of_the_built_in_law(path):
     names = given.keys() & vars(exercise).keys()
 
     assert names
-    assert {name: getattr(exercise, name) for name in names} == {name: given[name] for name in names}
+    assert {name: getattr(exercise, name) for name in names} == {
+        name: given[name] for name in names
+    }
 
 
 def test_only_with_exercise_a_name_means_one(tmp_path, monkeypatch):
