@@ -136,7 +136,7 @@ class ControlledFleet:
         return time
 
     def _poses(self) -> FleetOdometry:
-        profile = qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE
+        profile = qos.STATE
         if not (self._options.experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topics.odometry_topic(self._robots[0]))
         # With event-triggered broadcast the laws know the other robots only by what they send;
@@ -147,6 +147,7 @@ class ControlledFleet:
             topics.mocap_topic if self._options.experiment else topics.odometry_topic,
             None if self._communication.needs_all_poses else self._robots,
             profile,
+            isinstance(self._time, Lockstep),
         )
 
     def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:

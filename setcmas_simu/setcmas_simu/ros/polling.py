@@ -37,6 +37,7 @@ class PolledTopic:
 
     Attributes:
         received_ns: When the last message arrived, on the system's clock; 0 before the first.
+        sent_ns: When it was sent, on the sender's clock; 0 before the first.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class PolledTopic:
         With `encoded`, messages are passed on as bytes (see module `messages`); those that
         another process has cut short are left out.
         """
-        self.received_ns = 0
+        self.received_ns = self.sent_ns = 0
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
@@ -91,6 +92,7 @@ class PolledTopic:
                 if taken is None:
                     return
                 self.received_ns = taken[1]['received_timestamp']
+                self.sent_ns = taken[1]['source_timestamp']
                 yield taken[0]
 
 
