@@ -85,7 +85,8 @@ class RecordedTopic:
     def __init__(self, node: Node, name: str, msgtype: str, subscribed: bool = True) -> None:
         """Subscribe, reliably; publishers may not be known yet.
 
-        Without a subscription nothing is received. An early subscription receives the first messages of a later publisher.
+        Unsubscribed it receives nothing. An early subscription receives the first messages of a
+        later publisher.
 
         Raises:
             NoPythonTypeError: The type's Python package is missing.
