@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.lockstep_odometry import LockstepOdometry
 from setcmas_ctrl.controller.stepper import ControlStepper
-from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.ros.polling import wait_for_any
@@ -28,7 +28,7 @@ class LockstepLoop:
         self,
         process: RosProcess,
         node: FleetNode,
-        odometry: FleetOdometry,
+        odometry: LockstepOdometry,
         stepper: ControlStepper,
         broadcasters: Sequence[EventTriggeredComm],
         graph: GraphWatch,
@@ -98,7 +98,7 @@ class LockstepLoop:
 
     def _next_tick(self) -> None:
         """Wait for the next states, and take them."""
-        waiting = self._odometry.subscriptions
+        waiting = [self._odometry.states.subscription]
         while not self._process.stopping and not wait_for_any(self._node, waiting, _WAIT_S):
             self._process.serve_at_times()
         self._process.serve_at_times()

@@ -22,8 +22,7 @@ from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.on_demand import OnDemandPublisher
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 
 _Numbers = tuple[float, float, float]
 _NONE: _Numbers = (math.nan, math.nan, math.nan)

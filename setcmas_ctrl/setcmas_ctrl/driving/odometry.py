@@ -10,7 +10,6 @@ import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.subscription import Subscription
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
@@ -18,8 +17,6 @@ from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import NO_STAMP, read_odometry, read_stamp
 from setcmas_simu.ros.polling import PolledTopic, suited_to
-from setcmas_simu.simulator.lockstep import States
-from setcmas_simu.simulator.lockstep_topics import StatesTopic
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
@@ -43,10 +40,13 @@ class FleetOdometry:
     """The newest poses of robots 1 to N.
 
     Attributes:
+        in_lockstep: Whether the states of all robots come in one array.
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         stamps: Times of the newest odometry in ns, shape (N,); NO_STAMP for robots not seen yet.
         now: Time in s of the last `take`.
     """
+
+    in_lockstep = False
 
     def __init__(
         self,
@@ -55,13 +55,8 @@ class FleetOdometry:
         topic_of: Callable[[int], str] = topics.odometry_topic,
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
-        in_lockstep: bool = False,
     ) -> None:
-        """Subscribe to the odometry of some robots, by default all.
-
-        In lockstep the states of all robots come in one array.
-        """
-        self.in_lockstep = in_lockstep
+        """Subscribe to the odometry of some robots, by default all."""
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
@@ -70,32 +65,27 @@ class FleetOdometry:
         self._faults: dict[int, str] = {}
         self._followed = list(robots or range(1, nb_robots + 1))
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        self.topics = {
+        self.topics = self._subscribed(node, profile)
+
+    def _subscribed(self, node: Node, profile: QoSProfile) -> dict[int, PolledTopic]:
+        """Return the subscription to the odometry of each robot."""
+        return {
             robot: PolledTopic(
                 node,
                 Odometry,
-                topic_of(robot),
+                self.topic_of(robot),
                 partial(self._on_odometry, robot - 1),
                 profile,
                 encoded=True,
             )
-            for robot in ([] if in_lockstep else self._followed)
+            for robot in self._followed
         }
-        self._states = StatesTopic(node, self._on_states) if in_lockstep else None
 
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
         self.now = now
         for topic in self.topics.values():
             topic.take()
-        if self._states:
-            self._states.take()
-
-    @property
-    def subscriptions(self) -> list[Subscription]:
-        """Those that the next states come from."""
-        topics = [self._states] if self._states else self.topics.values()
-        return [topic.subscription for topic in topics]
 
     def listen(self, robot: int, listener: Listener) -> None:
         """Call a function with each new state of a robot."""
@@ -130,20 +120,6 @@ class FleetOdometry:
         self._received[index] = self.now
         for listener in self._listeners[index]:
             listener(state)
-
-    def _on_states(self, states: States) -> None:
-        assert self._states
-        numbers = states.table[:, 0].astype(int)
-        rows = states.table[np.isin(numbers, self._followed)]
-        indices = rows[:, 0].astype(int) - 1
-        x, y, z, w = rows[:, 1:5].T
-        self.stamps[indices] = states.stamp
-        self.poses[:, indices] = x, y, yaw_of_quaternion(0.0, 0.0, z, w)
-        self._received[indices] = self.now
-        for index, row in zip(indices.tolist(), rows[:, 1:].tolist(), strict=True):
-            for listener in self._listeners[index]:
-                odometry = self._states.forms[self.topic_of(index + 1)].at(states.stamp, row)
-                listener(State(tuple(self.poses[:, index].tolist()), row[4], odometry))
 
 
 def offered_profile(node: Node, topic: str) -> QoSProfile:

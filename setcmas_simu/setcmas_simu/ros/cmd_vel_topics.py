@@ -17,7 +17,7 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.on_demand import OnDemandPublisher
+from setcmas_simu.ros.polling import OnDemandPublisher
 from setcmas_simu.ros.process import FleetNode
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}

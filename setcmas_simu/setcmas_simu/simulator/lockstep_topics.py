@@ -14,8 +14,7 @@ from std_msgs.msg import Float64MultiArray, UInt8MultiArray
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.located_message import LocatedMessage, decode_forms, encode_forms
-from setcmas_simu.ros.on_demand import OnDemandPublisher
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 from setcmas_simu.simulator.lockstep import (
     Answer,
     Commands,

@@ -24,9 +24,8 @@ from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
 from setcmas_simu.ros.located_message import LocatedMessage, State
-from setcmas_simu.ros.on_demand import OnDemandPublisher
 from setcmas_simu.ros.parameters import declare_fixed
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 
 _EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
 _BODY = [(0.0, side * _EDGE / 2, _EDGE * level) for side in (-1, 1) for level in (0.5, 1.5)]
