@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
+from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.formation_shape import shape_distance
 from setcmas_tools.compare.run_distance import distances_between
@@ -171,8 +172,8 @@ def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
 
     Empty without commands, or if the solution fails.
     """
-    if run.messages:
-        return _velocities_with_messages(run, right)
+    if run.messages or right.communication != CommunicationOptions():
+        return _velocities_of_repeated(run, right)
     pairs = []
     laws = load_laws(right.law, len(run.robots)) if run.commands else []
     for robot, law in zip(run.robots, laws, strict=bool(laws)):
@@ -185,8 +186,11 @@ def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
     return pairs
 
 
-def _velocities_with_messages(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
-    """Return the same for laws that use messages, whose run is repeated; empty if it cannot be."""
+def _velocities_of_repeated(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
+    """Return the same from a repetition of the run, which gives laws what each robot receives.
+
+    Empty if it cannot be repeated.
+    """
     solution = Altered(SOLUTION, right.law.scripts().paths[0], is_kept=True)
     calls = calls_of('', right, run, False, [solution])
     if calls is None:

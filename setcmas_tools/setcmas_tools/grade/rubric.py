@@ -12,7 +12,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
+from setcmas_tools.compare.solution_comparison import COMPARED
 from setcmas_tools.grade.criteria import SAFETY, UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
@@ -230,12 +230,6 @@ def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedSc
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
         if needing and function == CONTROL and not is_compared:
             raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
-        of_answers = [name for name in needing if name in OF_ANSWERS]
-        if of_answers and function == CONTROL and not scenario.knows_all_poses:
-            raise item.error(
-                f'{of_answers[0]} compares laws that know the poses of all robots; leave out the '
-                'options of the communication'
-            )
         scenarios.append(scenario)
     if not scenarios:
         raise entry.mistake('a list with at least one scenario')

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry
@@ -45,11 +44,6 @@ class MarkedScenario:
             function: Which function the submission is, CONTROL or CTC.
         """
         return self.base.replace(**{_PLACES[function]: submission})
-
-    @property
-    def knows_all_poses(self) -> bool:
-        """Whether each robot knows the poses of all robots at any time."""
-        return self.base.communication == CommunicationOptions()
 
     @property
     def seconds(self) -> float:

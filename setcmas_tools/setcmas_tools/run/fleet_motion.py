@@ -115,8 +115,12 @@ def check_extent(table: FleetTable, source: Path) -> None:
 LONGEST_GAP_S = 1.0
 """Longest time between two samples to interpolate over."""
 
+SAME_TIME_S = 1e-6
+"""Times in tables have 6 decimals."""
+
 _NOISE_M = 0.1
 _LEAST_M_S = 1.0
+_USUAL = 0.9  # share of steps that are no resets
 
 
 def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
@@ -132,22 +136,21 @@ def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
 def resets(track: FleetTable) -> NDArray[np.bool_]:
     """Return whether a robot was reset between two of its rows, shape (rows - 1,).
 
-    Odometry without speeds shows none: it has no limit to compare with.
+    Odometry without speeds shows none: it has no limit to compare with. Tables have forward speeds
+    only: a robot that drives sideways may be as fast as in nine of ten of its steps.
     """
     speeds = np.abs(track.v[np.isfinite(track.v)])
-    if not (fastest := float(speeds.max(initial=0.0))):
-        return np.zeros(max(0, len(track.t) - 1), bool)
+    seconds = np.diff(track.t)
+    if not (fastest := float(speeds.max(initial=0.0))) or not len(seconds):
+        return np.zeros(len(seconds), bool)
     steps = np.hypot(np.diff(track.x), np.diff(track.y))
-    return np.asarray(steps > farthest_drive(fastest, np.diff(track.t)))
+    usual = np.quantile(steps / np.maximum(seconds, SAME_TIME_S), _USUAL, method='lower')
+    return np.asarray(steps > farthest_drive(max(fastest, float(usual)), seconds))
 
 
 def gaps(track: FleetTable) -> NDArray[np.bool_]:
     """Return whether a path is unknown between two rows of a robot, shape (rows - 1,)."""
     return np.asarray((np.diff(track.t) > LONGEST_GAP_S) | resets(track))
-
-
-SAME_TIME_S = 1e-6
-"""Times in tables have 6 decimals."""
 
 
 class Track:

@@ -110,6 +110,7 @@ def test_a_distance_that_can_be_driven_is_no_reset():
     assert not resets(driven(0.5 * T + noise)).any()
     assert not resets(driven(3 * T, v=3.0)).any()
     assert not resets(driven(50 * T, v=0.0)).any()  # its odometry has no speed
+    assert not resets(driven(5 * T, v=0.01)).any()  # sideways
 
 
 def track(*rows):

@@ -1,0 +1,41 @@
+"""Exercise: finite-time consensus. The robots meet by a time that you compute in advance.
+
+Goal
+    With v_i = -K sum_j a_ij (p_i - p_j) robots come nearer for ever. Replace each difference by a
+    power of it, so that they meet after a finite time.
+
+Formula to implement
+    v_i = K sum_j a_ij sig(p_j - p_i)^ALPHA
+
+    with sig(x)^ALPHA = sign(x) |x|^ALPHA for each coordinate. The position of a robot from which
+    robot i has received nothing is NaN.
+
+What to observe
+    1. Plot the disagreement: which curve is it on the logarithmic scale, instead of a line?
+    2. Compare the settling time with the bound that `setcmas metrics` predicts (--graph ring).
+    3. Why do robots oscillate at the end? Compare --rate 5 and --rate 50.
+
+Commands
+    setcmas new my_finite_time --from finite_time_consensus --exercise    a copy to edit
+    setcmas check my_finite_time                                          checks your solution
+    setcmas run --algo my_finite_time --nb-robots 6 --graph ring --duration 40
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+
+task = 'consensus'  # selects its metrics and plots
+exercise = 'finite_time_consensus'  # selects the tests of setcmas check
+
+K = 0.2  # gain (m^(1 - ALPHA)/s)
+ALPHA = 0.5  # exponent
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
+    v = np.zeros(2)
+    for j in network.neighbours():  # numbers of robots, from 1
+        gap = poses[:2, j - 1] - poses[:2, robotNo - 1]  # p_j - p_i (m); NaN if not known
+        # TODO: add K sig(gap)^ALPHA for each coordinate, unless gap is NaN
+    return v[0], v[1]

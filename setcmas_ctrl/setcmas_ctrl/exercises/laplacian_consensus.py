@@ -1,0 +1,44 @@
+"""Exercise: Laplacian consensus. The graph determines where and how fast the robots meet.
+
+Goal
+    Robots only know those from which they receive, their neighbours in the graph. Compute each
+    robot's velocity so that all of them meet.
+
+Formula to implement
+    v_i = -K sum_j a_ij (p_i - p_j)
+
+    with the weights a_ij of the graph: row i of the adjacency matrix A. The position of a robot
+    from which robot i has received nothing is NaN.
+
+What to observe
+    1. Compute the Laplacian L = D - A of a path of four robots and its eigenvalues. The
+       disagreement decays as exp(-K lambda_2 t). Compare with `setcmas metrics`.
+    2. Compare --graph path, ring, star and complete: which lambda_2 does each have?
+    3. In --graph directed_path, where do the robots meet, and why not at their mean?
+
+Commands
+    setcmas new my_laplacian --from laplacian_consensus --exercise    a copy of this file to edit
+    setcmas check my_laplacian                                        checks your solution
+    setcmas run --algo my_laplacian --nb-robots 4 --graph path --duration 40
+    setcmas metrics DIR                                               measured and predicted rate
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+
+task = 'consensus'  # selects its metrics and plots
+exercise = 'laplacian_consensus'  # selects the tests of setcmas check
+
+K = 0.2  # gain (1/s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
+    positions = poses[:2]  # row 0: x of every robot, row 1: y (m); NaN if not known
+    weights = network.adjacency()[robotNo - 1]  # a_ij of this robot, for j = 1 to N
+    v = np.zeros(2)
+    for j in range(nbRobots):
+        # TODO: if robot j is a neighbour (weights[j] > 0) that is known, add its term
+        pass
+    return v[0], v[1]
