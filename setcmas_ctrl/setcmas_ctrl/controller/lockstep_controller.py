@@ -79,9 +79,12 @@ class LockstepLoop:
     def _add_commands(self, stamp: int, called: bool = False) -> None:
         """Add the newest commands, if laws were called or robots stopped since the last ones."""
         commands = self._stepper.commands()
-        if called or commands != self._reported:
-            self._reported = commands
+        if called:
             self._commands.append(Commands(stamp, commands))
+        elif commands != self._reported:  # the laws have no new velocities
+            stops = tuple((*row[:3], *[math.nan] * (len(row) - 3)) for row in commands)
+            self._commands.append(Commands(stamp, stops))
+        self._reported = commands
 
     def _synchronise(self) -> None:
         """Set the clock to the newest states, and find the next call due."""

@@ -47,22 +47,25 @@ class Controller:
         self.robot = law.robot
         topic = partial(topics.robot_topic, law.robot)
         self.wanted = self.allowed = _NONE
-        names = [topics.CMD_CART_VEL, topics.CMD_CART_VEL_ALLOWED][: 1 + filtered]
-        self._publishers = [
-            OnDemandPublisher(node.create_publisher(Point32, topic(name), profile))
-            for name in names
-        ]
+        self._publisher = OnDemandPublisher(
+            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile)
+        )
+        self._allowed: OnDemandPublisher | None = None
+        if filtered:
+            self._allowed = OnDemandPublisher(
+                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile)
+            )
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
         """Publish the velocity after the safety filter, in m/s, and the filter's verdict."""
         self.allowed = vx, vy, verdict
-        for publisher in self._publishers[1:]:
-            publisher.publish(lambda: Point32(x=vx, y=vy, z=verdict))
+        if self._allowed:
+            self._allowed.publish(lambda: Point32(x=vx, y=vy, z=verdict))
 
     def publish(self, vx: float, vy: float) -> None:
         """Publish a velocity (m/s) in the world frame."""
         self.wanted = vx, vy, 0.0
-        self._publishers[0].publish(lambda: Point32(x=vx, y=vy))
+        self._publisher.publish(lambda: Point32(x=vx, y=vy))
 
 
 class SiToUni:

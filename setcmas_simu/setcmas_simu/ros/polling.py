@@ -1,4 +1,4 @@
-"""Topics and services polled at each step, without an executor."""
+"""Topics and services polled at each step, without an executor, and topics on demand."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class FleetTransforms:
         self._publisher.publish(self._message)
 
 
-_KINDS = {topics.ODOM: Odometry, topics.POSE: PoseStamped, topics.MARKER: Marker}
+_TOPICS = (topics.ODOM, topics.POSE, topics.MARKER)
 
 OnCommand = Callable[[Command], None]
 
@@ -157,17 +157,17 @@ class VirtualRobot:
             node, Empty, topic(topics.RESET), lambda _: self.on_reset(), qos.EVENT
         )
         self._messages = self._located()
-        self.forms = dict(zip(map(topic, _KINDS), self._messages, strict=True))
+        self.forms = dict(zip(map(topic, _TOPICS), self._messages, strict=True))
         profile = qos.LOCKSTEP_STATE if in_lockstep else qos.STATE
-        self._publishers = [
-            OnDemandPublisher(
-                node.create_publisher(kind, topic(name), profile), always=not in_lockstep
-            )
-            for name, kind in _KINDS.items()
+        publishers = [
+            node.create_publisher(Odometry, topic(topics.ODOM), profile),
+            node.create_publisher(PoseStamped, topic(topics.POSE), profile),
+            node.create_publisher(Marker, topic(topics.MARKER), profile),
         ]
+        self._publishers = [OnDemandPublisher(one, not in_lockstep) for one in publishers]
 
     def _located(self) -> list[LocatedMessage]:
-        """Return the messages with its state, in the order of _KINDS."""
+        """Return the messages with its state, in the order of _TOPICS."""
         world, frame = self.frames
         odom, pose = Odometry(child_frame_id=frame), PoseStamped()
         odom.header.frame_id = pose.header.frame_id = world

@@ -12,7 +12,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.compare.solution_comparison import COMPARED
+from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import SAFETY, UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,

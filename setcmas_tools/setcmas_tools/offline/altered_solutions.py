@@ -277,7 +277,7 @@ def calls_of(
         for robot in range(1, base.nb_robots + 1)
     }
     played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
-    with open(os.devnull, 'w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
     return calls if SOLUTION in calls.answers and _are_equal(run, again) else None
