@@ -205,6 +205,7 @@ def test_a_run_that_ends_stays_on_the_page_until_enter(tmp_path, monkeypatch):
         assert run.wait() == 0
 
 
+@pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_a_run_in_lockstep_is_followed_by_the_page_and_by_other_nodes(start, peer, tmp_path):
     from browser import open_browser, wait_for
