@@ -5,8 +5,8 @@
 with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
 that is shorter than D at the start is ever lost. The law is called at intervals h; it limits the
 speed to (D - l)/(2 h) with the longest link l < D, so that until the next call no link grows
-beyond D, unless messages are late or lost. At the first call, which shows no h, robots stand
-still. Start with `--range D`.
+beyond D, unless messages are late or lost. The first call, which shows no h, takes H. Start with
+`--range D`.
 Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
 connectedness, IEEE Transactions on Robotics 23(4), 2007.
 """
@@ -22,6 +22,7 @@ task = 'consensus'  # selects its metrics and plots
 K = 0.1  # gain (m/s)
 D = 6.0  # range (m), that of --range
 MARGIN = 0.999  # of D, beyond which the weight does not grow any more
+H = 0.2  # longest interval (s) between the first two calls
 SLOW = 0.01  # speed (m/s) below which robots stop
 
 before = None  # time of the call before (s)
@@ -35,20 +36,18 @@ def control(robotNo, nbRobots, poses, t):
     lengths = np.hypot(*gaps)
     if t == 0 and robotNo == 1 and np.any(lengths >= D):
         print(f'a link is longer than D: add --range {D:g}, or set D to the range')
-    period, before = 0.0 if before is None else t - before, t
-    if not period > 0.0:
-        return 0.0, 0.0
+    period, before = H if before is None else t - before, t
     held = np.minimum(lengths, MARGIN * D)
     weights = (2 * D - held) / (D - held) ** 2
     velocity = dead_band(*(-K * np.nansum(weights * gaps, axis=1)), SLOW)
     left = np.min(D - lengths[lengths < D], initial=np.inf)
-    return saturate(velocity, left / (2 * period))
+    return saturate(velocity, left / (2 * max(period, 1e-9)))
 
 
 def predict(conditions):
     """Return that no link breaks if all are shorter than D at the start."""
     places = conditions.starts[:2]
     lengths = np.hypot(*(places[:, :, None] - places[:, None]))
-    if np.max(lengths[conditions.adjacency > 0], initial=0.0) >= D:
+    if conditions.period > H or np.max(lengths[conditions.adjacency > 0], initial=0.0) >= D:
         return {}
     return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

@@ -1,0 +1,50 @@
+"""Exercise: leader election. The robots elect a leader by messages, and gather at its place.
+
+Goal
+    Each robot has a number. All must find the largest number and the place of its robot, although
+    each robot receives messages from its neighbours only.
+
+Algorithm to implement
+    m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
+
+    with m_i = (number, robot, x, y), which Python compares by the number first. At the start m_i
+    is the robot's own. Each robot sends m_i at each call, and drives to the place in it:
+
+    v_i = K ((x, y) - p_i)
+
+What to observe
+    1. After how many calls do all agree (`setcmas metrics`: agreement time)? Compare --graph path,
+       ring and complete with the diameter of the graph.
+    2. What happens with --loss 0.5, and with --delay 1?
+    3. In --graph directed_path: who is the leader of robot 1, and of the last robot?
+
+Commands
+    setcmas new my_election --from leader_election --exercise    a copy of this file to edit
+    setcmas check my_election                                    checks your solution
+    setcmas run --algo my_election --nb-robots 6 --graph path --duration 20
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+
+task = 'consensus'  # selects its metrics and plots
+exercise = 'leader_election'  # selects the tests of setcmas check
+
+K = 0.5  # gain (1/s)
+NUMBERS = [0.3, 0.1, 0.7, 0.2, 0.9, 0.4]  # of robots 1, 2, ...
+
+leader = ()  # m_i: number, robot, x and y (m): a state; every robot has its own
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that moves the robot towards the leader's place."""
+    global leader
+    x, y = poses[:2, robotNo - 1]
+    if not leader:  # at the first call
+        leader = (NUMBERS[robotNo - 1], robotNo, x, y)
+    for message in network.received().values():
+        other = tuple(message.value)  # m_j of a robot that this one receives
+        # TODO 1: keep the larger of both
+    # TODO 2: send it with network.send, and return the velocity
+    return 0.0, 0.0

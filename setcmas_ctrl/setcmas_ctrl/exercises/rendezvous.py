@@ -1,0 +1,43 @@
+"""Exercise: rendezvous that keeps all links, for robots with a sensing range.
+
+Goal
+    Robots only see others within the range D. With equal weights a link may break while the robots
+    move. Let the weight of a link grow as its length comes near D, so that none breaks.
+
+Formula to implement
+    v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
+
+    with the length l_ij = |p_i - p_j|. Take min(l_ij, LONGEST) for the length in the weight, so that it
+    stays finite. The position of a robot from which robot i has received nothing is NaN.
+
+What to observe
+    1. Compare the links at the start and at the end (`setcmas metrics`: broken links), with your
+       law and with the weight 1.
+    2. How large is the weight for l = 0, D/2 and 0.99 D?
+    3. Why may a link break nevertheless when the law is called only every 0.5 s (--rate 2)?
+
+Commands
+    setcmas new my_rendezvous --from rendezvous --exercise    a copy of this file to edit
+    setcmas check my_rendezvous                               checks your solution
+    setcmas run --algo my_rendezvous --nb-robots 8 --range 6 --duration 40
+"""
+
+import numpy as np
+
+from setcmas_ctrl import network
+
+task = 'consensus'  # selects its metrics and plots
+exercise = 'rendezvous'  # selects the tests of setcmas check
+
+K = 0.1  # gain (m/s)
+D = 6.0  # range (m), that of --range
+LONGEST = 0.999 * D  # longest length in the weight (m)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s towards the robots in range."""
+    v = np.zeros(2)
+    for j in network.neighbours():  # numbers of the robots within D, from 1
+        gap = poses[:2, robotNo - 1] - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
+        # TODO: compute the length of the link and its weight, and add the term unless it is NaN
+    return v[0], v[1]
