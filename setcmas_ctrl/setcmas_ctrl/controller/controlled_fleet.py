@@ -18,6 +18,7 @@ from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, bro
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.law_loader import LawLoader, ScriptReloader
 from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
+from setcmas_ctrl.controller.lockstep_odometry import LockstepOdometry
 from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic, publish_obstacles
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script
@@ -136,12 +137,13 @@ class ControlledFleet:
         return time
 
     def _poses(self) -> FleetOdometry:
-        profile = qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE
+        profile = qos.STATE
         if not (self._options.experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topics.odometry_topic(self._robots[0]))
         # With event-triggered broadcast the laws know the other robots only by what they send;
         # but the range of a radio depends on where robots are.
-        return FleetOdometry(
+        kind = LockstepOdometry if isinstance(self._time, Lockstep) else FleetOdometry
+        return kind(
             self._node,
             self._nb_robots,
             topics.mocap_topic if self._options.experiment else topics.odometry_topic,
@@ -229,7 +231,7 @@ class ControlledFleet:
         self, senders: list[EventTriggeredComm], graph: GraphWatch
     ) -> StepLoop | LockstepLoop:
         rate, stepper, process = self._law.rate, self.stepper, self._process
-        if isinstance(self._time, Lockstep):
+        if isinstance(self._time, Lockstep) and isinstance(self._odometry, LockstepOdometry):
             return LockstepLoop(
                 process, self._node, self._odometry, stepper, senders, graph, rate, self._time
             )
