@@ -77,9 +77,7 @@ class ControlledFleet:
         laws = self._loader.load()
         self._communication = chosen_communication(self._nb_robots, communication, law.seed)
         self._time = self._simulated_time()
-        self._profile = qos.COMMAND
-        if isinstance(self._time, Lockstep):
-            self._profile = qos.LOCKSTEP_COMMAND
+        if self._in_lockstep:
             canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
         self._odometry = self._poses()
         self.stepper, graph = self._stepper(laws)
@@ -136,13 +134,17 @@ class ControlledFleet:
             )
         return time
 
+    @property
+    def _in_lockstep(self) -> bool:
+        return isinstance(self._time, Lockstep)
+
     def _poses(self) -> FleetOdometry:
         profile = qos.STATE
         if not (self._options.experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topics.odometry_topic(self._robots[0]))
         # With event-triggered broadcast the laws know the other robots only by what they send;
         # but the range of a radio depends on where robots are.
-        kind = LockstepOdometry if isinstance(self._time, Lockstep) else FleetOdometry
+        kind = LockstepOdometry if self._in_lockstep else FleetOdometry
         return kind(
             self._node,
             self._nb_robots,
@@ -153,7 +155,7 @@ class ControlledFleet:
 
     def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:
         controllers = [
-            Controller(self._node, law, self._profile, self._safety.is_on) for law in laws
+            Controller(self._node, law, self._in_lockstep, self._safety.is_on) for law in laws
         ]
         self._show_surroundings()
         drivers = self._drivers()
@@ -181,7 +183,7 @@ class ControlledFleet:
         options = self._options
         topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
         drivers = [
-            SiToUni(self._node, robot, options.cmd_vel_type, topic, self._profile)
+            SiToUni(self._node, robot, options.cmd_vel_type, topic, self._in_lockstep)
             for robot in self._robots
         ]
         models = DrivenModels(drivers, self._warn)

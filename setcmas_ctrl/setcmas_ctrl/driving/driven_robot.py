@@ -28,6 +28,10 @@ _Numbers = tuple[float, float, float]
 _NONE: _Numbers = (math.nan, math.nan, math.nan)
 
 
+def _profile(in_lockstep: bool) -> QoSProfile:
+    return qos.LOCKSTEP_COMMAND if in_lockstep else qos.COMMAND
+
+
 class Controller:
     """Publishes the velocity of one robot's control law, and that after the safety filter.
 
@@ -40,20 +44,23 @@ class Controller:
         self,
         node: Node,
         law: ControlLaw,
-        profile: QoSProfile = qos.COMMAND,
+        in_lockstep: bool = False,
         filtered: bool = False,
     ) -> None:
+        """Create the topics of a robot's law; in lockstep they are published on demand."""
+        profile, always = _profile(in_lockstep), not in_lockstep
         self.law = law
         self.robot = law.robot
         topic = partial(topics.robot_topic, law.robot)
         self.wanted = self.allowed = _NONE
         self._publisher = OnDemandPublisher(
-            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile)
+            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile), always
         )
         self._allowed: OnDemandPublisher | None = None
         if filtered:
             self._allowed = OnDemandPublisher(
-                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile)
+                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile),
+                always,
             )
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
@@ -81,11 +88,12 @@ class SiToUni:
         robot: int,
         cmd_vel_type: str = AUTO,
         topic: str = topics.CMD_VEL,
-        profile: QoSProfile = qos.COMMAND,
+        in_lockstep: bool = False,
     ) -> None:
         """Create the topics of a robot on the node of its process.
 
-        The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener.
+        The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener. In
+        lockstep it is published on demand: the simulator takes commands from answers.
         """
         self.robot = robot
         self.paused = self.stopped = False
@@ -97,7 +105,8 @@ class SiToUni:
             topics.robot_topic(robot, topic),
             topics.odometry_topic(robot),
             cmd_vel_type,
-            profile,
+            _profile(in_lockstep),
+            always=not in_lockstep,
         )
         pause = topics.robot_topic(robot, topics.PAUSE)
         self._pauses = PolledTopic(

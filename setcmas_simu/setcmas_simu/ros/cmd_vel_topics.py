@@ -253,12 +253,15 @@ class CmdVelPublisher:
         odometry_topic: str,
         cmd_vel_type: str = AUTO,
         profile: QoSProfile = qos.COMMAND,
+        always: bool = True,
     ) -> None:
         """Create the publisher on a node; the topic has its full name.
 
         `odometry_topic` is published by the robot itself, and shows which listener is its own.
         `cmd_vel_type` is 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
+        Without `always` (in lockstep), it publishes only while a node subscribes.
         """
+        self._always = always
         self.mixed: str | None = None
         self._node = node
         self._frame = topics.robot_frame(robot)
@@ -311,4 +314,4 @@ class CmdVelPublisher:
     def _create_publisher(self) -> None:
         kind = TYPES[self._type]
         self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
-        self._on_demand = OnDemandPublisher(self._publisher)
+        self._on_demand = OnDemandPublisher(self._publisher, self._always)
