@@ -37,7 +37,7 @@ def control(robotNo, nbRobots, poses, t):
         if (network.adjacency() > 0).sum(axis=1).min() < 2 * F + 1:
             print(f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree')
         if K * t > 1:  # then a step ends beyond the mean of the trusted values
-            print(f'K must be {1 / t:g} 1/s at most: honest robots may leave their interval')
+            print(f'K must be {1 / t:.3g} 1/s at most: honest robots may leave their interval')
     before = t
     if robotNo in REBELS:
         return -RADIUS * W * np.sin(W * t), RADIUS * W * np.cos(W * t)
