@@ -1,4 +1,4 @@
-"""Exercise: rendezvous that keeps all links, for robots with a sensing range.
+"""Exercise: rendezvous with a sensing range. No link between robots breaks while they meet.
 
 Goal
     Robots only see others within the range D. With equal weights a link may break while the robots
