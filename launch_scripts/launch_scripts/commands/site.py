@@ -37,7 +37,12 @@ FIRST, LATER = ('numpy', 'pyyaml'), ('matplotlib',)
 """Packages for the first run, and for plots."""
 
 LOCK, PARTS, PACKED = 'pyodide-lock.json', 'python.json', 'packed.zip'
-NEEDLESS = ('setcmas_expe/', 'setcmas_tools/page/templates/site/')
+NEEDLESS = (
+    'setcmas_tools/page/templates/site/',
+    'setcmas_tools/bags/',
+    'setcmas_ctrl/controller/',
+    *(f'setcmas_expe/{room}/' for room in ('doctor', 'emulation', 'guard', 'pause')),
+)
 """Beginnings of paths in the wheel of setcmas that the page does not need."""
 
 Files = dict[str, bytes]
