@@ -15,6 +15,8 @@ _ARGUMENTS = (
     '--disable-dev-shm-usage',
     '--disable-gpu',  # there is none, and imitating one costs twice the time of drawing without
     '--hide-scrollbars',
+    # No page of setcmas needs a network.
+    '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1',
     # Chromium draws no page that it believes hidden.
     '--disable-backgrounding-occluded-windows',
     '--disable-renderer-backgrounding',

@@ -5,7 +5,7 @@ import pytest
 from processes import run_setcmas
 
 from setcmas_ctrl.network import reachable
-from setcmas_tools import simulate
+from setcmas_tools import Run, simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 RATE = 'consensus.convergence_rate_1_s'
@@ -194,7 +194,11 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
         ('cyclic_pursuit', {'nb_robots': 2}, 'needs at least three robots'),
         ('cyclic_pursuit', {'graph': 'path'}, 'robots [4] do not receive the robot that they'),
         ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
-        ('resilient_consensus', {'graph': 'ring'}, 'the graph is not robust enough'),
+        ('finite_time_consensus', {'graph': 'two.yaml'}, 'at the start is not connected'),
+        ('resilient_consensus', {'graph': 'ring'}, 'a robot has fewer than 3 neighbours'),
+        ('resilient_consensus', {'set': {'K': 6}}, 'K must be 5 1/s at most'),
+        ('leader_election', {'graph': 'two.yaml'}, 'the graph is not strongly connected'),
+        ('leader_election', {'set': {'K': 12}}, 'too large for a sampling period of 0.2 s'),
         ('rendezvous', {}, 'a link is longer than D'),
         ('laplacian_consensus', {'set': {'DELAY': 4.0}}, 'positions that are 4 s old'),
         ('distributed_optimisation', {'graph': 'two.yaml'}, 'no directed spanning tree'),
@@ -217,6 +221,22 @@ def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, opt
     simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
 
     assert capsys.readouterr().out.count(line) == 1
+
+
+@pytest.mark.parametrize(
+    ('law', 'given', 'line'),
+    [
+        ('finite_time_consensus', {'ALPHA': -1}, 'ALPHA = -1; it must be above 0 and below 1'),
+        ('laplacian_consensus', {'DELAY': -1.0}, 'DELAY = -1 s; it must be 0 s or more'),
+    ],
+)
+def test_a_setting_that_cannot_be_stops_the_robots_and_predicts_nothing(law, given, line, capsys):
+    run = simulate(law, 3, 1.0, set=given)
+
+    assert run.failed_robots == [1, 2, 3]
+    assert (run.velocities == 0).all()
+    assert 'prediction' not in run.metrics()
+    assert 'failed' not in capsys.readouterr().out
 
 
 def test_distributed_optimisation_meets_at_the_minimiser_of_all_costs():
@@ -258,16 +278,60 @@ def test_unicycles_follow_the_mean_of_moving_targets():
         assert figure.measured == pytest.approx(figure.predicted, abs=0.1)
 
 
-def test_a_law_with_messages_of_its_own_is_the_same_in_lockstep(tmp_path, domain):
+WITH_MESSAGES = (
+    'dynamic_average',
+    'kuramoto',
+    'leader_election',
+    'second_order_consensus',
+    'velocity_alignment',
+)
+OF_POSES = (
+    'bearing_formation',
+    'containment',
+    'coverage',
+    'cyclic_pursuit',
+    'distance_formation',
+    'distributed_optimisation',
+    'finite_time_consensus',
+    'laplacian_consensus',
+    'rendezvous',
+    'resilient_consensus',
+)
+EACH_BY_ONE_ROBOT = ','.join(f'{i}:{name}' for i, name in enumerate(OF_POSES, 1))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize('law', [*WITH_MESSAGES, EACH_BY_ONE_ROBOT])
+def test_each_law_is_the_same_in_lockstep(tmp_path, domain, law):
     pytest.importorskip('rclpy')
-    options = ['--algo=dynamic_average', '--nb-robots=3', '--graph=path', '--duration=3']
+    count = len(OF_POSES) if law == EACH_BY_ONE_ROBOT else 4
+    options = [f'--algo={law}', f'--nb-robots={count}', '--graph=ring', '--loss=0.2']
+    options += ['--duration=3', '--seed=3', '--no-plots']
     for command in (['offline'], ['run', '--lockstep']):
-        run = run_setcmas(*command, *options, '--no-plots', '-o', command[0], cwd=tmp_path)
+        run = run_setcmas(*command, *options, '-o', command[0], cwd=tmp_path)
         assert run.returncode == 0, run.stdout + run.stderr
 
-    for name in ('fleet.csv', 'messages.csv'):
-        made = (tmp_path / 'run' / 'csv' / name).read_bytes()
-        assert made == (tmp_path / 'offline' / 'csv' / name).read_bytes()
+    tables = sorted((tmp_path / 'offline' / 'csv').iterdir())
+    assert len(tables) > 3
+    for table in tables:
+        if table.name == 'drawings.csv':  # colours of markers have single precision
+            continue
+        assert (tmp_path / 'run' / 'csv' / table.name).read_bytes() == table.read_bytes(), table
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize('law', WITH_MESSAGES)
+def test_laws_with_messages_drive_over_ros_with_loss_and_delay(tmp_path, domain, law):
+    pytest.importorskip('rclpy')
+    options = [f'--algo={law}', '--nb-robots=4', '--graph=ring', '--loss=0.3', '--delay=0.2']
+    run = run_setcmas('run', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+    found = Run.load(tmp_path / 'out')
+    sent = {message.robot for message in found.messages}
+    assert sent == {1, 2, 3, 4}
+    assert np.isfinite(found.table.x).all()
+    assert found.metrics()['robots'][2].path_length_m > 0.05
 
 
 SLOW_CALLS = {'rate': 5.0, 'robot_rate': 10.0}

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from processes import run_here, run_setcmas
 
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_tools import simulate
@@ -165,15 +164,3 @@ def test_robots_that_send_on_events_agree_nearly(law):
     else:
         assert metrics['alignment'].spread_of_directions_at_end_rad < 0.5
         assert metrics['robots'][1].path_length_m > 3.0
-
-
-def test_velocities_in_messages_are_the_same_in_lockstep(tmp_path, domain):
-    pytest.importorskip('rclpy')
-    options = ['--algo=second_order_consensus', '--nb-robots=3', '--graph=ring', '--loss=0.2']
-    options += ['--duration=3', '--no-plots']
-    ros = run_setcmas('run', '--lockstep', *options, '-o', 'ros', cwd=tmp_path)
-    assert ros.returncode == 0, ros.stdout + ros.stderr
-    assert run_here('offline', *options, '-o', 'offline', cwd=tmp_path).returncode == 0
-    for table in (tmp_path / 'offline' / 'csv').iterdir():
-        over_ros = tmp_path / 'ros' / 'csv' / table.name
-        assert over_ros.read_bytes() == table.read_bytes(), table.name

@@ -4,7 +4,11 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
-IMPORTS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report_file\n'
+IMPORTS = """
+from setcmas_tools import Run, check, simulate
+import setcmas_tools.page.report_file
+import launch_scripts.commands.in_browser
+"""
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
     'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
@@ -40,12 +44,31 @@ from setcmas_tools.page.run_facts import Pair
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)
 print(check(law, 'consensus'))
+run.save(sys.argv[1])
+run = Run.load(sys.argv[1])
 print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
+"""
+PAGE = f"""
+import sys
+
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition('.')[0] in {{'matplotlib', 'PIL', *{OTHERS}}}:
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Refuse())
+import json
+from launch_scripts.commands import in_browser
+
+for law in ('consensus', 'nav_wp'):
+    answer = json.loads(in_browser.run(json.dumps({{'algo': law}}), str))
+    print(answer['ok'], answer.get('needs'))
 """
 
 
-def output_of(code):
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+def output_of(code, *arguments):
+    command = [sys.executable, '-c', code, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -56,8 +79,12 @@ def test_only_these_libraries_are_imported():
     assert {name for name in imported if not name.startswith('setcmas_')} <= LIBRARIES
 
 
-def test_without_any_other_library_a_law_is_run_checked_and_reported():
-    lines = output_of(WORK).splitlines()
+def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
+    lines = output_of(WORK, tmp_path).splitlines()
 
     assert '10 of 10 points' in '\n'.join(lines)
     assert lines[-1] == 'True'
+
+
+def test_a_page_shows_a_run_without_a_task_before_it_has_matplotlib():
+    assert output_of(PAGE).splitlines() == ['True None', 'False matplotlib']

@@ -87,6 +87,17 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
 }
 SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
     (
+        'Directed graph',
+        "If some robot reaches all others, they meet at w' p(0) with w' L = 0 and w' 1 = 1, which "
+        'is their mean if and only if each robot sends with the same sum of weights as it '
+        'receives.\n\nSource: Olfati-Saber and Murray, Consensus problems in networks of agents '
+        'with switching topology and time-delays, IEEE Transactions on Automatic Control 49(9), '
+        '2004; Ren and Beard, Consensus seeking in multiagent systems under dynamically changing '
+        'interaction topologies, IEEE Transactions on Automatic Control 50(5), 2005.',
+        {'nb_robots': 4, 'duration': 40.0, 'graph': 'docs/studies/one_way.yaml',
+         'random_poses': 'auto'},
+    ),
+    (
         'Late neighbours',
         'Messages take tau = 2 s, own positions are exact: robots meet for any tau, but at '
         'sum_i (1 + K d_i tau) p_i(0) / sum_i (1 + K d_i tau), d_i = sum_j a_ij, instead of their '
@@ -126,6 +137,16 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,
          'threshold': 0.2},
     ),
+    (
+        'Falling threshold',
+        'The threshold c0 + c1 exp(-a t) falls from 1.02 to 0.02 m. No robot sends infinitely '
+        'often in finite time, and the robots come as near to each other as the bound above with '
+        'c = c0: here with half as many messages as with 0.2 m, and ten times nearer.\n\n'
+        'Source: Seyboth, Dimarogonas and Johansson, Event-based broadcasting for multi-agent '
+        'average consensus, Automatica 49(1), 2013.',
+        {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,
+         'ctc': 'docs/studies/falling_threshold.py'},
+    ),
 ]  # fmt: skip
 """Conditions of Laplacian consensus: title, words and options."""
 
@@ -162,7 +183,7 @@ def scenario(title: str, words: str, options: dict[str, Any]) -> str:
     options = EXACT | options | {'set': EXACT['set'] | options.get('set', {})}
     name = title.lower().replace(' ', '_')
     head = [f'### {title}\n', words + '\n']
-    plot = 'trajectories' if title == 'Late neighbours' else 'disagreement'
+    plot = 'trajectories' if title in ('Late neighbours', 'Directed graph') else 'disagreement'
     return '\n'.join([*head, *example('laplacian_consensus', options, name, plot)])
 
 

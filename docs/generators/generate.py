@@ -15,6 +15,7 @@ from pathlib import Path
 
 import changelog_page
 import commands_page
+import exercises_page
 import mocap_page
 import pose_picture
 import rooms_picture
@@ -67,6 +68,7 @@ def generated_files() -> dict[Path, str]:
         text = json.dumps({'$schema': _JSON_SCHEMA} | schema(kind), indent=2)
         text = re.sub(r'\\n +', r'\\n', text)  # only Python 3.13 strips the indentation itself
         files[DOCS / 'schemas' / f'{name}.json'] = f'{text}\n'
+    files[DOCS / 'exercises.md'] = exercises_page.text()
     for page in sorted((ROOT / 'setcmas_ctrl' / 'setcmas_ctrl' / 'sessions').glob('session_*.md')):
         _, _, text = page.read_text().split('---\n', 2)
         files[DOCS / 'course' / page.name] = text

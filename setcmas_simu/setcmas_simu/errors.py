@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -25,6 +26,11 @@ def needs(extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
+        if sys.platform == 'emscripten':
+            raise SetcmasError(
+                f"'{extra}' needs {error.name}, which web pages do not have; use setcmas on your "
+                f'computer: {install_command(extra)}'
+            ) from error
         missing = f'{error.name} is needed and is missing'
         raise SetcmasError(f'{missing}; this installs it: {install_command(extra)}') from error
 

@@ -10,16 +10,14 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import ast
 import inspect
-import tokenize
 from collections.abc import Callable, Iterable
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.control.references import TASKS, TaskNames
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS
@@ -29,9 +27,6 @@ from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.platforms.grade_format import GRADE_FORMATS
 from setcmas_tools.plots.plot import PLOTS
 from setcmas_tools.study.study_columns import COLUMNS
-
-FUNCTIONS = ('control', 'ctc')
-"""A listed file defines one of these: a control law, or a triggering condition."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,19 +55,6 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def summary_of(path: Path) -> str | None:
-    """Return the first line of a script's docstring; None if it is no control script."""
-    try:
-        with tokenize.open(path) as file:
-            tree = ast.parse(file.read())
-    except (OSError, SyntaxError, ValueError):
-        return '(cannot be read: see setcmas ctrl)'
-    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if not functions.intersection(FUNCTIONS):
-        return None
-    return (ast.get_docstring(tree) or '').partition('\n')[0]
-
-
 def _own_scripts(folder: Path) -> Iterable[tuple[str, ...]]:
     for path in scripts_in(folder):
         summary = summary_of(path)
@@ -81,9 +63,7 @@ def _own_scripts(folder: Path) -> Iterable[tuple[str, ...]]:
 
 
 def _scripts(group: ScriptGroup) -> Iterable[tuple[str, ...]]:
-    return _described(
-        group, lambda name: summary_of(group.file(name)) or f'(must define {FUNCTIONS[0]})'
-    )
+    return _described(group, lambda name: summary_of(group.file(name)) or '(must define control)')
 
 
 def _rows(group: PluginGroup[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """Simulate robots under a control law without ROS, hundreds of times faster than real time.
 
-Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does. The same command always
-writes the same files. Ctrl-C ends the run early and writes the results so far.
+Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does. On one kind of processor the
+same command writes the same files. Ctrl-C ends the run early and writes the results so far.
 
 Examples:
   setcmas offline square.yaml --set K=2

@@ -30,9 +30,9 @@ from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number
+from setcmas_simu.options.option import names_and_files
 
 Graph = str | Path | ArrayLike
 Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
@@ -49,6 +49,10 @@ class _Condition(NameOrFile):
 @dataclass(frozen=True)
 class _Graph(_Condition):
     """A name or a file; in Python also a matrix."""
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return tuple(PRESETS)
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         names_file = isinstance(value, str) and ('.' in value or '/' in value)
@@ -115,9 +119,10 @@ class CommunicationOptions(Options):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user on a condition that is not filled in yet."""
-        note = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
-        return [note] if note else []
+        """Notes for the user: a condition that is not filled in yet, or nothing arrives."""
+        unfilled = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
+        silent = 'loss is 1: no message arrives, so each robot knows its own pose only'
+        return [note for note in (unfilled, silent if self.loss == 1.0 else '') if note]
 
 
 def find_condition(name: str, exercise: bool = False) -> Path:

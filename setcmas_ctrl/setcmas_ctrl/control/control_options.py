@@ -16,9 +16,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import kinds
-from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.option import Form
+from setcmas_simu.options.option import Form, names_and_files
 from setcmas_simu.robots.model import KOMEGA, VelocityLimits
 
 Law = str | Path | Callable[..., Any]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -71,10 +72,18 @@ class References:
         Raises:
             ValueError: The line does not fit the schema of a TaskMessage.
         """
-        import msgspec  # a browser makes tasks, but does not read them
-
-        message = msgspec.json.decode(text, type=TaskMessage)
-        return cls(message.task, dict(message.values))
+        try:
+            message = json.loads(text)
+        except (ValueError, RecursionError):
+            message = None
+        if not (isinstance(message, dict) and message.get('version', 1) == 1):
+            raise ValueError('it must be a JSON object of version 1')
+        task, values = message.get('task'), message.get('values')
+        if not isinstance(task, str):
+            raise ValueError('task must be a name')
+        if not (isinstance(values, dict) and all(map(_is_value, values.values()))):
+            raise ValueError('values must be numbers, or lists of numbers, by name')
+        return cls(task, values)
 
 
 def not_understood(error: ValueError) -> str:
@@ -167,7 +176,8 @@ def _is_value(value: Any, levels: int = 3) -> bool:
     """Return whether a reference fits a TaskMessage: numbers, in at most three levels of lists."""
     if isinstance(value, list):
         return levels > 0 and all(_is_value(item, levels - 1) for item in value)
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and abs(value) <= sys.float_info.max  # not NaN
 
 
 def number(value: Any) -> float:

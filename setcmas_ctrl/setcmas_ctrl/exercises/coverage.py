@@ -28,23 +28,23 @@ exercise = 'coverage'  # selects the tests of setcmas check
 
 K = 0.5  # gain (1/s)
 BOX = [[-6, -6], [6, 6]]  # lower left and upper right corner (m)
-STEP = 0.125  # between two grid points (m)
+step = 0.125  # between two grid points (m)
 
 
 def grid():
     """Return points of the box in m, shape (M, 2)."""
     (left, bottom), (right, top) = BOX
-    x, y = np.arange(left + STEP / 2, right, STEP), np.arange(bottom + STEP / 2, top, STEP)
+    x, y = np.arange(left + step / 2, right, step), np.arange(bottom + step / 2, top, step)
     return np.array([(a, b) for a in x for b in y])
 
 
-POINTS = grid()
+points = grid()
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the centroid of the robot's cell."""
     p = poses[:2, robotNo - 1]  # this robot's position (m)
-    to_own = np.linalg.norm(POINTS - p, axis=1)  # distances of all points (m)
+    to_own = np.linalg.norm(points - p, axis=1)  # distances of all points (m)
     # TODO 1: find the points that are nearer to this robot than to each other robot
     # TODO 2: return K times the vector to their mean
     return 0.0, 0.0

@@ -1,20 +1,22 @@
-"""Exercise: distributed optimisation. The robots meet where the sum of private costs is least.
+"""Exercise: distributed optimisation. Robots meet where the sum of their private costs is least.
 
 Goal
-    Robot i has the cost q_i |p - c_i|^2 / 2, which it alone knows; c_i is its start. All must meet
-    where the sum of all costs is least, without telling each other their costs.
+    Robot i alone knows its cost q_i |p - c_i|^2 / 2, with its start position c_i. Compute its
+    velocity from its own cost and the positions of its neighbours, so that all robots meet at the
+    minimiser of the sum of all costs.
 
 Formula to implement
     p_i' = -ALPHA q_i (p_i - c_i) - BETA sum_j a_ij (p_i - p_j) - v_i
-    v_i' = ALPHA BETA sum_j a_ij (p_i - p_j), v_i(0) = 0
+    v_i' = ALPHA BETA sum_j a_ij (p_i - p_j)
 
-    so that v_i(k + 1) = v_i(k) + h v_i'(k), with the time h since the previous call. The velocity
-    of the robot is p_i'. The position of a robot from which robot i has received nothing is NaN.
+    so that v_i(k + 1) = v_i(k) + h v_i'(k), with the time h from call k to call k + 1, and v_i = 0
+    at the first call: keep v_i' until the next call. The position of a robot from which robot i
+    has received nothing is NaN.
 
 What to observe
-    1. Leave out v_i first: where do the robots stop, and why not at one point?
-    2. With v_i: compare the end with sum q_i c_i / sum q_i.
-    3. What does v_i converge to? Print it, and compare with the slope of the robot's cost.
+    1. Where do the robots meet? Compare with sum q_i c_i / sum q_i.
+    2. Leave out the memory v_i. Where do the robots stop, and how far apart?
+    3. Do they meet at the minimiser in --graph directed_ring, too? Which smaller BETA helps?
 
 Commands
     setcmas new my_optimisation --from distributed_optimisation --exercise    a copy to edit
@@ -29,27 +31,28 @@ from setcmas_ctrl import network
 task = 'consensus'  # selects its metrics and plots
 exercise = 'distributed_optimisation'  # selects the tests of setcmas check
 
-Q = [1.0, 2.0, 4.0]  # weights q_i of robots 1, 2, 3, repeated for further robots
+Q = [1.0, 2.0, 4.0]  # weights q_i of the costs of robots 1, 2, ..., repeated for further robots
 ALPHA = 0.2  # gain of the costs (1/s)
 BETA = 0.2  # gain of the gaps to neighbours (1/s)
 
-centre = None  # c_i (m): a state; every robot has its own
-memory = np.zeros(2)  # v_i at this call (m/s)
-rise = np.zeros(2)  # v_i' at the call before (m/s^2)
+centre = None  # c_i (m)
+memory = np.zeros(2)  # v_i (m/s): a state; every robot has its own
+rise = np.zeros(2)  # v_i' of the call before (m/s^2)
 before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the robot's centre and its neighbours."""
     global centre, memory, rise, before
-    p = poses[:2, robotNo - 1].copy()
+    position = poses[:2, robotNo - 1].copy()  # p_i (m)
     if centre is None:  # at the first call
-        centre, before = p, t
+        centre, before = position, t
     h, before = t - before, t
-    memory = memory + h * rise
-    q = Q[(robotNo - 1) % len(Q)]  # q_i
-    pull = np.zeros(2)  # sum_j a_ij (p_i - p_j)
+    memory = memory + h * rise  # v_i of this call
+    own_weight = Q[(robotNo - 1) % len(Q)]  # q_i
+    weights = network.adjacency()[robotNo - 1]  # a_ij for j = 1 to N
     for j in network.neighbours():  # numbers of robots, from 1
-        pass  # TODO 1: add p_i - p_j to pull, unless it is NaN
-    # TODO 2: store v_i' in rise, and return the velocity
+        gap = position - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
+        # TODO 1: sum up the terms of the neighbours that are known
+    # TODO 2: compute v_i' and keep it in rise; compute the velocity and return it
     return 0.0, 0.0

@@ -14,7 +14,7 @@ What to observe
     1. Compute the Laplacian L = D - A of a path of four robots and its eigenvalues. The
        disagreement decays as exp(-K lambda_2 t). Compare with `setcmas metrics`.
     2. Compare --graph path, ring, star and complete: which lambda_2 does each have?
-    3. In --graph directed_path, where do the robots meet, and why not at their mean?
+    3. Write a directed path 1 -> 2 -> 3 -> 4 into a graph file: where do the robots meet now?
 
 Commands
     setcmas new my_laplacian --from laplacian_consensus --exercise    a copy of this file to edit

@@ -4,7 +4,7 @@ Goal
     Each robot has a number. All must find the largest number and the place of its robot, although
     each robot receives messages from its neighbours only.
 
-Algorithm to implement
+Formula to implement
     m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
 
     with m_i = (number, robot, x, y), which Python compares by the number first. At the start m_i
@@ -16,7 +16,7 @@ What to observe
     1. After how many calls do all agree (`setcmas metrics`: agreement time)? Compare --graph path,
        ring and complete with the diameter of the graph.
     2. What happens with --loss 0.5, and with --delay 1?
-    3. In --graph directed_path: who is the leader of robot 1, and of the last robot?
+    3. Write a directed path into a graph file: which leader has robot 1, and the last robot?
 
 Commands
     setcmas new my_election --from leader_election --exercise    a copy of this file to edit

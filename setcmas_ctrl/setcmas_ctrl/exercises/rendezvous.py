@@ -1,4 +1,4 @@
-"""Exercise: rendezvous that keeps all links, for robots with a sensing range.
+"""Exercise: rendezvous with a sensing range. No link between robots breaks while they meet.
 
 Goal
     Robots only see others within the range D. With equal weights a link may break while the robots
@@ -7,8 +7,8 @@ Goal
 Formula to implement
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
-    with the length l_ij = |p_i - p_j|. Take min(l_ij, LONGEST) for the length in the weight, so that it
-    stays finite. The position of a robot from which robot i has received nothing is NaN.
+    with the length l_ij = |p_i - p_j|. Take min(l_ij, MARGIN D) for the length in the weight, so
+    that it stays finite. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
     1. Compare the links at the start and at the end (`setcmas metrics`: broken links), with your
@@ -31,7 +31,7 @@ exercise = 'rendezvous'  # selects the tests of setcmas check
 
 K = 0.1  # gain (m/s)
 D = 6.0  # range (m), that of --range
-LONGEST = 0.999 * D  # longest length in the weight (m)
+MARGIN = 0.999  # of D, beyond which the weight does not grow any more
 
 
 def control(robotNo, nbRobots, poses, t):

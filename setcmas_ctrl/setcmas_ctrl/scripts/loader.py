@@ -84,6 +84,23 @@ def _may_be_law(path: Path) -> bool:
     return True
 
 
+_LISTED = {'control', 'ctc'}
+"""A listed script defines one of these: a control law, or a triggering condition."""
+
+
+def summary_of(path: Path) -> str | None:
+    """Return the first line of a script's docstring; None if it is no control script."""
+    try:
+        with tokenize.open(path) as file:
+            tree = ast.parse(file.read())
+    except (OSError, SyntaxError, ValueError):
+        return '(cannot be read: see setcmas ctrl)'
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    if not functions & _LISTED:
+        return None
+    return (ast.get_docstring(tree) or '').partition('\n')[0]
+
+
 def _no_notebook(path: Path) -> Path:
     if path.suffix == '.ipynb':
         raise SetcmasError(

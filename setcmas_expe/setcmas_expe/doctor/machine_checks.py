@@ -7,39 +7,22 @@ import importlib.util
 import os
 import platform
 import socket
-import struct
 import sys
 from collections.abc import Mapping
 from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_simu.errors import did_you_mean, install_command
+from setcmas_simu.network_addresses import network_addresses
 from setcmas_simu.plugins import known_groups, unknown_groups
 
 _GROUP = '239.255.0.1'  # of DDS discovery
-_SIOCGIFADDR = 0x8915
 _WAIT_S = 0.3
 _WHAT = 'multicast'
 _ADVICE = (
     'robots on other machines are not discovered: name them as network.static_peers in the lab '
     'file, or use a discovery server'
 )
-
-
-def network_addresses() -> dict[str, str]:
-    """Return the IPv4 addresses of network interfaces except loopback; none without fcntl."""
-    try:
-        import fcntl
-    except ImportError:
-        return {}
-    addresses = {}
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        for _, name in socket.if_nameindex():
-            with contextlib.suppress(OSError):  # it has no address
-                request = struct.pack('256s', name.encode()[:15])
-                answer = fcntl.ioctl(probe.fileno(), _SIOCGIFADDR, request)
-                addresses[name] = socket.inet_ntoa(answer[20:24])
-    return {name: ip for name, ip in addresses.items() if not ip.startswith('127.')}
 
 
 def multicast_works(address: str) -> bool:

@@ -153,6 +153,20 @@ class Option:
         return parse
 
 
+def names_and_files(
+    names: Callable[[], Iterable[str]], endings: tuple[str, ...] = ()
+) -> Callable[..., list[str]]:
+    """Return a completer of names, looked up on demand, and of files with endings such as 'py'."""
+
+    def complete(prefix: str, **_: Any) -> list[str]:
+        from argcomplete.completers import FilesCompleter
+
+        files = FilesCompleter(endings)(prefix) if endings else []
+        return [*(name for name in names() if name.startswith(prefix)), *files]
+
+    return complete
+
+
 def plain(value: Any) -> Any:
     """Return a value of an option as YAML has it; functions stay unchanged."""
     if isinstance(value, Mapping):

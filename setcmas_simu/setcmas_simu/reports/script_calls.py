@@ -50,3 +50,11 @@ class ScriptFailure:
     line: int | None
     text: str
     until: float | None = None
+
+    @property
+    def first_line(self) -> str:
+        """The message in a line, without its place."""
+        text, place = self.text.partition('\n')[0], f'{self.script}, line {self.line}'
+        for before in (f'{place}: ', f'{self.script}: '):
+            text = text.removeprefix(before)
+        return text.removesuffix(f' at {place}')

@@ -10,7 +10,6 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.formation_shape import shape_distance
 from setcmas_tools.compare.run_distance import distances_between
@@ -172,7 +171,7 @@ def _velocities(run: Run, right: Scenario) -> list[tuple[Floats, Floats]]:
 
     Empty without commands, or if the solution fails.
     """
-    if run.messages or right.communication != CommunicationOptions():
+    if run.messages or not right.knows_all_poses:
         return _velocities_of_repeated(run, right)
     pairs = []
     laws = load_laws(right.law, len(run.robots)) if run.commands else []

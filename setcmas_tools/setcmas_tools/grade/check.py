@@ -119,16 +119,19 @@ class Check:
             draw_marks(figure, self.marks)
         return figure
 
-    def _repr_html_(self) -> str:
+    def picture_url(self) -> str:
+        """Return the picture as the data URL of a PNG."""
         from setcmas_tools.plots.style import plot_style
 
         content = io.BytesIO()
         with plot_style():
             self.picture().savefig(content, format='png', dpi=_DPI)
-        picture = base64.b64encode(content.getvalue()).decode('ascii')
+        return f'data:image/png;base64,{base64.b64encode(content.getvalue()).decode("ascii")}'
+
+    def _repr_html_(self) -> str:
         return (
             f'<div><pre style="line-height:1.3">{html.escape(str(self))}</pre>'
-            f'<img src="data:image/png;base64,{picture}" '
+            f'<img src="{self.picture_url()}" '
             'alt="your paths over those of the solution"></div>'
         )
 

@@ -63,6 +63,10 @@ class Task(TaskNames):
         return []
 
 
+def ignore(_: str) -> None:
+    """Discard a message that is shown elsewhere."""
+
+
 def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, Any]] | None:
     """Return the task of a run and its references; None, with a warning, if it cannot be used."""
     if run.references is None:

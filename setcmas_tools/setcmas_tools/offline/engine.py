@@ -52,7 +52,7 @@ def simulate(
     As over ROS, robots have a new state at each multiple of 1/robot_rate, from the last command
     before it; the laws are called at t = 0, 1/rate, 2/rate, ... with the states of that
     time or, between two, with the older ones. Headings go through a quaternion, as messages
-    carry them, and are in (-pi, pi]. Equal arguments give equal results.
+    carry them, and are in (-pi, pi]. On one kind of processor equal arguments give equal results.
 
     Args:
         scenario: A scenario, or a control law: a built-in ('consensus'), a script ('my_law.py'),

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import task_of
+from setcmas_tools.measures.task import ignore, task_of
 from setcmas_tools.page.law_calls import calls_entry
 from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.page.run_history import RunHistory
-from setcmas_tools.plots.style import plot_style
-from setcmas_tools.plots.trajectories import draw_references, ignore
 from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
 from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _MOST_POSES = 100_000
@@ -98,13 +98,42 @@ def plane_entry(history: RunHistory) -> dict[str, Any]:
 
 def _references(run: Run) -> list[dict[str, Any]]:
     """Return the lines that the run's task draws into a film."""
-    axes: Axes = Figure().add_subplot()
-    with plot_style():
-        draw_references('film', axes, run)
-    return [_line(one) for one in axes.lines]
+    if not (known := task_of(run, ignore)):
+        return []
+    task, references = known
+    with ExitStack() as style:
+        axes = _LateAxes(style)
+        task.draw('film', cast('Axes', axes), run, references)
+        return [_line(one) for one in axes.drawn]
+
+
+class _LateAxes:
+    """Axes that are made, in the style of plots, when a task draws: pages may lack matplotlib."""
+
+    def __init__(self, style: ExitStack) -> None:
+        self._style = style
+
+    @cached_property
+    def _axes(self) -> Axes:
+        from matplotlib.figure import Figure
+
+        from setcmas_tools.plots.style import plot_style
+
+        self._style.enter_context(plot_style())
+        return Figure().add_subplot()
+
+    @property
+    def drawn(self) -> Iterable[Line2D]:
+        """The lines so far."""
+        return self._axes.lines if '_axes' in vars(self) else ()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._axes, name)
 
 
 def _line(line: Line2D) -> dict[str, Any]:
+    from matplotlib.colors import to_hex
+
     points: Floats = np.round(np.asarray(line.get_xydata(), dtype=float), 4)
     return {
         'points': points[np.isfinite(points).all(axis=1)].tolist(),

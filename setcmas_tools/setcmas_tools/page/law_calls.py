@@ -24,7 +24,6 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.page.page_data import changes, packed
-from setcmas_tools.page.run_facts import first_line
 from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
@@ -121,7 +120,7 @@ def _outcomes(
 def _outcome(failure: ScriptFailure | None, state: str, held: bool, verdict: Verdict) -> Outcome:
     if failure:
         place = f' in line {failure.line} of {failure.script}' if failure.line else ''
-        return 'failed', f'Its law failed{place}: {first_line(failure)}'
+        return 'failed', f'Its law failed{place}: {failure.first_line}'
     if state != MOVING:
         return 'stopped', f'The robot was {state} in the experiment.'
     if held or verdict is not Verdict.KEPT:

@@ -17,7 +17,7 @@ from setcmas_tools.page.run_facts import (
     Pair,
     facts_of,
     listings,
-    plot_images,
+    plot_pictures,
 )
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
@@ -207,7 +207,8 @@ def _metrics(pair: Pair) -> Iterator[str]:
 
 def _plots(pair: Pair) -> Iterator[str]:
     yield '<section>\n<h2>Plots</h2>\n<div class="scroll plots">'
-    yield from plot_images(pair)
+    for one in plot_pictures(pair):
+        yield f'<img src="{one.url}" alt="{escaped(one.name)}" style="--share: {one.share:.2f}">'
     yield '</div>\n</section>'
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import shlex
 from collections.abc import Callable, Iterator
@@ -156,7 +155,7 @@ def marks_of(failures: list[ScriptFailure]) -> list[Mark]:
     """Return a mark for all robots that failed alike, sorted by time."""
     alike: dict[tuple[str, int | None, str], list[ScriptFailure]] = {}
     for one in failures:
-        kind = first_line(one).partition(':')[0]  # what follows may have numbers in it
+        kind = one.first_line.partition(':')[0]  # what follows may have numbers in it
         alike.setdefault((one.script, one.line, kind), []).append(one)
     marks = [_mark(ones) for ones in alike.values()]
     return sorted(marks, key=lambda mark: mark.t)
@@ -171,15 +170,7 @@ def _mark(ones: list[ScriptFailure]) -> Mark:
     again = f', {times} times' if times > 1 else ''
     place = f'{first.script}, line {first.line}' if first.line else first.script
     when = f't = {first.t:.1f} s {until}{again}'
-    return Mark(first.robot, robots, first.t, when, first_line(first), place)
-
-
-def first_line(failure: ScriptFailure) -> str:
-    """Return a failure in a line, without its place."""
-    text, place = failure.text.partition('\n')[0], f'{failure.script}, line {failure.line}'
-    for before in (f'{place}: ', f'{failure.script}: '):
-        text = text.removeprefix(before)
-    return text.removesuffix(f' at {place}')
+    return Mark(first.robot, robots, first.t, when, first.first_line, place)
 
 
 @dataclass(frozen=True)
@@ -251,16 +242,27 @@ _COLOURS = 128
 """Enough for lines and letters with smooth edges."""
 
 
-def plot_images(pair: Pair) -> Iterator[str]:
-    """Yield the plots as HTML, in sizes that give all of them the same letters."""
+@dataclass(frozen=True)
+class PlotPicture:
+    """A plot of a page.
+
+    Attributes:
+        url: The PNG as a data URL.
+        share: Its width as a share of the page's, which gives all plots the same letters.
+    """
+
+    name: str
+    url: str
+    share: float
+
+
+def plot_pictures(pair: Pair) -> Iterator[PlotPicture]:
+    """Yield the plots of a run, or of two."""
     with plot_style():
         for name, figure in pair.figures():
             content = base64.b64encode(_png(figure)).decode('ascii')
             share = min(1.0, figure.get_figwidth() / _WIDEST_IN)
-            yield (
-                f'<img src="data:image/png;base64,{content}" alt="{html.escape(name)}" '
-                f'style="--share: {share:.2f}">'
-            )
+            yield PlotPicture(name, f'data:image/png;base64,{content}', share)
 
 
 def _png(figure: Figure) -> bytes:

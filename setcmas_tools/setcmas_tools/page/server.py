@@ -27,8 +27,8 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from setcmas_expe.doctor.machine_checks import network_addresses
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.network_addresses import network_addresses
 from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions
 from setcmas_tools.page.feed import Feed
 

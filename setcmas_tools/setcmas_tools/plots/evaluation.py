@@ -1,12 +1,17 @@
-"""Evaluation of a run: metrics, their table and file, and plots."""
+"""Evaluation of a run: metrics, their table and file, plots, and its summary in notebooks."""
 
 from __future__ import annotations
 
+import base64
+import html as markup
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metrics import Metrics, measure, write_yaml
+from setcmas_tools.measures.task import ignore
 from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.run.run import Run
 
@@ -60,3 +65,24 @@ def evaluate(
         metrics = measure(run, warn)
         write_yaml(metrics, metrics_file)
     return Evaluation(metrics, figures)
+
+
+_DPI = 55
+
+
+def html(run: Run) -> str:
+    """Return a run as HTML: its title, its trajectories, and the table of its metrics."""
+    from setcmas_tools.plots.plot import figure
+
+    content = io.BytesIO()
+    figure(run, 'trajectories').savefig(content, format='png', dpi=_DPI)
+    picture = base64.b64encode(content.getvalue()).decode('ascii')
+    try:
+        table = str(measure(run, ignore))
+    except SetcmasError as error:
+        table = str(error)
+    return (
+        f'<div><b>{markup.escape(run.title)}</b> ({markup.escape(str(run.outcome))})<br>'
+        f'<img src="data:image/png;base64,{picture}" alt="trajectories">'
+        f'<pre style="line-height:1.2">{markup.escape(table)}</pre></div>'
+    )

@@ -18,7 +18,7 @@ from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import Errors, task_of
+from setcmas_tools.measures.task import Errors, ignore, task_of
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
@@ -79,7 +79,7 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
 
 
 def _errors(run: Run) -> Errors | None:
-    known = task_of(run, trajectories.ignore)
+    known = task_of(run, ignore)
     return known[0].errors(run, known[1]) if known and len(run.counted.t) else None
 
 

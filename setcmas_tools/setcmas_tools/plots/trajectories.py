@@ -21,7 +21,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
-from setcmas_tools.measures.task import task_of
+from setcmas_tools.measures.task import ignore, task_of
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
@@ -168,10 +168,6 @@ def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
         return []
     task, references = known
     return task.draw(plot, axes, run, references)
-
-
-def ignore(_: str) -> None:
-    """Discard a message that is shown elsewhere."""
 
 
 def draw_world(axes: Axes, run: Run) -> list[Artist]:

@@ -41,7 +41,7 @@ def write_class(folder, **scripts):
         (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
         (
             ['.', '-R', 'mine'],
-            "there is no rubric 'mine'; give a file, or one of consensus, ctc, ",
+            "there is no rubric 'mine'; give a file, or one of bearing_formation, consensus, ",
         ),
         (['no', '-R', 'consensus', '--format', 'canvs'], "unknown grade format 'canvs'"),
         (['no', '-R', 'no.yaml'], 'no.yaml'),

@@ -56,7 +56,10 @@ def test_a_triggering_condition_gets_its_own_command(tmp_path):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('unused', '--from', 'consensu'), 'did you mean consensus'),
-        (('unused', '--exercise'), "unknown exercise 'unused'; must be one of consensus, ctc"),
+        (
+            ('unused', '--exercise'),
+            "unknown exercise 'unused'; must be one of bearing_formation, ",
+        ),
     ],
 )
 def test_mistakes_are_reported_in_one_line_and_nothing_is_written(tmp_path, arguments, message):

@@ -103,14 +103,22 @@ STRANGE = [
     '{"task": "a", "v',
     '{"task": "a", "values": {"D": "far"}}',
     '{"task": "a", "values": {}, "version": 2}',
+    '{"task": "a"}',
+    '{"task": "a", "values": {"D": [[[[1]]]]}}',
 ]
 
 
 @pytest.mark.parametrize('text', STRANGE)
 def test_messages_of_other_nodes_fit_neither_the_reader_nor_the_published_schema(text):
-    with pytest.raises(ValueError, match=r'Expected|truncated|missing|Invalid'):
+    with pytest.raises(ValueError, match='must be'):
         References.decoded(text)
     assert not fits('task-1', text)
+
+
+def test_numbers_are_finite_and_lists_few():
+    for text in ('[' * 100_000, '{"task": "a", "values": {"D": NaN}}'):
+        with pytest.raises(ValueError, match='must be'):
+            References.decoded(text)
 
 
 def test_a_task_whose_reference_is_no_number_is_refused_before_it_is_published(monkeypatch):

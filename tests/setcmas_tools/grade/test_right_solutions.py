@@ -23,8 +23,11 @@ QUICK = {
     'leader_follower_formation': ["leader's velocity from its positions", 'slower while it turns'],
     'nav_wp': ['while loop', 'slower while it turns'],
     'traj_tracking': ['numerical derivative, backward', 'saturates itself'],
+    'coverage': [],  # each takes seconds
 }
 """Solutions that are marked in the quick tests: those nearest to a bound, and with other laws."""
+
+OTHERS = ['as in the text']
 
 
 @cache
@@ -33,10 +36,11 @@ def solutions(exercise):
     return {one['name']: one['script'] for one in listed}
 
 
+EXERCISES = sorted(path.parent.name for path in SCRIPTS.glob('*/right.yaml'))
 ALL = [
-    pytest.param(exercise, name, marks=() if name in quick else pytest.mark.nightly)
-    for exercise, quick in QUICK.items()
-    for name in solutions(exercise)
+    pytest.param(one, name, marks=() if name in QUICK.get(one, OTHERS) else pytest.mark.nightly)
+    for one in EXERCISES
+    for name in solutions(one)
 ]
 
 
@@ -71,9 +75,11 @@ def use(bounds: Bounds, number: float) -> float:
     return max(upper, bounds.low / number) if bounds.low > 0 else upper
 
 
-@pytest.mark.parametrize('exercise', QUICK)
-def test_there_are_twenty_solutions_of_each_exercise(exercise):
-    assert len(solutions(exercise)) == len(set(solutions(exercise).values())) == 20
+@pytest.mark.parametrize('exercise', EXERCISES)
+def test_there_are_several_solutions_of_each_exercise(exercise):
+    count = len(set(solutions(exercise).values()))
+
+    assert count == 20 if QUICK.get(exercise) else count >= 3
 
 
 @pytest.mark.parametrize(('exercise', 'name'), ALL)
@@ -90,7 +96,7 @@ def test_a_right_solution_gets_all_points_and_keeps_away_from_each_bound(exercis
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize('exercise', QUICK)
+@pytest.mark.parametrize('exercise', EXERCISES)
 def test_check_and_grade_agree_on_right_solutions(exercise, script, host):
     for name in [*solutions(exercise)][::4]:
         path = script(exercise, name)

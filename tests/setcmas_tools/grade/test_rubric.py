@@ -86,8 +86,6 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
         ('below: 0.1, ', 'below: 0.1, above: 0, ', 11, 'has two bounds, below and above'),
         ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
-        ('metric: path_error', 'metric: answer_error', 4, 'that know the poses of all robots'),
-        ('metric: path_error', 'metric: direction_error', 4, 'direction_error compares laws'),
         ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
         (
             'needs: disagreement below 0.1 m',

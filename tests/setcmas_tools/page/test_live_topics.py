@@ -90,7 +90,7 @@ def test_a_strange_task_is_reported(peer, viewed, state, capfd):
     def is_reported():
         viewed.take(1.0)
         shown.append(capfd.readouterr().err)
-        return '/task is not understood and ignored: JSON is malformed' in ''.join(shown)
+        return '/task is not understood and ignored: it must be a JSON object' in ''.join(shown)
 
     peer.wait_for(is_reported)
     assert state.task == ''

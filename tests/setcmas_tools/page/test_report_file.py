@@ -95,7 +95,7 @@ def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
 @pytest.fixture
 def no_plots(monkeypatch):
     """Leave out the plots, which take most of the time."""
-    monkeypatch.setattr('setcmas_tools.page.report_file.plot_images', lambda _: [])
+    monkeypatch.setattr('setcmas_tools.page.report_file.plot_pictures', lambda _: [])
 
 
 def test_the_other_run_is_there_with_what_differs(failed_run, no_plots):

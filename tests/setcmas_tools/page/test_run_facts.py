@@ -1,6 +1,5 @@
 import base64
 import io
-import re
 from dataclasses import replace
 
 from PIL import Image
@@ -8,7 +7,7 @@ from report_pages import HOSTILE, LAW
 
 from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.run_facts import Pair, facts_of, listings, marks_of, plot_images
+from setcmas_tools.page.run_facts import Pair, facts_of, listings, marks_of, plot_pictures
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.run.run import Run
@@ -112,11 +111,11 @@ def test_one_run_has_the_table_of_its_robots():
 
 
 def test_each_plot_is_there_and_small(failed_run):
-    images = list(plot_images(Pair('failed', failed_run)))
+    pictures = list(plot_pictures(Pair('failed', failed_run)))
 
-    assert [re.search('alt="(.*?)"', one)[1] for one in images] == list(plots_of(failed_run))
-    for one in images:
-        content = base64.b64decode(re.search('image/png;base64,(.*?)"', one)[1])
+    assert [one.name for one in pictures] == list(plots_of(failed_run))
+    for one in pictures:
+        content = base64.b64decode(one.url.removeprefix('data:image/png;base64,'))
         assert len(content) < 100_000
         picture = Image.open(io.BytesIO(content))
         assert picture.width > 400

@@ -1,0 +1,49 @@
+"""Measures runs in Chromium with Pyodide; prints figures, asserts nothing.
+
+Needs chromium and chromium-driver, and the network once, for Pyodide. Run in the environment that
+setcmas is installed in, on a quiet machine:
+
+    python benchmarks/in_browser.py [--runs 50]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
+
+from pyodide_browser import PyodideBrowser, pyodide_browser
+
+REQUEST = {'algo': 'consensus', 'scenario': {'nb_robots': 8, 'duration': 60}}
+
+
+def timed(browser: PyodideBrowser, call: str, **request) -> str:
+    answer, _ = browser.call(call, **request)
+    assert answer['ok'], answer
+    alone = f', the simulation {answer["seconds"]:.3f} s' if 'seconds' in answer else ''
+    return f'{answer["took"]:.2f} s{alone}'
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--runs', type=int, default=50)
+    runs = parser.parse_args().runs
+    with pyodide_browser() as browser:
+        print(f'wheel: {browser.wheel.stat().st_size / 1e6:.2f} MB')
+        for part, seconds in browser.laps.items():
+            print(f'{part}: {seconds:.2f} s')
+        print('8 robots for 60 s, until the page has the content of its player:')
+        for number in ('first', 'second', 'third'):
+            print(f'  {number} run: {timed(browser, "run", **REQUEST)}')
+        print(f'memory: {browser.memory_mb():.0f} MB')
+        for _ in range(runs):
+            browser.call('run', **REQUEST)
+        print(f'memory after {runs} more runs: {browser.memory_mb():.0f} MB')
+        for call in ('report_html', 'report_html', 'plots'):
+            print(f'{call}: {timed(browser, call)}')
+
+
+if __name__ == '__main__':
+    main()

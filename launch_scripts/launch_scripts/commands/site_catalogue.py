@@ -1,0 +1,145 @@
+"""Catalogue of a web page: the laws, exercises, scenarios and options that it offers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import Field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, names_to_set, summary_of
+from setcmas_simu import __version__
+from setcmas_simu.options.group import default_of
+from setcmas_simu.options.kinds import Number, Whole
+from setcmas_simu.options.option import Option, plain
+from setcmas_simu.plugins import ScriptGroup
+from setcmas_simu.robots.models import MODELS
+from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
+from setcmas_tools.scenario.scenario import Scenario
+
+_OFFERED = (
+    'nb_robots', 'duration', 'graph', 'range', 'delay', 'loss', 'noise', 'event_triggered',
+    'threshold', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
+    'random_poses', 'pose', 'arena', 'obstacles',
+)  # fmt: skip
+"""Options of the page, in order; the others need ROS, a solver, or files."""
+
+_FOR_TOOLS = ('task', 'exercise')
+"""Names of scripts that are no settings of the law."""
+
+
+def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
+    """Return what a page offers, as JSON has it.
+
+    Args:
+        scenarios: Scenario files.
+        rubrics: Rubrics; only their shown parts are described.
+
+    Raises:
+        SetcmasError: A file has a mistake.
+    """
+    exercises = (name for name in _names(EXERCISES) if _has_rubric(name))
+    return {
+        'version': __version__,
+        'laws': [_law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS)],
+        'exercises': [_exercise(name, rubric_of_exercise(name)) for name in exercises],
+        'rubrics': [_rubric(one.stem, read_rubric(one)) for one in rubrics],
+        'template': _template(),
+        'scenarios': [_scenario(one) for one in scenarios],
+        'options': _options(),
+    }
+
+
+def _names(group: ScriptGroup) -> list[str]:
+    """Return the names of the scripts of a group, one for each script."""
+    names: dict[Path, str] = {}
+    for name in group.plugins():
+        names.setdefault(group.file(name), name)
+    return [*names.values()]
+
+
+def _has_rubric(name: str) -> bool:
+    return EXERCISES.file(name).with_suffix('.yaml').is_file()
+
+
+def _law(name: str, file: Path) -> dict[str, Any]:
+    return {
+        'name': name,
+        'summary': summary_of(file) or '',
+        'text': file.read_text(encoding='utf-8'),
+        'settings': [one for one in names_to_set(file) if one not in _FOR_TOOLS],
+    }
+
+
+def _exercise(name: str, rubric: Rubric) -> dict[str, Any]:
+    return {**_law(name, EXERCISES.file(name)), **_rubric(name, rubric)}
+
+
+def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
+    shown = rubric.shown()
+    return {
+        'name': name,
+        'title': shown.title,
+        'exercise': shown.exercise,
+        'function': shown.function,
+        'points': shown.max_score,
+    }
+
+
+def _template() -> dict[str, str]:
+    file = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
+    return {'name': 'my_law.py', 'text': file.read_text(encoding='utf-8')}
+
+
+def _scenario(file: Path) -> dict[str, Any]:
+    scenario = Scenario.load(file)
+    values = {k: plain(v) for k, v in scenario.changed().items() if k != 'algo'}
+    own = [one for one in scenario.scripts() if one == Path(str(scenario.law.algo))]
+    script = {'name': own[0].name, 'text': own[0].read_text(encoding='utf-8')} if own else None
+    law = Path(str(scenario.law.algo)).stem
+    return {'name': file.stem, 'values': values, 'algo': law, 'script': script}
+
+
+def _options() -> list[dict[str, Any]]:
+    found = {
+        one.name: _option(one, kind.TITLE)
+        for kind in Scenario.PARTS.values()
+        for one in fields(kind)
+    }
+    return [found[name] for name in _OFFERED]
+
+
+def _option(one: Field[Any], group: str) -> dict[str, Any]:
+    option: Option = one.metadata['option']
+    kind = option.kind
+    return {
+        'name': one.name,
+        'group': group,
+        'help': option.help,
+        'must_be': kind.must_be,
+        'input': _input(option),
+        'default': _finite(plain(default_of(one))),
+        'default_text': option.default_text,
+        'unit': getattr(kind, 'unit', ''),
+        'choices': [*(MODELS.plugins() if one.name == 'model' else kind.choices)],
+        **{bound: _finite(getattr(kind, bound, None)) for bound in ('above', 'least', 'most')},
+    }
+
+
+def _input(option: Option) -> str:
+    if option.is_switch:
+        return 'switch'
+    if option.is_several:
+        return 'several'
+    if isinstance(option.kind, Number):
+        return 'number'
+    if isinstance(option.kind, Whole):
+        return 'whole'
+    return 'choice' if option.kind.choices else 'text'
+
+
+def _finite(value: Any) -> Any:
+    """Return a value as JSON has it: no limit is None."""
+    return None if isinstance(value, float) and math.isinf(value) else value

@@ -1,0 +1,287 @@
+"""The worker's calls: here in this process, and in Chromium with Pyodide, without a network."""
+
+import base64
+import io
+import json
+import math
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from launch_scripts.commands import in_browser
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools import Run, simulate
+from setcmas_tools.page.content import run_content
+from setcmas_tools.plots.plot import plots_of
+
+LAW = """
+K = 0.5
+
+
+def control(robotNo, nbRobots, poses, t):
+    if t == 0 and robotNo == 2:
+        print('hello <b>')
+    x = y = 0.0
+    for j in range(nbRobots):
+        x -= K * (poses[0, robotNo - 1] - poses[0, j])
+        y -= K * (poses[1, robotNo - 1] - poses[1, j])
+    return x, y
+"""
+FAILS = LAW.replace('return x, y', 'return [x][int(t >= 1)], y')
+HANGS = LAW.replace('x = y = 0.0', 'while t >= 1 and robotNo == 3: pass\n    x = y = 0.0')
+FLEET = {'nb_robots': 3, 'duration': 4, 'loss': '0.2', 'graph': 'ring'}
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+class Page:
+    """Calls `in_browser` in this process, and keeps what the page is sent meanwhile."""
+
+    def __init__(self):
+        self.said = []
+
+    def call(self, call, **request):
+        self.said.clear()
+        return json.loads(getattr(in_browser, call)(json.dumps(request), self.say))
+
+    def say(self, text):
+        self.said.append(json.loads(text))
+
+    def run(self, **request):
+        return self.call('run', **{'scenario': FLEET, **request})
+
+
+@pytest.fixture
+def page():
+    return Page()
+
+
+def test_a_run_is_that_of_the_engine(page):
+    answer = page.run(script=LAW, set={'K': '0.8'})
+    Path('my_law.py').write_text(LAW)
+    run = simulate('my_law.py', 3, 4.0, loss=0.2, graph='ring', set={'K': 0.8})
+
+    assert answer['page'] == json.loads(json.dumps(run_content(run)))
+    assert (answer['title'], answer['outcome'], answer['links']) == (run.title, 'complete', True)
+    assert [row[0] for row in answer['metrics']['rows']] == ['tb3_1', 'tb3_2', 'tb3_3']
+    assert any('least separation' in line for line in answer['metrics']['lines'])
+    assert {'print': 'tb3_2: hello <b>\n'} in page.said
+    assert {'reached': 0.2, 'of': 4.0} in page.said
+
+
+def test_a_failing_line_is_named(page):
+    answer = page.run(script=FAILS)
+
+    assert answer['ok']
+    assert answer['failures'][0] | {'text': ''} == {
+        'robot': 1, 't': 1.0, 'file': 'my_law.py', 'line': 12, 'text': ''
+    }  # fmt: skip
+    assert 'IndexError' in answer['failures'][0]['text']
+
+
+@pytest.mark.parametrize(
+    ('request_', 'message', 'line'),
+    [
+        ({'script': 'x = ='}, 'my_law.py, line 1: SyntaxError', 1),
+        ({'script': f'import missing_{LAW}'}, 'my_law.py, line 1: ModuleNotFoundError', 1),
+        ({'script': LAW, 'name': '../law.py'}, "'../law.py' cannot be the name of a script", 0),
+        ({'script': LAW, 'set': {'k': '1'}}, 'did you mean K?', 0),
+        ({'algo': 'consensu'}, 'did you mean consensus?', 0),
+        ({'scenario_file': 'square'}, "this page has no scenario 'square'", 0),
+        ({'scenario': {'nb_robots': 'x'}}, "nb_robots is 'x'; it must be a whole number", 0),
+        ({'scenario': {'los': 1}}, 'did you mean loss?', 0),
+    ],
+)
+def test_a_mistake_is_refused_with_its_line(page, request_, message, line):
+    answer = page.run(**request_)
+
+    assert not answer['ok']
+    assert message in answer['error']
+    assert answer['line'] == line
+
+
+def test_a_scenario_of_the_page_is_run_with_changes(page):
+    Path('scenarios').mkdir()
+    Path('scenarios/square.yaml').write_text('algo: law.py\nnb_robots: 4\nset: {K: 0.4, L: 1}\n')
+    Path('scenarios/law.py').write_text(f'{LAW}\nL = 2\n')
+    answer = page.run(scenario_file='square', set={'K': 1}, scenario={'duration': 2})
+    run = simulate('scenarios/law.py', 4, 2.0, set={'K': 1, 'L': 1})
+
+    assert answer['page'] == json.loads(json.dumps(run_content(run)))
+
+
+def test_a_triggering_condition_is_run(page):
+    script = 'def ctc(pos, last_pos, t):\n    return t > 1\n'
+    answer = page.run(script=script, function='ctc', scenario={'nb_robots': 3, 'duration': 2})
+
+    assert answer['title'] == 'consensus, 3 robots'
+    assert answer['page']['plane']['sent']
+
+
+def test_a_law_is_checked(page):
+    script = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
+    answer = page.call('check', script=script, exercise='consensus')
+
+    assert 0 < answer['points'] < answer['of'] == 10
+    assert 'as if K were 1, not 0.5' in answer['hint']
+    assert answer['picture'].startswith('data:image/png;base64,iVBOR')
+    assert answer['scenarios'][0]['criteria'][0]['full']
+    assert {'scenario': 'eight robots'} in page.said
+
+
+def test_the_run_is_handed_in_as_a_folder_and_as_a_page(page, tmp_path):
+    answer = page.run(script=LAW)
+    zipfile.ZipFile(io.BytesIO(in_browser.run_zip())).extractall(tmp_path / 'zip')
+    html = json.loads(in_browser.report_html(json.dumps({'title': 'Lab', 'name': '<Ada>'})))
+
+    loaded = Run.load(tmp_path / 'zip' / 'run')
+    assert len(loaded.table.t) == 3 * 41
+    assert loaded.inputs[0].contents == [LAW.encode()]
+    assert str(loaded.metrics()).splitlines()[-1] == answer['metrics']['lines'][-1]
+    assert '&lt;Ada&gt;' in html['html']
+    assert 'my_law.py' in html['html']
+
+
+def test_output_is_limited(page):
+    flood = LAW.replace("print('hello <b>')", "print('x' * 300_000)")
+    page.run(script=flood)
+    printed = ''.join(one.get('print', '') for one in page.said)
+
+    assert len(printed) < 250_000
+    assert printed.endswith('the script prints more, which is not shown\n')
+
+
+# In Chromium with Pyodide
+
+
+@pytest.fixture(scope='module')
+def chromium():
+    """Chromium with Pyodide, in which `in_browser` is imported, but not matplotlib."""
+    if not shutil.which('chromium'):
+        pytest.skip('chromium is missing')
+    from pyodide_browser import pyodide_browser
+
+    with pyodide_browser() as browser:
+        yield browser
+
+
+def unlike(one, other):
+    """Return the largest difference of numbers in equal structures; inf for others."""
+    if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
+        return max((unlike(one[key], other[key]) for key in one), default=0)
+    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        return max(map(unlike, one, other), default=0)
+    if isinstance(one, (int, float)) and isinstance(other, (int, float)):
+        return abs(one - other)
+    return 0 if one == other else math.inf
+
+
+POSES = """
+import json
+from setcmas_tools import simulate
+json.dumps(simulate({law!r}, 8, 30.0, warn=lambda _: None, **{more}).poses.tolist())
+"""
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ('law', 'more'),
+    [
+        *((law, {}) for law in ALGORITHMS.plugins()),
+        ('consensus', {'graph': 'ring', 'loss': 0.2, 'delay': 0.2, 'noise': 0.01}),
+        ('consensus', {'model': 'burger'}),
+    ],
+)
+def test_numbers_are_those_of_this_machine(chromium, law, more):
+    theirs = chromium.python(POSES.format(law=law, more=more))
+    poses = simulate(law, 8, 30.0, warn=lambda _: None, **more).poses
+
+    assert np.abs(np.array(json.loads(theirs)) - poses)[:, :2].max() < 1e-12
+
+
+@pytest.mark.nightly
+def test_a_run_in_chromium_is_that_of_this_machine(chromium, page):
+    request = {'script': LAW, 'scenario': FLEET}
+    theirs, said = chromium.call('run', **request)
+    ours = page.run(**request)
+
+    assert unlike(theirs['page'], ours['page']) <= 1  # the last digit of a packed number
+    assert theirs['metrics'] == ours['metrics']
+    assert {'reached': 0.2, 'of': 4.0} in said
+    assert {'print': 'tb3_2: hello <b>\n'} in said
+
+
+@pytest.mark.nightly
+def test_a_call_that_hangs_is_stopped_with_its_line(chromium):
+    request = {'script': HANGS, 'scenario': FLEET, 'call_timeout': 1}
+    answer, said = chromium.call('run', **request)
+
+    assert answer['late'], answer
+    assert (answer['file'], answer['line']) == ('my_law.py', 8), answer
+    assert answer['error'].startswith(
+        'tb3_3: control has not returned for 1 s; it is at my_law.py'
+    )
+    assert {'alive': True} in said
+    assert chromium.call('run', script=LAW, scenario=FLEET)[0]['ok']
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ('hangs', 'line'),
+    [
+        ('def f(n):\n    return f(n - 1) + f(n - 2) if n > 1 else 1\nX = f(60)', 1),
+        ('X = sum(1 for i in iter(int, 1))', 1),
+        ('exec("while True: pass")', 1),
+        ('import time\nwhile True: time.sleep(0.1)', 2),
+    ],
+)
+def test_a_script_that_never_loads_is_stopped_with_its_line(chromium, hangs, line):
+    answer, _ = chromium.call('run', script=f'{hangs}\n{LAW}', call_timeout=0.5)
+
+    assert answer['late'], answer
+    assert answer['line'] == line
+    assert 'my_law.py has been loading for 0.5 s' in answer['error']
+
+
+@pytest.mark.nightly
+def test_an_exercise_in_chromium_has_the_points_of_this_machine(chromium, page):
+    script = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
+    request = {'script': script, 'exercise': 'consensus'}
+    theirs, _ = chromium.call('check', **request)
+    ours = page.call('check', **request)
+
+    own = {'picture': '', 'took': theirs['took']}
+    assert theirs | own == ours | own
+    assert theirs['picture'].startswith('data:image/png;base64,iVBOR')
+
+
+@pytest.mark.nightly
+def test_the_run_leaves_chromium_as_a_folder_and_as_a_page(chromium, tmp_path):
+    answer, _ = chromium.call('run', script=LAW, scenario=FLEET)
+    report, _ = chromium.call('report_html', name='Ada')
+    code = 'import base64\nbase64.b64encode(in_browser.run_zip()).decode()'
+    content = base64.b64decode(chromium.python(code))
+    zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
+
+    loaded = Run.load(tmp_path / 'run')
+    assert str(loaded.metrics()).splitlines()[-1] == answer['metrics']['lines'][-1]
+    assert loaded.info.origin.host['system'].startswith('Emscripten')
+    assert 'Ada' in report['html']
+    assert report['html'].count('data:image/png') == len(plots_of(loaded))
+
+
+@pytest.mark.nightly
+def test_the_safety_filter_is_refused_in_a_line(chromium):
+    scenario = {'nb_robots': 3, 'filter': 'barrier'}
+    answer, _ = chromium.call('run', script=LAW, scenario=scenario)
+
+    assert answer['error'] == (
+        "'filter' needs daqp, which web pages do not have; use setcmas on your computer: "
+        "pip install 'setcmas[filter]'"
+    )

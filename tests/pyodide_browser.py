@@ -1,0 +1,108 @@
+"""Chromium with Pyodide, in which `in_browser` answers calls, without a network."""
+
+import contextlib
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from browser import open_browser
+from pyodide_folder import pyodide_folder
+from served_folder import served
+
+ROOT = Path(__file__).parents[1]
+
+_BOOT = """
+const done = arguments[arguments.length - 1], laps = {};
+let begin = performance.now();
+const lap = name => {
+  const now = performance.now();
+  laps[name] = (now - begin) / 1e3;
+  begin = now;
+};
+(async () => {
+  const {loadPyodide} = await import('/pyodide/pyodide.mjs');
+  window.py = await loadPyodide({indexURL: '/pyodide/'});
+  lap('Pyodide');
+  await py.loadPackage(['numpy', 'pyyaml']);
+  lap('numpy and PyYAML');
+  py.unpackArchive(await (await fetch('/WHEEL')).arrayBuffer(), 'wheel');
+  lap('wheel');
+  window.said = [];
+  py.globals.set('say', text => { said.push(JSON.parse(text)); });
+  py.runPython('from launch_scripts.commands import in_browser');
+  lap('imports');
+  return laps;
+})().then(done, error => done(String(error)));
+"""
+_CALL = """
+const [name, request] = arguments, done = arguments[arguments.length - 1];
+said.length = 0;
+py.globals.set('request', JSON.stringify(request));
+try {
+  const begin = performance.now();
+  const answer = JSON.parse(py.runPython(`in_browser.${name}(request, say)`));
+  answer.took = (performance.now() - begin) / 1e3;
+  done([answer, said]);
+} catch (error) { done([String(error), said]); }
+"""
+_PYTHON = """
+const done = arguments[arguments.length - 1];
+try { done(py.runPython(arguments[0])); } catch (error) { done(String(error)); }
+"""
+_MATPLOTLIB = """
+const done = arguments[arguments.length - 1];
+py.loadPackage('matplotlib').then(() => done('ready'), error => done(String(error)));
+"""
+
+
+class PyodideBrowser:
+    """The browser; matplotlib is loaded when an answer asks for it.
+
+    Attributes:
+        laps: Durations in s of the parts of its start.
+        wheel: The wheel of setcmas.
+    """
+
+    def __init__(self, browser, wheel: Path) -> None:
+        browser.set_script_timeout(120)
+        self._browser = browser
+        self.wheel = wheel
+        self.laps = browser.execute_async_script(_BOOT.replace('WHEEL', wheel.name))
+        assert isinstance(self.laps, dict), self.laps
+
+    def call(self, call: str, **request: Any):
+        """Call a function of `in_browser`; return its answer and what it said meanwhile."""
+        answer, said = self._browser.execute_async_script(_CALL, call, request)
+        if isinstance(answer, dict) and answer.get('needs') == 'matplotlib':
+            self.load_matplotlib()
+            return self.call(call, **request)
+        return answer, said
+
+    def python(self, code: str):
+        """Return the value of Python code."""
+        return self._browser.execute_async_script(_PYTHON, code)
+
+    def load_matplotlib(self) -> None:
+        """Load matplotlib, but do not import it."""
+        assert self._browser.execute_async_script(_MATPLOTLIB) == 'ready'
+
+    def memory_mb(self) -> float:
+        """Return the size of Pyodide's memory in MB."""
+        return self._browser.execute_script('return py._module.HEAPU8.length / 1e6')
+
+
+@contextlib.contextmanager
+def pyodide_browser() -> Iterator[PyodideBrowser]:
+    """Start it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        command = [sys.executable, '-m', 'hatchling', 'build', '-t', 'wheel', '-d', name]
+        subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+        (folder / 'index.html').write_text('<!doctype html><title>Test</title>')
+        (folder / 'pyodide').symlink_to(pyodide_folder())
+        with served(folder) as address, open_browser(800, 600) as browser:
+            browser.get(address)
+            yield PyodideBrowser(browser, next(folder.glob('*.whl')))
