@@ -11,6 +11,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import TwistStamped
 from lab_peer import BRIDGES, HZ, LabPeer
 from nav_msgs.msg import Odometry
+from processes import PATIENT_LAB
 from rclpy.node import Node
 from ros_peer import Peer
 from std_msgs.msg import Bool
@@ -134,7 +135,10 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     lab = LabPeer(peer, ('tb3_1',))
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     lab.paused = True
-    start(*[word for word in BRIDGES if word != '--without-guard'])
+    # A machine that holds this process up is not to stop the robot before its guard does.
+    start(
+        *[word for word in BRIDGES if word != '--without-guard'], *PATIENT_LAB[1:]
+    )  # not emulated
     see_it_stand(lab, 'paused; no cmd_vel_guard on it')
     guard = start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
