@@ -136,7 +136,9 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     lab.paused = True
     # A machine that holds this process up is not to stop the robot before its guard does.
-    start(*[word for word in BRIDGES if word != '--without-guard'], *PATIENT_LAB)
+    start(
+        *[word for word in BRIDGES if word != '--without-guard'], *PATIENT_LAB[1:]
+    )  # not emulated
     see_it_stand(lab, 'paused; no cmd_vel_guard on it')
     guard = start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
