@@ -194,7 +194,11 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
         ('cyclic_pursuit', {'nb_robots': 2}, 'needs at least three robots'),
         ('cyclic_pursuit', {'graph': 'path'}, 'robots [4] do not receive the robot that they'),
         ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
-        ('resilient_consensus', {'graph': 'ring'}, 'the graph is not robust enough'),
+        ('finite_time_consensus', {'graph': 'two.yaml'}, 'at the start is not connected'),
+        ('resilient_consensus', {'graph': 'ring'}, 'a robot has fewer than 3 neighbours'),
+        ('resilient_consensus', {'set': {'K': 6}}, 'K must be 5 1/s at most'),
+        ('leader_election', {'graph': 'two.yaml'}, 'the graph is not strongly connected'),
+        ('leader_election', {'set': {'K': 12}}, 'too large for a sampling period of 0.2 s'),
         ('rendezvous', {}, 'a link is longer than D'),
         ('laplacian_consensus', {'set': {'DELAY': 4.0}}, 'positions that are 4 s old'),
         ('distributed_optimisation', {'graph': 'two.yaml'}, 'no directed spanning tree'),
@@ -217,6 +221,22 @@ def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, opt
     simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
 
     assert capsys.readouterr().out.count(line) == 1
+
+
+@pytest.mark.parametrize(
+    ('law', 'given', 'line'),
+    [
+        ('finite_time_consensus', {'ALPHA': -1}, 'ALPHA = -1; it must be above 0 and below 1'),
+        ('laplacian_consensus', {'DELAY': -1.0}, 'DELAY = -1 s; it must be 0 s or more'),
+    ],
+)
+def test_a_setting_that_cannot_be_stops_the_robots_and_predicts_nothing(law, given, line, capsys):
+    run = simulate(law, 3, 1.0, set=given)
+
+    assert run.failed_robots == [1, 2, 3]
+    assert (run.velocities == 0).all()
+    assert 'prediction' not in run.metrics()
+    assert 'failed' not in capsys.readouterr().out
 
 
 def test_distributed_optimisation_meets_at_the_minimiser_of_all_costs():

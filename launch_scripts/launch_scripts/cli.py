@@ -34,6 +34,7 @@ VERBS = {
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
     'identify': 'identify gain, lag and delay of robots from a run, for --model',
     'report': 'write a run as one page to hand in: replay, plots and script',
+    'site': 'write a web page that runs laws, with nothing to install',
     'list': 'list laws, robot models, mocap sources, metrics and plots',
     'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',

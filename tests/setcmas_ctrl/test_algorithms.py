@@ -141,7 +141,7 @@ def test_leader_election_with_too_few_numbers_says_so_once_and_goes_on(capfd):
     run = simulate('leader_election', 4, 2.0, set={'NUMBERS': [5, 7]})
 
     assert run.failed_robots == []
-    assert capfd.readouterr().out.count('NUMBERS has 2 numbers for 4 robots') == 1
+    assert capfd.readouterr().out.count('NUMBERS has 2 of 4 numbers') == 1
     assert {one.value[0] for one in run.messages[-4:]} == {7}
 
 

@@ -241,7 +241,8 @@ def _file_of(folder: str, name: str) -> Path:
         SetcmasError: There is none.
     """
     places = Path(folder), Path(folder, Path(name).name)
-    found = [*places[0].glob(f'{Path(name).name}.yaml'), *sorted(places[1].glob('*.yaml'))]
+    named = [file for one in places for file in one.glob(f'{Path(name).name}.yaml')]
+    found = [*named, *sorted(places[1].glob('*.yaml'))]
     if not found:
         raise SetcmasError(f"this page has no {folder.removesuffix('s')} '{name}'")
     return found[0]

@@ -26,8 +26,10 @@ SLOW = 0.01  # speed (m/s) below which robots stop
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
-    if t == 0 and robotNo == 1 and not (network.adjacency() == network.adjacency().T).all():
-        print('the graph is directed: robots may miss their mean and the predicted time')
+    if not 0 < ALPHA < 1:
+        raise ValueError(f'ALPHA = {ALPHA:g}; it must be above 0 and below 1')
+    if t == 0 and robotNo == 1:
+        warn_of_the_graph()
     weights = network.adjacency()[robotNo - 1]
     gaps = poses[:2] - poses[:2, robotNo - 1, None]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
@@ -35,17 +37,23 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(vx, vy, SLOW)
 
 
+def warn_of_the_graph():
+    """Print why robots may not meet at their mean by the predicted time."""
+    if (network.adjacency() != network.adjacency().T).any():
+        print('the graph is directed: robots may miss their mean and the predicted time')
+    elif not network.reachable().all():
+        print('the graph at the start is not connected: robots do not all meet')
+
+
 def predict(conditions):
     """Return a bound of the settling time, for an undirected connected graph."""
     places, weights = conditions.starts[:2], conditions.adjacency
-    if len(weights) < 2 or (weights != weights.T).any() or not 0 < ALPHA < 1:
+    is_suitable = (weights == weights.T).all() and network.reachable(weights).all()
+    if len(weights) < 2 or not is_suitable or not 0 < ALPHA < 1 or K <= 0:
         return {}
     weights = weights ** (2 / (1 + ALPHA))
     second = np.linalg.eigvalsh(np.diag(weights.sum(axis=1)) - weights)[1]
-    if second < 1e-9:
-        return {}
-    squares = np.sum((places - places.mean(axis=1)[:, None]) ** 2, axis=1) / 2
-    bound = 4 * squares.max() ** ((1 - ALPHA) / 2)
-    bound /= K * (1 - ALPHA) * (4 * second) ** ((1 + ALPHA) / 2)
+    V = np.sum((places - places.mean(axis=1)[:, None]) ** 2, axis=1).max() / 2
+    bound = 4 * V ** ((1 - ALPHA) / 2) / (K * (1 - ALPHA) * (4 * second) ** ((1 + ALPHA) / 2))
     formula = 'the upper bound T <= 4 V^((1-alpha)/2) / (K (1-alpha) (4 lambda_2)^((1+alpha)/2))'
     return {'consensus.settling_time_2_percent_s': Predicted(bound, formula)}

@@ -34,6 +34,8 @@ past = []  # times (s) and own positions (m), from the one that the law uses on
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
     global before
+    if DELAY < 0:
+        raise ValueError(f'DELAY = {DELAY:g} s; it must be 0 s or more')
     if robotNo == 1 and before is not None and before >= 0:
         for doubt in LinearLaw(K * network.laplacian(), 'K L', 0.0, DELAY).doubts(t - before):
             print(doubt)
@@ -51,5 +53,7 @@ def control(robotNo, nbRobots, poses, t):
 
 def predict(conditions):
     """Return the linear law of all robots together."""
+    if DELAY < 0:
+        return {}
     late = np.ceil(DELAY / conditions.period - 1e-9) * conditions.period
     return LinearLaw(K * conditions.laplacian, 'K L', own_delay=late)

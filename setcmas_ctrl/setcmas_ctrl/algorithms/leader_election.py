@@ -3,42 +3,45 @@
 Each robot has a number, and sends the largest that it has received so far (max-consensus):
 
     m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
-
-with m_i(0) its own number. The robot with the largest number leads. After k + 1 calls each robot
-has the largest number within k links, so in a strongly connected graph without loss or delay all
-agree after one call more than the graph's diameter. The leader's place p goes with its number, and
-
     v_i = K (p - p_i)
 
+with m_i(0) its own number, and p the place that the leader sends with its number. The robot with
+the largest number leads. After k + 1 calls each robot has the largest number within k links, so in
+a strongly connected graph without loss or delay all agree after one call more than the graph's
+diameter.
 Source: FloodMax in Lynch, Distributed Algorithms, Morgan Kaufmann, 1996, section 4.1.
 """
 
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import Predicted
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
-NUMBERS = []  # of robots 1, 2, ...; each further robot draws one between 0 and 1
+NUMBERS = []  # of robots 1, 2, ...; further robots draw theirs between 0 and 1
 
 leader = ()  # number, robot and place (m) of the leader, as far as this robot has received
+before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards the leader's place."""
-    global leader
+    global leader, before
     x, y = poses[:2, robotNo - 1]
     if not leader:
         drawn = np.random.default_rng().random()
         leader = (NUMBERS[robotNo - 1] if robotNo <= len(NUMBERS) else drawn, robotNo, x, y)
-        if robotNo == 1 and 0 < len(NUMBERS) < nbRobots:
-            print(f'NUMBERS has {len(NUMBERS)} numbers for {nbRobots} robots: the others draw one')
-        if robotNo == 1 and not network.reachable().all():
-            print('the graph is not strongly connected at the start: robots may elect several '
-                  'leaders')  # fmt: skip
+    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
+        if 0 < len(NUMBERS) < nbRobots:
+            print(f'NUMBERS has {len(NUMBERS)} of {nbRobots} numbers: other robots draw theirs')
+        if not network.reachable().all():
+            print('the graph is not strongly connected: robots may elect several leaders')
+        for doubt in LinearLaw(K * np.eye(1), 'K').doubts(t, meet=False):
+            print(doubt)
+    before = t
     for message in network.received().values():
         leader = max(leader, tuple(message.value))
     network.send(leader)

@@ -5,8 +5,8 @@ above its own and the F smallest of those below; with the remaining neighbours N
 
     v_i = K / (1 + |N_i|) sum over j in N_i of (p_j - p_i)
 
-Honest robots stay within the range of their start coordinates, and meet if the graph is
-(2F + 1)-robust. A complete graph is ceil(N/2)-robust.
+If K h <= 1 with the sampling period h, honest robots stay in the interval of their starts. They
+meet if the graph is (2F + 1)-robust; a complete graph is ceil(N/2)-robust.
 Source: LeBlanc, Zhang, Koutsoukos and Sundaram, Resilient asymptotic consensus in robust networks,
 IEEE Journal on Selected Areas in Communications 31(4), 2013.
 """
@@ -22,19 +22,23 @@ task = 'resilience'  # selects its metrics and plots
 K = 0.5  # gain (1/s)
 F = 1  # robots that may not follow the law
 REBELS = [1]  # robots that do not: they drive along a circle
-
 RADIUS = 3.0  # of the circle (m)
 W = 0.1  # angular rate along it (rad/s)
 SLOW = 0.01  # speed (m/s) below which robots stop
+before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of an honest robot or of a rebel."""
-    if t == 0 and robotNo == 1:
+    global before
+    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
         if len(REBELS) > F:
-            print(f'{len(REBELS)} rebels, but F = {F}: the other robots may not agree')
+            print(f'F = {F}, but robots {REBELS} disobey: the others may not agree')
         if (network.adjacency() > 0).sum(axis=1).min() < 2 * F + 1:
-            print(f'a robot has fewer than {2 * F + 1} neighbours: the graph is not robust enough')
+            print(f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree')
+        if K * t > 1:  # then a step ends beyond the mean of the trusted values
+            print(f'K must be {1 / t:.3g} 1/s at most: honest robots may leave their interval')
+    before = t
     if robotNo in REBELS:
         return -RADIUS * W * np.sin(W * t), RADIUS * W * np.cos(W * t)
     gaps = poses[:2, [j - 1 for j in network.neighbours()]] - poses[:2, robotNo - 1, None]

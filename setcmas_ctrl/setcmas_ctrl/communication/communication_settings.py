@@ -119,9 +119,10 @@ class CommunicationOptions(Options):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user on a condition that is not filled in yet."""
-        note = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
-        return [note] if note else []
+        """Notes for the user: a condition that is not filled in yet, or nothing arrives."""
+        unfilled = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
+        silent = 'loss is 1: no message arrives, so each robot knows its own pose only'
+        return [note for note in (unfilled, silent if self.loss == 1.0 else '') if note]
 
 
 def find_condition(name: str, exercise: bool = False) -> Path:

@@ -18,6 +18,7 @@ from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, bro
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.law_loader import LawLoader, ScriptReloader
 from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
+from setcmas_ctrl.controller.lockstep_odometry import LockstepOdometry
 from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic, publish_obstacles
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script
@@ -76,9 +77,7 @@ class ControlledFleet:
         laws = self._loader.load()
         self._communication = chosen_communication(self._nb_robots, communication, law.seed)
         self._time = self._simulated_time()
-        self._profile = qos.COMMAND
-        if isinstance(self._time, Lockstep):
-            self._profile = qos.LOCKSTEP_COMMAND
+        if self._in_lockstep:
             canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
         self._odometry = self._poses()
         self.stepper, graph = self._stepper(laws)
@@ -135,13 +134,18 @@ class ControlledFleet:
             )
         return time
 
+    @property
+    def _in_lockstep(self) -> bool:
+        return isinstance(self._time, Lockstep)
+
     def _poses(self) -> FleetOdometry:
-        profile = qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE
+        profile = qos.STATE
         if not (self._options.experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topics.odometry_topic(self._robots[0]))
         # With event-triggered broadcast the laws know the other robots only by what they send;
         # but the range of a radio depends on where robots are.
-        return FleetOdometry(
+        kind = LockstepOdometry if self._in_lockstep else FleetOdometry
+        return kind(
             self._node,
             self._nb_robots,
             topics.mocap_topic if self._options.experiment else topics.odometry_topic,
@@ -151,7 +155,7 @@ class ControlledFleet:
 
     def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:
         controllers = [
-            Controller(self._node, law, self._profile, self._safety.is_on) for law in laws
+            Controller(self._node, law, self._in_lockstep, self._safety.is_on) for law in laws
         ]
         self._show_surroundings()
         drivers = self._drivers()
@@ -179,7 +183,7 @@ class ControlledFleet:
         options = self._options
         topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
         drivers = [
-            SiToUni(self._node, robot, options.cmd_vel_type, topic, self._profile)
+            SiToUni(self._node, robot, options.cmd_vel_type, topic, self._in_lockstep)
             for robot in self._robots
         ]
         models = DrivenModels(drivers, self._warn)
@@ -229,7 +233,7 @@ class ControlledFleet:
         self, senders: list[EventTriggeredComm], graph: GraphWatch
     ) -> StepLoop | LockstepLoop:
         rate, stepper, process = self._law.rate, self.stepper, self._process
-        if isinstance(self._time, Lockstep):
+        if isinstance(self._time, Lockstep) and isinstance(self._odometry, LockstepOdometry):
             return LockstepLoop(
                 process, self._node, self._odometry, stepper, senders, graph, rate, self._time
             )

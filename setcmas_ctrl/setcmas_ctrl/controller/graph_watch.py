@@ -14,7 +14,7 @@ from setcmas_ctrl.driving.driven_robot import SiToUni
 from setcmas_ctrl.driving.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
+from setcmas_simu.fleet.topics import LOCKSTEP, RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_topic import FleetListener
 
@@ -56,7 +56,7 @@ class GraphWatch:
 
     def all_connected(self) -> Callable[[], bool]:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
-        return self._all(lambda driver: driver.cmd_vel.follow_listeners())
+        return self._all(self._is_connected)
 
     def all_recorded(self, required: bool) -> Callable[[], bool]:
         """Return a check whether a recorder listens to all commands and poses, if required.
@@ -64,13 +64,20 @@ class GraphWatch:
         A recorder discovers the processes of a fleet one by one: it may know this process before
         it knows the robots. If it is not required, the check also passes without a recorder.
         """
-        recorded = self._all(
-            lambda driver: (
-                self._recorder_listens(driver.cmd_vel.topic)
-                and self._recorder_listens(self._odometry.topic_of(driver.robot))
+
+        def is_recorded(driver: SiToUni) -> bool:
+            if self._odometry.in_lockstep:
+                return self._recorder_listens(LOCKSTEP)
+            return self._recorder_listens(driver.cmd_vel.topic) and self._recorder_listens(
+                self._odometry.topic_of(driver.robot)
             )
-        )
+
+        recorded = self._all(is_recorded)
         return lambda: (not required and not self._has_recorder()) or recorded()
+
+    def _is_connected(self, driver: SiToUni) -> bool:
+        # In lockstep a simulator takes commands from answers.
+        return self._odometry.in_lockstep or driver.cmd_vel.follow_listeners()
 
     def _has_recorder(self) -> bool:
         own = self._node.get_namespace()  # a recorder of another namespace does not record here
@@ -129,7 +136,7 @@ class GraphWatch:
 
     def _check_robot(self, driver: SiToUni, now: float) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
-        connected = cmd_vel.follow_listeners()
+        connected = self._is_connected(driver)
         if cmd_vel.mixed:
             self._mixed[robot] = cmd_vel.mixed
         elif not connected:

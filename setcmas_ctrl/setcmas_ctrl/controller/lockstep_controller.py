@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.lockstep_odometry import LockstepOdometry
 from setcmas_ctrl.controller.stepper import ControlStepper
-from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
-from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.ros.polling import wait_for_any
 from setcmas_simu.ros.process import FleetNode, RosProcess
-from setcmas_simu.simulator.lockstep import Ticks, stamp_at
+from setcmas_simu.simulator.lockstep import Commands, Ticks, stamp_at
 from setcmas_simu.simulator.lockstep_topics import Answerer
 
 _WAIT_S = 0.02
 _SAME_TIME_S = 1e-9
 _RECORDER_WAIT_S = 5.0
-_REPEAT_AFTER_S = 1.0
 
 
 class LockstepLoop:
@@ -31,7 +28,7 @@ class LockstepLoop:
         self,
         process: RosProcess,
         node: FleetNode,
-        odometry: FleetOdometry,
+        odometry: LockstepOdometry,
         stepper: ControlStepper,
         broadcasters: Sequence[EventTriggeredComm],
         graph: GraphWatch,
@@ -51,10 +48,11 @@ class LockstepLoop:
         if stepper.communication:
             stepper.communication.in_lockstep = True
         self._graph = graph
-        self._recorded = {node.full_name(topics.LOCKSTEP)}
+        self._recorded = {topics.LOCKSTEP}
         self._nb_publishers = 0
         self._calls = 0
-        self._commanded = NO_STAMP
+        self._commands: list[Commands] = []
+        self._reported = stepper.commands()
 
     def run(self) -> None:
         """Answer until the process must stop."""
@@ -66,12 +64,27 @@ class LockstepLoop:
             if self._nb_steps is None or self._ticks.count < self._nb_steps:
                 self._call_laws()
                 self._await_recorder()
-            self._answerer.answer(self._ticks.stamp(), self._commanded)
+            self._answer()
             self._next_tick()
 
     def leave(self) -> None:
         """Ask the simulator to stop waiting for this process."""
-        self._answerer.leave()
+        self._answer(leaves=True)
+
+    def _answer(self, leaves: bool = False) -> None:
+        self._add_commands(self._ticks.stamp())
+        self._answerer.answer(self._ticks.stamp(), tuple(self._commands), leaves)
+        self._commands.clear()
+
+    def _add_commands(self, stamp: int, called: bool = False) -> None:
+        """Add the newest commands, if laws were called or robots stopped since the last ones."""
+        commands = self._stepper.commands()
+        if called:
+            self._commands.append(Commands(stamp, commands))
+        elif commands != self._reported:  # the laws have no new velocities
+            stops = tuple((*row[:3], *[math.nan] * (len(row) - 3)) for row in commands)
+            self._commands.append(Commands(stamp, stops))
+        self._reported = commands
 
     def _synchronise(self) -> None:
         """Set the clock to the newest states, and find the next call due."""
@@ -83,24 +96,15 @@ class LockstepLoop:
         while (due := self._calls / self._rate) < end:
             self._ticks.time = due
             self._stepper.step(due)
-            self._commanded = stamp_at(due)
+            self._add_commands(stamp_at(due), called=True)
             self._calls += 1
 
     def _next_tick(self) -> None:
-        """Wait for the next state of every robot, and take it."""
-        waiting = [topic.subscription for topic in self._odometry.topics.values()]
-        begin, patience = time.monotonic(), _REPEAT_AFTER_S
-        while waiting and not self._process.stopping:
-            # Wait for the last robot first: the others have usually arrived by then.
-            if wait_for_any(self._node, waiting[-1:], _WAIT_S):
-                ready = wait_for_any(self._node, waiting, 0.0)
-                waiting = [one for i, one in enumerate(waiting) if i not in ready]
+        """Wait for the next states, and take them."""
+        waiting = [self._odometry.states.subscription]
+        while not self._process.stopping and not wait_for_any(self._node, waiting, _WAIT_S):
             self._process.serve_at_times()
-            if waiting and time.monotonic() - begin > patience:
-                # On a network that loses packets, DDS may drop a command sent while the simulator
-                # and this process discover each other.
-                self._stepper.repeat_commands()
-                patience *= 2
+        self._process.serve_at_times()
         if not self._process.stopping:
             self._ticks.go_to(self._ticks.count + 1)
             self._stepper.take()
@@ -114,11 +118,14 @@ class LockstepLoop:
             return
         # Topics of drawings appear one by one.
         self._nb_publishers = len(publishers)
-        published = {one.topic_name: one for one in publishers if '/_' not in one.topic_name}
-        new = published.keys() - self._recorded
+        published = {self._node.name_in_fleet(one.topic_name): one for one in publishers}
+        new = {name for name in published.keys() - self._recorded if self._is_awaited(name)}
         wanted = [published[name] for name in new]
         self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)
         self._recorded |= new
+
+    def _is_awaited(self, name: str) -> bool:
+        return '/_' not in name and not topics.is_in_steps(name)
 
     def _await_sent_states(self) -> None:
         """Wait until this process receives the states that its own robots have sent."""

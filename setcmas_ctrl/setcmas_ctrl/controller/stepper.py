@@ -203,10 +203,12 @@ class ControlStepper:
         """Use other gains from now on."""
         self._commander.gains = gains
 
-    def repeat_commands(self) -> None:
-        """Publish the last command of each robot again, with its stamp."""
-        for driver in self._drivers:
-            driver.cmd_vel.repeat()
+    def commands(self) -> tuple[tuple[float, ...], ...]:
+        """Return the last commands of all robots, as answers in lockstep carry them."""
+        return tuple(
+            (*driver.sent, *controller.wanted[:2], *controller.allowed)
+            for controller, driver in zip(self._controllers, self._drivers, strict=True)
+        )
 
     def stop(self) -> None:
         """Command zero to every robot."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from geometry_msgs.msg import Point32
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 
@@ -22,43 +22,65 @@ from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
+
+_Numbers = tuple[float, float, float]
+_NONE: _Numbers = (math.nan, math.nan, math.nan)
+
+
+def _profile(in_lockstep: bool) -> QoSProfile:
+    return qos.LOCKSTEP_COMMAND if in_lockstep else qos.COMMAND
 
 
 class Controller:
-    """Publishes the velocity of one robot's control law, and that after the safety filter."""
+    """Publishes the velocity of one robot's control law, and that after the safety filter.
+
+    Attributes:
+        wanted: The last velocity of its law in m/s, and 0; NaN before the first.
+        allowed: The last velocity after the filter in m/s, and its verdict; NaN before the first.
+    """
 
     def __init__(
         self,
         node: Node,
         law: ControlLaw,
-        profile: QoSProfile = qos.COMMAND,
+        in_lockstep: bool = False,
         filtered: bool = False,
     ) -> None:
+        """Create the topics of a robot's law; in lockstep they are published on demand."""
+        profile, always = _profile(in_lockstep), not in_lockstep
         self.law = law
         self.robot = law.robot
         topic = partial(topics.robot_topic, law.robot)
-        self._publisher = node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile)
-        self._allowed: Publisher | None = None
+        self.wanted = self.allowed = _NONE
+        self._publisher = OnDemandPublisher(
+            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile), always
+        )
+        self._allowed: OnDemandPublisher | None = None
         if filtered:
-            self._allowed = node.create_publisher(
-                Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile
+            self._allowed = OnDemandPublisher(
+                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile),
+                always,
             )
-        self._message = Point32()
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
         """Publish the velocity after the safety filter, in m/s, and the filter's verdict."""
+        self.allowed = vx, vy, verdict
         if self._allowed:
-            self._allowed.publish(Point32(x=vx, y=vy, z=verdict))
+            self._allowed.publish(lambda: Point32(x=vx, y=vy, z=verdict))
 
     def publish(self, vx: float, vy: float) -> None:
         """Publish a velocity (m/s) in the world frame."""
-        self._message.x, self._message.y = vx, vy
-        self._publisher.publish(self._message)
+        self.wanted = vx, vy, 0.0
+        self._publisher.publish(lambda: Point32(x=vx, y=vy))
 
 
 class SiToUni:
-    """Commands one robot; zero while it is paused and when the process ends."""
+    """Commands one robot; zero while it is paused and when the process ends.
+
+    Attributes:
+        sent: The last command: speeds forward and left in m/s, turn rate in rad/s; NaN before.
+    """
 
     def __init__(
         self,
@@ -66,14 +88,16 @@ class SiToUni:
         robot: int,
         cmd_vel_type: str = AUTO,
         topic: str = topics.CMD_VEL,
-        profile: QoSProfile = qos.COMMAND,
+        in_lockstep: bool = False,
     ) -> None:
         """Create the topics of a robot on the node of its process.
 
-        The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener.
+        The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener. In
+        lockstep it is published on demand: the simulator takes commands from answers.
         """
         self.robot = robot
         self.paused = self.stopped = False
+        self.sent = _NONE
         self.model: RobotModel = UNICYCLE
         self.cmd_vel = CmdVelPublisher(
             node,
@@ -81,7 +105,8 @@ class SiToUni:
             topics.robot_topic(robot, topic),
             topics.odometry_topic(robot),
             cmd_vel_type,
-            profile,
+            _profile(in_lockstep),
+            always=not in_lockstep,
         )
         pause = topics.robot_topic(robot, topics.PAUSE)
         self._pauses = PolledTopic(
@@ -100,14 +125,18 @@ class SiToUni:
 
     def stop(self) -> None:
         """Command zero."""
-        self.cmd_vel.publish(0.0, 0.0)
+        self._send(0.0, 0.0, 0.0)
 
     def command(self, V: float, left: float, omega: float) -> None:
         """Command speeds forward and to the left (m/s) and a turn rate (rad/s), unless paused."""
         if self.paused:
             self.stop()
         else:
-            self.cmd_vel.publish(V, omega, left)
+            self._send(V, left, omega)
+
+    def _send(self, V: float, left: float, omega: float) -> None:
+        self.sent = V, left, omega
+        self.cmd_vel.publish(V, omega, left)
 
 
 class DrivenModels:

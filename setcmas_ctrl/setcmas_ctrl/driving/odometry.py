@@ -40,10 +40,13 @@ class FleetOdometry:
     """The newest poses of robots 1 to N.
 
     Attributes:
+        in_lockstep: Whether the states of all robots come in one array.
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         stamps: Times of the newest odometry in ns, shape (N,); NO_STAMP for robots not seen yet.
         now: Time in s of the last `take`.
     """
+
+    in_lockstep = False
 
     def __init__(
         self,
@@ -53,6 +56,7 @@ class FleetOdometry:
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
+        """Subscribe to the odometry of some robots, by default all."""
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
@@ -61,11 +65,15 @@ class FleetOdometry:
         self._faults: dict[int, str] = {}
         self._followed = list(robots or range(1, nb_robots + 1))
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        self.topics = {
+        self.topics = self._subscribed(node, profile)
+
+    def _subscribed(self, node: Node, profile: QoSProfile) -> dict[int, PolledTopic]:
+        """Return the subscription to the odometry of each robot."""
+        return {
             robot: PolledTopic(
                 node,
                 Odometry,
-                topic_of(robot),
+                self.topic_of(robot),
                 partial(self._on_odometry, robot - 1),
                 profile,
                 encoded=True,

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from std_msgs.msg import Empty
@@ -18,6 +17,7 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.polling import OnDemandPublisher
 from setcmas_simu.ros.process import FleetNode
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
@@ -253,12 +253,15 @@ class CmdVelPublisher:
         odometry_topic: str,
         cmd_vel_type: str = AUTO,
         profile: QoSProfile = qos.COMMAND,
+        always: bool = True,
     ) -> None:
         """Create the publisher on a node; the topic has its full name.
 
         `odometry_topic` is published by the robot itself, and shows which listener is its own.
         `cmd_vel_type` is 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
+        Without `always` (in lockstep), it publishes only while a node subscribes.
         """
+        self._always = always
         self.mixed: str | None = None
         self._node = node
         self._frame = topics.robot_frame(robot)
@@ -267,18 +270,11 @@ class CmdVelPublisher:
         self._auto = cmd_vel_type == AUTO
         self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
         self._profile = profile
-        self._publisher = self._create_publisher()
-        self._last: Twist | TwistStamped | None = None
+        self._create_publisher()
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        self._last = command(self._type, V, omega, left, self._frame)
-        self._publisher.publish(self._last)
-
-    def repeat(self) -> None:
-        """Publish the last command again, with its stamp."""
-        if self._last is not None:
-            self._publisher.publish(self._last)
+        self._on_demand.publish(lambda: command(self._type, V, omega, left, self._frame))
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -311,10 +307,11 @@ class CmdVelPublisher:
             # A listener of the former type would keep its last command for ever.
             self.publish(0.0, 0.0)
             self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
-            self._last = None
             # One type at a time: within a process DDS knows only one type per topic.
             self._node.destroy_publisher(self._publisher)
-            self._publisher = self._create_publisher()
+            self._create_publisher()
 
-    def _create_publisher(self) -> Publisher:
-        return self._node.create_publisher(TYPES[self._type], self.topic, self._profile)
+    def _create_publisher(self) -> None:
+        kind = TYPES[self._type]
+        self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
+        self._on_demand = OnDemandPublisher(self._publisher, self._always)

@@ -6,8 +6,7 @@ import math
 import struct
 import time
 from collections.abc import Callable
-from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
@@ -33,39 +32,6 @@ _LENGTH = struct.Struct('=I')
 _POSE = struct.Struct(POSE)
 _TWIST = struct.Struct(TWIST)
 _COVARIANCE_SIZE = 36 * 8
-_MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
-
-
-Location = tuple[float, float, float, float]
-"""Pose in the plane: x and y in m, z and w of its quaternion."""
-
-
-class PreparedMessage:
-    """A message encoded once; only its numbers are rewritten, in place."""
-
-    def __init__(self, message: Any) -> None:
-        """Encode a message; its strings and lists must not change later."""
-        self._message = message
-        self._data = bytearray(serialize_message(message))
-
-    def place(self, field: str, form: str) -> Callable[..., None]:
-        """Return a function that writes numbers of a `struct` format, from the named field on."""
-        layout = struct.Struct(form)
-        offset = self._offset(field, form.lstrip('=0123456789')[0])
-        return lambda *numbers: layout.pack_into(self._data, offset, *numbers)
-
-    def encoded(self) -> bytes:
-        """Return the encoded message for a publisher."""
-        return bytes(self._data)
-
-    def _offset(self, field: str, kind: str) -> int:
-        owner, _, name = field.rpartition('.')
-        holder = attrgetter(owner)(self._message)
-        value = getattr(holder, name)
-        setattr(holder, name, _MARKS[kind])
-        offset = serialize_message(self._message).index(struct.pack(f'={kind}', _MARKS[kind]))
-        setattr(holder, name, value)
-        return offset
 
 
 class EncodedOdometry(NamedTuple):

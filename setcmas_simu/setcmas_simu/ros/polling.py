@@ -1,4 +1,4 @@
-"""Topics and services polled at each step, without an executor."""
+"""Topics and services polled at each step, without an executor, and topics on demand."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
@@ -37,6 +38,7 @@ class PolledTopic:
 
     Attributes:
         received_ns: When the last message arrived, on the system's clock; 0 before the first.
+        sent_ns: When it was sent, on the sender's clock; 0 before the first.
     """
 
     def __init__(
@@ -53,7 +55,7 @@ class PolledTopic:
         With `encoded`, messages are passed on as bytes (see module `messages`); those that
         another process has cut short are left out.
         """
-        self.received_ns = 0
+        self.received_ns = self.sent_ns = 0
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
@@ -91,6 +93,7 @@ class PolledTopic:
                 if taken is None:
                     return
                 self.received_ns = taken[1]['received_timestamp']
+                self.sent_ns = taken[1]['source_timestamp']
                 yield taken[0]
 
 
@@ -110,6 +113,30 @@ class PolledServices:
             if sender is not None:
                 answer = service.callback(request, kind.Response())
                 service.send_response(answer, sender)
+
+
+class OnDemandPublisher:
+    """Publishes messages for those who subscribe: asking takes a hundredth of publishing."""
+
+    def __init__(self, publisher: Publisher, always: bool = False) -> None:
+        """Publish through a publisher; `always` publishes without subscribers, too."""
+        self.publisher = publisher
+        self._always = always
+        self._nb_subscribers = 0
+
+    def publish(self, encode: Callable[[], Any]) -> None:
+        """Publish the message that a function returns, encoded or not."""
+        if self._always:
+            self.publisher.publish(encode())
+            return
+        self._nb_subscribers = self.publisher.get_subscription_count()
+        if self._nb_subscribers:
+            self.publisher.publish(encode())
+
+    @property
+    def has_newcomers(self) -> bool:
+        """Whether a node has subscribed since the last message."""
+        return not self._always and self.publisher.get_subscription_count() > self._nb_subscribers
 
 
 def suited_to(node: Node, name: str, depth: int) -> QoSProfile:

@@ -26,7 +26,7 @@ LOCKSTEP_STATE = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOC
 """States of robots in lockstep: late subscribers get the newest, recorders all of them."""
 
 LOCKSTEP_COMMAND = QoSProfile(depth=100)
-"""Output of control laws in lockstep: recorders get all of it."""
+"""Output of control laws in lockstep."""
 
 EVENT = QoSProfile(depth=10)
 """Requests of operators, such as reset and pause: none may be lost."""

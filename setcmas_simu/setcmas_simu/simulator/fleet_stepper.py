@@ -22,7 +22,9 @@ from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import MOST_SPEED, Command, VirtualFleet
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.located_message import State
 from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.simulator.lockstep import States
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_simu.simulator.virtual_robot import FleetTransforms, VirtualRobot
 
@@ -45,7 +47,7 @@ class FleetStepper:
         self._last_warning = ''
         poses = np.array([robot.pose for robot in robots]).T
         self._names = names = [robot.model for robot in robots]
-        numbers = [robot.robot for robot in robots]
+        self._numbers = numbers = [robot.robot for robot in robots]
         self._limits = options.limits
         models = robot_models(names, numbers, self._limits, self._warn)
         self._scripts = {
@@ -64,10 +66,13 @@ class FleetStepper:
         self._refused: set[int] = set()
         self._missed = 0
         self._now = 0.0
+        self._published: tuple[int, list[State]] = (messages.NO_STAMP, [])
         self._last_step: float | None = None
         self._next_housekeeping = -math.inf
         self.publish_time: Callable[[Time], object] = lambda _: None
         """Called with the stamp of each step before its states are published."""
+        self.publish_states: Callable[[States], object] = lambda _: None
+        """Called with the states of each step before the robots publish theirs."""
         self.housekeeping: Callable[[], None] = lambda: None
         """Called every two seconds of real time."""
 
@@ -78,7 +83,7 @@ class FleetStepper:
 
     def check(self, options: SimulationOptions) -> None:
         """Raise SetcmasError if limits would apply to other models."""
-        check_models(self._names, options.limits, [robot.robot for robot in self._robots])
+        check_models(self._names, options.limits, self._numbers)
 
     def follow(self, options: SimulationOptions) -> None:
         """Use other options from now on: rate, limits and command time-out."""
@@ -87,13 +92,12 @@ class FleetStepper:
         model = self._fleet.model
         if options.limits != self._limits:  # all are unicycles
             self._limits = options.limits
-            numbers = [robot.robot for robot in self._robots]
-            model = fleet_model(robot_models(self._names, numbers, self._limits))
+            model = fleet_model(robot_models(self._names, self._numbers, self._limits))
         self._fleet.use(model, options.cmd_timeout)
 
     def log_robots(self) -> None:
         """Log which robots are simulated."""
-        robots = robots_in_words([robot.robot for robot in self._robots])
+        robots = robots_in_words(self._numbers)
         self._node.get_logger().info(f'simulating {robots} at {self.rate:g} Hz; Ctrl-C stops')
 
     def step(self, now: float) -> None:
@@ -108,21 +112,29 @@ class FleetStepper:
         stamp = messages.stamp()
         self.publish_time(stamp)
         x, y, theta = self._fleet.poses
-        columns = np.array([x, y, *quaternion_of_yaw(theta)])
-        locations = list(map(tuple, columns.T.tolist()))
-        twists = map(tuple, self._fleet.twists.T.tolist())
+        columns = np.array([x, y, *quaternion_of_yaw(theta), *self._fleet.twists])
+        states: list[State] = columns.T.tolist()
+        stamp_ns = stamp.sec * 10**9 + stamp.nanosec
+        self.publish_states(States(stamp_ns, np.vstack([self._numbers, columns]).T))
         # All odometry in one burst first: controllers then wake up less often.
-        for robot, location, twist in zip(self._robots, locations, twists, strict=True):
-            robot.publish_odometry(stamp, location, twist)
-        for robot, location in zip(self._robots, locations, strict=True):
-            robot.publish_picture(stamp, location)
-        self._transforms.publish(stamp, locations)
+        for robot, state in zip(self._robots, states, strict=True):
+            robot.publish_odometry(stamp_ns, state)
+        for robot, state in zip(self._robots, states, strict=True):
+            robot.publish_picture(stamp_ns, state)
+        self._transforms.publish(stamp, states)
+        self._published = stamp_ns, states
         self._count_missed_steps(now)
         # In real time: in lockstep two seconds of the simulation may be over at once.
         if (real := time.monotonic()) >= self._next_housekeeping:
             self._next_housekeeping = real + _HOUSEKEEPING_S
             self._report_missed_steps()
             self.housekeeping()
+
+    def publish_to_newcomers(self) -> None:
+        """Publish the states of the last step to those who have subscribed since."""
+        stamp_ns, states = self._published
+        for robot, state in zip(self._robots, states, strict=False):
+            robot.publish_to_newcomers(stamp_ns, state)
 
     def _take(self, now: float) -> None:
         self._now = now
@@ -135,7 +147,7 @@ class FleetStepper:
             self._refused.add(index)
             V, left, omega = command
             self._node.get_logger().warning(
-                f'{topics.robot_name(self._robots[index].robot)} stops: its command on cmd_vel is '
+                f'{topics.robot_name(self._numbers[index])} stops: its command on cmd_vel is '
                 f'{V:g}, {left:g} m/s, {omega:g} rad/s; each must be at most {MOST_SPEED:g}'
             )
 

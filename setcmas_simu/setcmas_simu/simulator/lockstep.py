@@ -9,10 +9,12 @@ from array import array
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.ros import messages
-from setcmas_simu.ros.messages import NO_STAMP
 
 _FIRST_NS = 10**9  # stamp of t = 0: ROS and readers of bags take 0 for "no time"
 
@@ -73,51 +75,127 @@ class Follower(NamedTuple):
         return f'{kind} (process {self.process})'
 
 
+class Commands(NamedTuple):
+    """Commands of a follower's robots at one time.
+
+    Attributes:
+        stamp: The time in ns.
+        rows: For each robot, speeds forward and left (m/s) and turn rate (rad/s), velocity of its
+            law (m/s), velocity after the safety filter (m/s) and the filter's verdict; NaN for
+            missing values.
+    """
+
+    stamp: int
+    rows: tuple[tuple[float, ...], ...]
+
+
 class Answer(NamedTuple):
     """Progress of a follower.
 
     Attributes:
         follower: The follower.
         stamp: Stamp in ns of the newest states that it has finished with.
-        commanded: Stamp in ns of the last commands that it sent; NO_STAMP if it sent none.
         leaves: Whether it stops following.
+        commands: Commands since its last answer, the oldest first.
     """
 
     follower: Follower
     stamp: int
-    commanded: int = NO_STAMP
     leaves: bool = False
+    commands: tuple[Commands, ...] = ()
 
 
 def this_process(robots: tuple[int, ...] = ()) -> Follower:
     """Return this process as a follower."""
-    return Follower(uuid.uuid4().int >> 65, os.getpid(), robots)
+    return Follower(uuid.uuid4().int >> _NO_ID_BITS, os.getpid(), robots)
 
 
-_VERSION = 1
+_NO_ID_BITS = 128 - 53  # all whole numbers up to 2^53 are exact in a message
+_VERSION = 2
 _NB_FIELDS = 6  # before the robots
+_NB_COMMANDED = 8  # numbers of a robot's command
 
 
-def encode(answer: Answer) -> array[int]:
+def encode(answer: Answer) -> array[float]:
     """Return an answer as the numbers of a message on /lockstep (docs/ros.md)."""
     id_number, process, robots = answer.follower
-    fields = (_VERSION, id_number, process, answer.stamp, answer.commanded, answer.leaves)
-    return array('q', (*fields, *robots))
+    numbers = array('d', (_VERSION, id_number, process, answer.stamp, answer.leaves, len(robots)))
+    numbers.extend(robots)
+    for stamp, rows in answer.commands:
+        numbers.append(stamp)
+        for row in rows:
+            numbers.extend(row)
+    return numbers
 
 
-def decode(numbers: Sequence[int]) -> Answer:
+def decode(numbers: Sequence[float]) -> Answer:
     """Return the answer in the numbers of a message; raise ValueError if it has none."""
-    if len(numbers) < _NB_FIELDS or numbers[0] != _VERSION:
+    try:
+        head = [*map(int, numbers[:_NB_FIELDS])]
+    except (ValueError, OverflowError):  # NaN or infinite
+        head = []
+    if len(head) < _NB_FIELDS or head[0] != _VERSION:
         raise ValueError(
             f'its numbers are {[*numbers[:_NB_FIELDS]]}; they must be {_VERSION} (version), id, '
-            'process, stamp, commanded, leaves, robots'
+            'process, stamp, leaves, number of robots, robots, commands'
         )
-    _, id_number, process, stamp, commanded, leaves, *robots = numbers
-    if not all(1 <= robot <= MAX_ROBOTS for robot in robots):
+    _, id_number, process, stamp, leaves, nb_robots = head
+    robots, rest = numbers[_NB_FIELDS:][:nb_robots], numbers[_NB_FIELDS + nb_robots :]
+    if not all(1 <= robot <= MAX_ROBOTS and robot % 1 == 0 for robot in robots):
         raise ValueError(
-            f'its robots are {reprlib.repr(robots)}; they must be from 1 to {MAX_ROBOTS}'
+            f'its robots are {reprlib.repr([*robots])}; they must be from 1 to {MAX_ROBOTS}'
         )
-    return Answer(Follower(id_number, process, tuple(robots)), stamp, commanded, bool(leaves))
+    follower = Follower(id_number, process, tuple(map(int, robots)))
+    if len(robots) != nb_robots or len(rest) % (size := 1 + _NB_COMMANDED * nb_robots):
+        raise ValueError(
+            f'it has {len(robots)} of {nb_robots} robots and {len(rest)} numbers of commands; '
+            f'these must be a stamp and {_NB_COMMANDED} numbers for each robot, or several times'
+        )
+    blocks = [rest[i : i + size] for i in range(0, len(rest), size)]
+    return Answer(follower, stamp, bool(leaves), tuple(map(_commands, blocks)))
+
+
+def _commands(block: Sequence[float]) -> Commands:
+    if not 0 <= block[0] < _LAST_STAMP:
+        raise ValueError(f'a stamp of its commands is {block[0]:g}; it must be a time in ns')
+    starts = range(1, len(block), _NB_COMMANDED)
+    return Commands(int(block[0]), tuple(tuple(block[i : i + _NB_COMMANDED]) for i in starts))
+
+
+_LAST_STAMP = 2**53
+
+
+class States(NamedTuple):
+    """States of all robots of a simulator at one time.
+
+    Attributes:
+        stamp: The time in ns.
+        table: A row for each robot: number, x and y in m, z and w of its quaternion, speeds
+            forward and left in m/s, turn rate in rad/s; shape (N, 8).
+    """
+
+    stamp: int
+    table: Floats
+
+
+_NB_STATES = 8
+
+
+def encode_states(states: States) -> array[float]:
+    """Return states as the numbers of a message on /lockstep_states (docs/ros.md)."""
+    numbers = array('d', (_VERSION, states.stamp))
+    numbers.frombytes(states.table.tobytes())
+    return numbers
+
+
+def decode_states(numbers: array[float]) -> States:
+    """Return the states in the numbers of a message; raise ValueError if it has none."""
+    if len(numbers) < 2 or numbers[0] != _VERSION or (len(numbers) - 2) % _NB_STATES:
+        raise ValueError(
+            f'its numbers are {reprlib.repr([*numbers])}; they must be {_VERSION} (version), '
+            f'stamp, and {_NB_STATES} numbers for each robot'
+        )
+    return States(int(numbers[1]), np.array(numbers[2:]).reshape(-1, _NB_STATES))
 
 
 class Roll:
@@ -166,15 +244,6 @@ class Roll:
         """Remove followers that died without leaving."""
         for answer in late:
             self._answers.pop(answer.follower, None)
-
-    def commanded(self) -> dict[int, int]:
-        """Return the stamp in ns of the newest command sent to each robot."""
-        return {
-            robot: answer.commanded
-            for answer in self._answers.values()
-            if answer.commanded != NO_STAMP
-            for robot in answer.follower.robots
-        }
 
     def late(self, stamp: int, exactly: bool = False) -> list[Answer]:
         """Return the last answers of followers that have not finished with a time in ns.

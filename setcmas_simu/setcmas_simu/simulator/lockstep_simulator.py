@@ -7,7 +7,6 @@ import time
 from collections.abc import Sequence
 
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from setcmas_simu.fleet import topics
@@ -17,7 +16,7 @@ from setcmas_simu.ros.polling import wait_for_any
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.lockstep import Answer, Roll, Ticks
-from setcmas_simu.simulator.lockstep_topics import AnswerTopic
+from setcmas_simu.simulator.lockstep_topics import AnswerTopic, StatesPublisher
 from setcmas_simu.simulator.simulator_options import SimulatorOptions
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -57,7 +56,9 @@ class LockstepLoop:
         self._roll = Roll(
             list(self._robots), options.recorded, round(_WINDOW * 1e9 / stepper.rate)
         )
-        self._answers = AnswerTopic(node, self._roll)
+        self._answers = AnswerTopic(node, self._on_answer)
+        forms = {name: form for robot in robots for name, form in robot.forms.items()}
+        stepper.publish_states = StatesPublisher(node, forms).publish
         self._paused = False
         self._reported_at = 0.0
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
@@ -76,7 +77,7 @@ class LockstepLoop:
             self._ticks.go_to(self._ticks.count + 1)
 
     def _wait(self, exactly: bool) -> None:
-        """Wait until all followers have answered and their commands have arrived.
+        """Wait until all followers have answered.
 
         Args:
             exactly: Whether recorders, too, must have finished.
@@ -89,17 +90,18 @@ class LockstepLoop:
             # The last one usually leaves because all processes end.
             if left and not self._roll.missing(self._ticks.stamp()):
                 self._report_without(left, 'left')
-            reason, on = self._awaited(exactly)
+            reason = self._awaited(exactly)
             if not reason and not self._paused:
                 if reported:
                     self._node.get_logger().info(f'time advances from t = {self._ticks.time:g} s')
                 return
-            wait_for_any(self._node, [on], _WAIT_S)
+            wait_for_any(self._node, [self._answers.subscription], _WAIT_S)
             now = time.monotonic()
             self._process.serve_at_times()
             since = now if self._paused else since
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
+                self._stepper.publish_to_newcomers()
                 if (missing := self._drop_the_dead(exactly)) is not None:
                     reported = missing
                     continue
@@ -110,23 +112,25 @@ class LockstepLoop:
                         f'time waits at t = {self._ticks.time:g} s for {reason}'
                     )
 
-    def _awaited(self, exactly: bool) -> tuple[str, Subscription]:
-        """Return the missing message, as text, and the subscription that waits for it."""
+    def _on_answer(self, answer: Answer) -> None:
+        """Command the robots of a follower.
+
+        Other stamps than the newest belong to an earlier simulator.
+        """
+        self._roll.take(answer)
+        if answer.commands and (answer.leaves or answer.stamp == self._ticks.stamp()):
+            newest = answer.commands[-1].rows
+            for number, command in zip(answer.follower.robots, newest, strict=True):
+                if number in self._robots and not math.isnan(command[0]):
+                    self._robots[number].on_command((command[0], command[1], command[2]))
+
+    def _awaited(self, exactly: bool) -> str:
+        """Return the missing answer, as text; '' if none is."""
         stamp = self._ticks.stamp()
         if missing := self._roll.missing(stamp):
-            return missing, self._answers.subscription
-        if late := self._roll.late(stamp, exactly):
-            return _described(late), self._answers.subscription
-        for number, commanded in self._roll.commanded().items():
-            robot = self._robots.get(number)
-            if robot and robot.commanded < commanded:
-                robot.take()
-                if robot.commanded < commanded:
-                    return (
-                        f'the command of {topics.robot_name(number)}',
-                        robot.commands.subscription,
-                    )
-        return '', self._answers.subscription
+            return missing
+        late = self._roll.late(stamp, exactly)
+        return _described(late) if late else ''
 
     def _drop_the_dead(self, exactly: bool) -> str | None:
         """Stop waiting for processes that have died, which vanish from the graph.

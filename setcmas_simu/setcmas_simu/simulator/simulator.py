@@ -15,7 +15,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
 from setcmas_simu.robots.models import seed_scripts
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
@@ -98,7 +97,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     else:
         loop = StepLoop(process, stepper.period, stepper.step)
     if time:
-        stepper.publish_time = ClockTopic(node).publish
+        stepper.publish_time = ClockTopic(node, options.lockstep).publish
     announcer.announce(simulated.robots, options.fleet_size, models, time)
     process.launcher.report_ready()
     parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
@@ -115,7 +114,6 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
 def _virtual_robots(
     node: Node, simulated: SimulatedRobots, options: SimulationOptions, alone: bool
 ) -> list[VirtualRobot]:
-    profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
     world = declare_fixed(node, 'world_frame', topics.WORLD_FRAME, 'frame of poses')
     poses = simulated.start_poses.T.tolist()
     robots = []
@@ -125,7 +123,9 @@ def _virtual_robots(
         start = {'x0': x0, 'y0': y0, 'theta0': theta0, 'model': model}
         start |= {'world_frame': world, 'robot_frame': topics.robot_frame(robot)}
         prefix = '' if alone else f'{topics.robot_name(robot)}.'
-        robots.append(VirtualRobot(node, robot, start, options.cmd_vel_type, profile, prefix))
+        robots.append(
+            VirtualRobot(node, robot, start, options.cmd_vel_type, options.lockstep, prefix)
+        )
     return robots
 
 

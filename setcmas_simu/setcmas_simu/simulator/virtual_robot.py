@@ -7,10 +7,9 @@ from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, PoseStamped, TransformStamped, TwistStamped
+from geometry_msgs.msg import Point, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
 from visualization_msgs.msg import Marker
 
@@ -24,9 +23,9 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
-from setcmas_simu.ros.messages import Location
+from setcmas_simu.ros.located_message import LocatedMessage, State
 from setcmas_simu.ros.parameters import declare_fixed
-from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 
 _EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
 _BODY = [(0.0, side * _EDGE / 2, _EDGE * level) for side in (-1, 1) for level in (0.5, 1.5)]
@@ -90,16 +89,18 @@ class FleetTransforms:
             self._message.transforms.append(transform)
         self._publisher = node.create_publisher(TFMessage, TF, qos.EVENT)
 
-    def publish(self, stamp: Time, locations: Sequence[Location]) -> None:
-        """Publish the locations of the robots in the order of the frames."""
+    def publish(self, stamp: Time, states: Sequence[State]) -> None:
+        """Publish the poses of the robots in the order of the frames."""
         if self._publisher is None:
             return
-        for transform, (x, y, z, w) in zip(self._message.transforms, locations, strict=True):
+        for transform, (x, y, z, w, *_) in zip(self._message.transforms, states, strict=True):
             transform.header.stamp = stamp
             transform.transform.translation.x, transform.transform.translation.y = x, y
             transform.transform.rotation.z, transform.transform.rotation.w = z, w
         self._publisher.publish(self._message)
 
+
+_TOPICS = (topics.ODOM, topics.POSE, topics.MARKER)
 
 OnCommand = Callable[[Command], None]
 
@@ -108,9 +109,9 @@ class VirtualRobot:
     """ROS interface of one simulated robot; a FleetStepper moves it.
 
     Attributes:
-        commanded: Stamp of its newest command in ns; NO_STAMP without one.
         pose: Start pose, x and y in m and heading in rad.
         frames: World frame, and frame of the robot.
+        forms: Messages with its state, by full names of topics.
     """
 
     def __init__(
@@ -119,16 +120,16 @@ class VirtualRobot:
         robot: int,
         start: Mapping[str, Any],
         cmd_vel_type: str,
-        profile: QoSProfile = qos.STATE,
+        in_lockstep: bool = False,
         prefix: str = '',
     ) -> None:
         """Create the topics of a robot, and fixed parameters with its values in `start`.
 
         Their names are those in `START` after a prefix, and `--ros-args` overrides them; `start`
-        also has the `world_frame`. Raises SetcmasError for an invalid value.
+        also has the `world_frame`. Raises SetcmasError for an invalid value. In lockstep commands
+        come with the answers of controllers, and messages are published on demand.
         """
         self.robot = robot
-        self.commanded = messages.NO_STAMP
         self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
         values = {
@@ -141,57 +142,62 @@ class VirtualRobot:
         self.model = str(values['model'])
         self.frames = str(start['world_frame']), str(values['robot_frame'])
         topic = partial(robot_topic, robot)
-        self._odom_publisher = node.create_publisher(Odometry, topic(topics.ODOM), profile)
-        self._pose_publisher = node.create_publisher(PoseStamped, topic(topics.POSE), profile)
-        self._marker_publisher = node.create_publisher(Marker, topic(topics.MARKER), profile)
-        self._kind = TYPES[cmd_vel_type]
-        self.commands = PolledTopic(
-            node, self._kind, topic(topics.CMD_VEL), self._on_cmd_vel, qos.COMMAND, encoded=True
-        )
+        self._commands: PolledTopic | None = None
+        if not in_lockstep:
+            kind = TYPES[cmd_vel_type]
+            self._commands = PolledTopic(
+                node,
+                kind,
+                topic(topics.CMD_VEL),
+                lambda data: self.on_command(messages.read_twist(data, kind)),
+                qos.COMMAND,
+                encoded=True,
+            )
         self._resets = PolledTopic(
             node, Empty, topic(topics.RESET), lambda _: self.on_reset(), qos.EVENT
         )
+        self._messages = self._located()
+        self.forms = dict(zip(map(topic, _TOPICS), self._messages, strict=True))
+        profile = qos.LOCKSTEP_STATE if in_lockstep else qos.STATE
+        publishers = [
+            node.create_publisher(Odometry, topic(topics.ODOM), profile),
+            node.create_publisher(PoseStamped, topic(topics.POSE), profile),
+            node.create_publisher(Marker, topic(topics.MARKER), profile),
+        ]
+        self._publishers = [OnDemandPublisher(one, not in_lockstep) for one in publishers]
+
+    def _located(self) -> list[LocatedMessage]:
+        """Return the messages with its state, in the order of _TOPICS."""
         world, frame = self.frames
         odom, pose = Odometry(child_frame_id=frame), PoseStamped()
         odom.header.frame_id = pose.header.frame_id = world
-        marker = robot_marker(robot, world, shape_of(self.model))
-        self._odom = _Located(odom, 'pose.pose')
-        self._write_twist = self._odom.place('twist.twist.linear.x', messages.TWIST)
-        self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
+        marker = robot_marker(self.robot, world, shape_of(self.model))
+        return [
+            LocatedMessage.of(odom, 'pose.pose', 'twist.twist'),
+            LocatedMessage.of(pose, 'pose'),
+            LocatedMessage.of(marker, 'pose'),
+        ]
 
     def take(self) -> None:
         """Take the newest command, then resets, which override it."""
-        self.commands.take()
+        if self._commands:
+            self._commands.take()
         self._resets.take()
 
-    def publish_odometry(self, stamp: Time, location: Location, twist: Command) -> None:
-        """Publish location and velocities (m/s, rad/s) of the robot."""
-        V, left, omega = twist
-        self._write_twist(V, left, 0.0, 0.0, 0.0, omega)
-        self._odom_publisher.publish(self._odom.at(stamp, location))
+    def publish_odometry(self, stamp_ns: int, state: State) -> None:
+        """Publish pose and velocities of the robot."""
+        self._publish(0, stamp_ns, state)
 
-    def publish_picture(self, stamp: Time, location: Location) -> None:
+    def publish_picture(self, stamp_ns: int, state: State) -> None:
         """Publish the robot's pose for displays, and its marker."""
-        self._pose_publisher.publish(self._pose.at(stamp, location))
-        self._marker_publisher.publish(self._marker.at(stamp, location))
+        self._publish(1, stamp_ns, state)
+        self._publish(2, stamp_ns, state)
 
-    def _on_cmd_vel(self, data: bytes) -> None:
-        if self._kind is TwistStamped:
-            self.commanded = messages.read_stamp(data)
-        self.on_command(messages.read_twist(data, self._kind))
+    def publish_to_newcomers(self, stamp_ns: int, state: State) -> None:
+        """Publish to those who have subscribed since the last step."""
+        for i, publisher in enumerate(self._publishers):
+            if publisher.has_newcomers:
+                self._publish(i, stamp_ns, state)
 
-
-class _Located(messages.PreparedMessage):
-    """An encoded message with the robot's pose."""
-
-    def __init__(self, message: Any, pose: str) -> None:
-        super().__init__(message)
-        self._write_stamp = self.place('header.stamp.sec', messages.STAMP)
-        self._write_pose = self.place(f'{pose}.position.x', messages.POSE)
-
-    def at(self, stamp: Time, location: Location) -> bytes:
-        """Return the message for a location."""
-        self._write_stamp(stamp.sec, stamp.nanosec)
-        x, y, z, w = location
-        self._write_pose(x, y, 0.0, 0.0, 0.0, z, w)
-        return self.encoded()
+    def _publish(self, i: int, stamp_ns: int, state: State) -> None:
+        self._publishers[i].publish(lambda: self._messages[i].at(stamp_ns, state))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -81,10 +82,11 @@ class RecordedTopic:
         has_stamp: Whether its messages begin with a time.
     """
 
-    def __init__(self, node: Node, name: str, msgtype: str) -> None:
+    def __init__(self, node: Node, name: str, msgtype: str, subscribed: bool = True) -> None:
         """Subscribe, reliably; publishers may not be known yet.
 
-        An early subscription receives the first messages of a later publisher.
+        Unsubscribed it receives nothing. An early subscription receives the first messages of a
+        later publisher.
 
         Raises:
             NoPythonTypeError: The type's Python package is missing.
@@ -100,7 +102,9 @@ class RecordedTopic:
         self._has_publishers = False
         self._reliable, self._transient_local = True, False
         self._taken_early: set[int] = set()
-        self._subscribe()
+        self._subscription: Subscription | None = None
+        if subscribed:
+            self._subscribe()
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
         """Subscribe again if the publishers' qualities of service require it.
@@ -119,7 +123,10 @@ class RecordedTopic:
             transient_local &= self._transient_local
         received = list(self.take())
         self._has_publishers = True
-        if (reliable, transient_local) != (self._reliable, self._transient_local):
+        if self._subscription and (reliable, transient_local) != (
+            self._reliable,
+            self._transient_local,
+        ):
             self._reliable, self._transient_local = reliable, transient_local
             self._node.destroy_subscription(self._subscription)
             self._subscribe()
@@ -127,6 +134,8 @@ class RecordedTopic:
 
     def take(self) -> Iterator[Received]:
         """Yield the messages received since the last call."""
+        if self._subscription is None:
+            return
         handle = self._subscription.handle
         with handle:
             for _ in range(DEPTH):
@@ -139,8 +148,10 @@ class RecordedTopic:
                     yield Received(info['received_timestamp'], sent_ns, self, data)
 
     def close(self) -> None:
-        """Unsubscribe."""
-        self._node.destroy_subscription(self._subscription)
+        """Unsubscribe; nothing more is received."""
+        if self._subscription:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
 
     def _subscribe(self) -> None:
         self._subscription = self._node.create_subscription(

@@ -5,63 +5,28 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.reports.reports import WRITES_S, Recording
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
-from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
-from setcmas_simu.simulator.lockstep_topics import Answerer
 from setcmas_tools.bags.bag_times import BagTimes, bag_times
 from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
 from setcmas_tools.bags.foxglove import write_layout
 from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
+from setcmas_tools.bags.recorded_steps import RecordedSteps, StepMessage
 from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 _TAKE_PERIOD_S = 0.05
-_STEPS_AT_ONCE = 5  # a quarter of what a recorder may lag behind
-_LOCKSTEP_PERIODS_S = (0.005, 0.02)  # least and most: the robots wait
-
-
-class LockstepAnswers:
-    """Reports received states to the simulator, which waits for the recorder.
-
-    Attributes:
-        period: Time in s in which the robots do some steps: all topics are asked after each.
-    """
-
-    def __init__(self, node: Node, robots: Sequence[int]) -> None:
-        self.period = _LOCKSTEP_PERIODS_S[0]
-        self._answerer = Answerer(node)
-        self._stamps = {topics.odometry_topic(robot): NO_STAMP for robot in robots}
-        self._answered = NO_STAMP
-
-    def take(self, received: Sequence[Received]) -> None:
-        """Report the oldest of the newest states."""
-        nb_states = 0
-        for message in received:
-            if message.topic.name in self._stamps:
-                self._stamps[message.topic.name] = read_stamp(message.data)
-                nb_states += 1
-        wanted = self.period * _STEPS_AT_ONCE * len(self._stamps) / max(nb_states, 1)
-        self.period = min(max(wanted, _LOCKSTEP_PERIODS_S[0]), _LOCKSTEP_PERIODS_S[1])
-        oldest = min(self._stamps.values())
-        if oldest != self._answered:
-            self._answered = oldest
-            self._answerer.answer(oldest)
-
-    def leave(self) -> None:
-        """Let the simulator go on without this recorder."""
-        self._answerer.leave()
-
-
+_LOCKSTEP_PERIOD_S = 0.01  # the robots wait
 _ANNOUNCED_WITHIN_NS = 10**9  # after the first message of a robot
 _OF_NO_ROBOT = dict.fromkeys((topics.FLEET, topics.ROSOUT, topics.PARAMETER_EVENTS), 10**10)
 
@@ -86,7 +51,7 @@ class GraphRecorder:
         self._chosen = chosen
         self._times: BagTimes | None = None
         self._waiting: list[Received] = []
-        self._answers: LockstepAnswers | None = None
+        self._steps: RecordedSteps | None = None
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
         # Of each topic at the last look: number of publishers, types.
@@ -102,6 +67,7 @@ class GraphRecorder:
 
     def look(self) -> None:
         """Follow changes of the graph since the last look, and answer requests."""
+        self._fleet.take()
         self._requests.take()
         is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
         self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
@@ -122,7 +88,7 @@ class GraphRecorder:
 
     def drain(self) -> None:
         """Write the messages received so far, in order."""
-        self._waiting += [message for topic in self._topics.values() for message in topic.take()]
+        self._take()
         self._write(complete=False)
 
     def close(self) -> None:
@@ -130,13 +96,29 @@ class GraphRecorder:
         self.drain()
         self._times = self._times or bag_times(self._fleet.time)
         self._write(complete=True)
-        if self._answers:
-            self._answers.leave()
+        if self._steps:
+            self._steps.leave()
+
+    def _take(self) -> None:
+        if self._steps:
+            self._steps.take()
+        self._waiting += [message for topic in self._topics.values() for message in topic.take()]
+
+    def _on_step(self, name: str, msgtype: str, message: StepMessage) -> None:
+        """Take a message that a step of robots in lockstep has."""
+        if not self._is_wanted(name):
+            return
+        if name not in self._topics:
+            self._subscribe(name, msgtype)
+        topic = self._topics[name]
+        if not topic.connection:
+            self._connect(topic, [qos.LOCKSTEP_STATE])
+        self._waiting.append(Received(message.time_ns, message.sent_ns, topic, message.data))
 
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
             return name in self._chosen or (name == topics.CLOCK and self.follows)
-        return name != topics.LOCKSTEP and '/_' not in name
+        return name not in (topics.LOCKSTEP, topics.LOCKSTEP_STATES) and '/_' not in name
 
     def _follow(self, name: str, types: list[str]) -> None:
         infos = self._node.get_publishers_info_by_topic(name)
@@ -150,10 +132,13 @@ class GraphRecorder:
             self._print_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
         profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
         if not topic.connection:
-            topic.connection = self._writer.add_topic(
-                name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
-            )
+            self._connect(topic, profiles)
         self._waiting += topic.adapt_to(profiles)
+
+    def _connect(self, topic: RecordedTopic, profiles: list[QoSProfile]) -> None:
+        topic.connection = self._writer.add_topic(
+            topic.name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
+        )
 
     def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
         previous = self._topics.pop(name, None)
@@ -162,7 +147,8 @@ class GraphRecorder:
             previous.close()
         try:
             self._definitions.of(msgtype)
-            self._topics[name] = RecordedTopic(self._node, name, msgtype)
+            subscribed = not (self.follows and topics.is_in_steps(name))
+            self._topics[name] = RecordedTopic(self._node, name, msgtype, subscribed)
         except (NoPythonTypeError, UnknownDefinitionError) as error:
             self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
         return self._topics.get(name)
@@ -174,8 +160,6 @@ class GraphRecorder:
         for message in self._waiting:
             if not message.topic.connection:
                 self._follow(message.topic.name, [message.topic.msgtype])
-        if self._answers:
-            self._answers.take(self._waiting)
         for stamp, message in self._times.of(self._waiting, complete):
             topic = message.topic
             if topic.connection:
@@ -192,13 +176,11 @@ class GraphRecorder:
     @property
     def period(self) -> float:
         """Time in s until the next `drain`."""
-        if self._answers:
-            return self._answers.period
-        return _LOCKSTEP_PERIODS_S[0] if self.follows else _TAKE_PERIOD_S
+        return _LOCKSTEP_PERIOD_S if self.follows else _TAKE_PERIOD_S
 
     def _knows_times(self) -> bool:
         """Return whether the robots have announced the time that they follow."""
-        if self._times is None and self._waiting:
+        if self._times is None and (self._waiting or self.follows):
             self._fleet.take()
             now = time.time_ns()
             late = any(
@@ -208,8 +190,16 @@ class GraphRecorder:
             if late or (self._fleet.by_source and self._fleet.announced_by_all):
                 self._times = bag_times(self._fleet.time)
                 if self.follows:
-                    self._answers = LockstepAnswers(self._node, self._fleet.robots)
+                    self._follow_steps()
         return self._times is not None
+
+    def _follow_steps(self) -> None:
+        """Take the robots' messages from arrays from now on; they have the first ones, too."""
+        for name in filter(topics.is_in_steps, self._topics):
+            self._topics[name].close()
+        self._waiting = [one for one in self._waiting if not topics.is_in_steps(one.topic.name)]
+        self._steps = RecordedSteps(self._node, self._on_step)
+        self._take()
 
     def _print_once(self, line: str) -> None:
         if line not in self._printed:

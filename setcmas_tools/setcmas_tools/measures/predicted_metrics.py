@@ -68,7 +68,7 @@ class Comparison(Measured):
                 formula = one.formula
                 lines.append(f'predicted by {formula}:')
             predicted = '' if one.predicted is None else f', predicted {_number(one.predicted)}'
-            lines.append(f'  {_words(name)} {_number(one.measured)}{_unit(name)}{predicted}')
+            lines.append(f'  {_words(name)} {_number(one.measured, _unit(name))}{predicted}')
         if self.figures and self.differs:
             lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
         return lines
@@ -102,8 +102,8 @@ def _unit(name: str) -> str:
     return f' {unit}' if unit else ''
 
 
-def _number(value: float | None) -> str:
-    return 'unknown' if value is None else f'{round(value, _DIGITS) + 0.0:.3g}'
+def _number(value: float | None, unit: str = '') -> str:
+    return 'unknown' if value is None else f'{round(value, _DIGITS) + 0.0:.3g}{unit}'
 
 
 def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:

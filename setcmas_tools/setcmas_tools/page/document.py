@@ -21,6 +21,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from setcmas_simu.errors import SetcmasError, needs
+from setcmas_tools.page.page_data import page_content
 
 if TYPE_CHECKING:
     from markdown_it.token import Token
@@ -44,17 +45,41 @@ def document(title: str, body: Iterable[str], content: Mapping[str, Any]) -> str
         content: What its scripts draw, as `content.page_content` has it.
     """
     script = page_script()
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode('ascii')
     connects = "; connect-src 'self'" if content['live'] else ''
     text = Template(_file('page.html')).substitute(
         title=escaped(title),
-        policy=f"script-src 'sha256-{digest}'{connects}",
+        policy=f"script-src 'sha256-{_digest(script)}'{connects}",
         style=_file('base.css') + _file('style.css'),
         body='\n'.join(body),
         data=_json(content),
         script=script,
     )
     return _CONTROL.sub('\N{REPLACEMENT CHARACTER}', text)
+
+
+def site_files(version: str, connects: str) -> dict[str, str]:
+    """Return the page that runs laws, with its own modules and those of the player, by path.
+
+    Args:
+        version: Of setcmas.
+        connects: Where it may get Python from, besides its own server; '' for nowhere.
+    """
+    site = files(__package__) / 'templates' / 'site'
+    own = {one.name: one.read_text(encoding='utf-8') for one in site.iterdir()}
+    fields = {
+        'version': escaped(version),
+        'connects': f' {connects}' if connects else '',
+        'stage': stage([checkbox('links', 'links')]),
+        'data': _json(page_content()),
+    }
+    own['index.html'] = Template(own['index.html']).substitute(fields)
+    script = own.pop('sandbox.js')
+    own['sandbox.html'] = Template(own['sandbox.html']).substitute(
+        script=script, digest=_digest(script)
+    )
+    own['style.css'] = _file('base.css') + _file('style.css') + own.pop('site.css')
+    del own['pyodide.json']
+    return own | {f'player/{name}': _file(name) for name in _MODULES}
 
 
 @functools.cache
@@ -96,6 +121,11 @@ def escaped(text: object) -> str:
 @functools.cache
 def _file(name: str) -> str:
     return (files(__package__) / 'templates' / name).read_text(encoding='utf-8')
+
+
+def _digest(script: str) -> str:
+    """Return the digest by which a policy allows a script."""
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode('ascii')
 
 
 def _json(content: Mapping[str, Any]) -> str:

@@ -40,16 +40,21 @@ _WHEEL = 'Wheel-Version: 1.0\nGenerator: setcmas\nRoot-Is-Purelib: true\nTag: py
 _METADATA = ('METADATA', 'entry_points.txt')
 
 
-def own_wheel() -> tuple[str, bytes]:
+def own_wheel(left_out: tuple[str, ...] = ()) -> tuple[str, bytes]:
     """Return the name and the content of a wheel of the installed setcmas.
+
+    Args:
+        left_out: Beginnings of paths of files that it does not need.
 
     Raises:
         SetcmasError: setcmas was not installed by pip.
     """
-    return wheel_of(_installed(), package_folders())
+    return wheel_of(_installed(), package_folders(), left_out)
 
 
-def wheel_of(installed: Distribution, folders: Mapping[str, Path]) -> tuple[str, bytes]:
+def wheel_of(
+    installed: Distribution, folders: Mapping[str, Path], left_out: tuple[str, ...] = ()
+) -> tuple[str, bytes]:
     """Return the name and the content of a wheel of an installed package of pure Python.
 
     It is built from the installed files, even of an editable installation, and only depends on
@@ -58,6 +63,7 @@ def wheel_of(installed: Distribution, folders: Mapping[str, Path]) -> tuple[str,
     Args:
         installed: The package.
         folders: The folders of its Python packages, by name.
+        left_out: Beginnings of paths of files that are left out.
     """
     name = re.sub(r'[-_.]+', '_', installed.metadata['Name']).lower()
     stem = f'{name}-{installed.version}'
@@ -67,6 +73,7 @@ def wheel_of(installed: Distribution, folders: Mapping[str, Path]) -> tuple[str,
         for path in sorted(folder.rglob('*'))
         if path.is_file() and '__pycache__' not in path.parts
     }
+    files = {path: one for path, one in files.items() if not path.startswith(left_out)}
     for name in _METADATA:
         files[f'{stem}.dist-info/{name}'] = (installed.read_text(name) or '').encode()
     files[f'{stem}.dist-info/WHEEL'] = _WHEEL.encode()

@@ -1,4 +1,5 @@
 import struct
+import zlib
 
 import pytest
 
@@ -8,11 +9,8 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 
+from setcmas_simu.ros.located_message import LocatedMessage, decode_forms, encode_forms
 from setcmas_simu.ros.messages import (
-    POSE,
-    STAMP,
-    TWIST,
-    PreparedMessage,
     read_odometry,
     read_twist,
 )
@@ -30,22 +28,26 @@ def odometry(frame, child):
 @pytest.mark.parametrize('frame', FRAMES)
 @pytest.mark.parametrize('child', FRAMES)
 def test_what_is_written_into_the_bytes_is_read_from_the_message(frame, child):
-    prepared = PreparedMessage(odometry(frame, child))
-    prepared.place('header.stamp.sec', STAMP)(7, 8)
-    prepared.place('pose.pose.position.x', POSE)(1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4)
-    prepared.place('twist.twist.linear.x', TWIST)(4.0, 5.0, 0.0, 0.0, 0.0, 6.0)
-    message = deserialize_message(prepared.encoded(), Odometry)
+    form = LocatedMessage.of(odometry(frame, child), 'pose.pose', 'twist.twist')
+    form = decode_forms(encode_forms({'/tb3_1/odom': form}))['/tb3_1/odom']
+    data = form.at(7_000_000_008, (1.0, 2.0, 0.3, 0.4, 4.0, 5.0, 6.0))
+    message = deserialize_message(data, Odometry)
 
     position, q = message.pose.pose.position, message.pose.pose.orientation
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (7, 8)
     assert (message.header.frame_id, message.child_frame_id) == (frame, child)
-    assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
-    assert (q.x, q.y, q.z, q.w) == (0.1, 0.2, 0.3, 0.4)
+    assert (position.x, position.y, position.z) == (1.0, 2.0, 0.0)
+    assert (q.x, q.y, q.z, q.w) == (0.0, 0.0, 0.3, 0.4)
     assert message.pose.covariance[0] == 0.5
     twist = message.twist.twist
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == (4.0, 5.0, 6.0)
-    read = read_odometry(serialize_message(message))
-    assert read == ((1.0, 2.0), (0.1, 0.2, 0.3, 0.4), 4.0, 6.0)
+    assert read_odometry(data) == ((1.0, 2.0), (0.0, 0.0, 0.3, 0.4), 4.0, 6.0)
+
+
+def test_data_without_forms_are_refused():
+    for data in (b'', b'no', zlib.compress(b'[]'), zlib.compress(b'{"a": 1}')):
+        with pytest.raises(ValueError, match=r'.'):
+            decode_forms(data)
 
 
 @pytest.mark.parametrize('frame', FRAMES)

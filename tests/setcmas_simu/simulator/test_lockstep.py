@@ -1,11 +1,23 @@
+import math
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from processes import CTRL, SIMU
 
-from setcmas_simu.ros.messages import NO_STAMP
-from setcmas_simu.simulator.lockstep import Answer, Follower, Roll, decode, encode
+from setcmas_simu.simulator.lockstep import (
+    Answer,
+    Commands,
+    Follower,
+    Roll,
+    States,
+    decode,
+    decode_states,
+    encode,
+    encode_states,
+    this_process,
+)
 
 FOREIGN = Path(__file__).parents[2] / 'setcmas_expe' / 'scripts' / 'foreign_controller.py'
 FIRST, SECOND = Follower(11, 1, (1, 2)), Follower(12, 2, (3,))
@@ -20,12 +32,11 @@ def test_time_stands_until_every_robot_has_a_controller_that_has_answered():
     ours = roll()
 
     assert ours.missing(1000) == 'a controller of robots 1-3'
-    ours.take(Answer(FIRST, 1000, 1000))
+    ours.take(Answer(FIRST, 1000))
     assert ours.missing(1000) == 'a controller of robot 3'
     ours.take(Answer(SECOND, 1000))
     assert ours.missing(1000) == ''
     assert ours.late(1000) == []
-    assert ours.commanded() == {1: 1000, 2: 1000}
     assert [answer.follower for answer in ours.late(1100)] == [FIRST, SECOND]
 
 
@@ -34,7 +45,7 @@ def test_later_those_that_are_there_are_waited_for():
     for follower in (FIRST, SECOND):
         ours.take(Answer(follower, 1000))
     assert ours.missing(1000) == ''
-    ours.take(Answer(FIRST, NO_STAMP, leaves=True))
+    ours.take(Answer(FIRST, 1000, leaves=True))
 
     assert ours.missing(1100) == ''
     assert [answer.follower for answer in ours.late(1100)] == [SECOND]
@@ -63,7 +74,7 @@ def test_controllers_that_leave_are_reported_once():
     for follower in (FIRST, SECOND, RECORDER):
         ours.take(Answer(follower, 1000))
     for follower in (RECORDER, SECOND, SECOND):
-        ours.take(Answer(follower, NO_STAMP, leaves=True))
+        ours.take(Answer(follower, 1000, leaves=True))
 
     assert [str(answer.follower) for answer in ours.left()] == [
         'controller of robot 3 (process 2)'
@@ -72,20 +83,45 @@ def test_controllers_that_leave_are_reported_once():
 
 
 def test_an_answer_is_an_array_of_numbers():
-    answer = Answer(FIRST, 1100, 1000)
+    rows = ((0.2, 0.0, 0.1, 1.0, 2.0, 0.5, 0.6, 3.0), (0.3, *[0.0] * 7))
+    answer = Answer(FIRST, 1100, commands=(Commands(1000, rows), Commands(1050, rows)))
 
-    assert [*encode(answer)] == [1, 11, 1, 1100, 1000, 0, 1, 2]
+    once = [*rows[0], *rows[1]]
+    assert [*encode(answer)] == [2, 11, 1, 1100, 0, 2, 1, 2, 1000, *once, 1050, *once]
     assert decode(encode(answer)) == answer
-    assert decode(encode(Answer(RECORDER, NO_STAMP, leaves=True))).leaves
+    assert decode(encode(Answer(RECORDER, 1100, leaves=True))).leaves
+
+
+def test_ids_and_stamps_are_exact_after_three_months():
+    stamp = 90 * 24 * 3600 * 10**9 + 1
+    follower = this_process((1,))
+
+    assert decode(encode(Answer(follower, stamp))) == Answer(follower, stamp)
+
+
+def test_states_are_an_array_of_numbers():
+    states = States(1100, np.arange(16.0).reshape(2, 8))
+
+    assert [*encode_states(states)] == [2, 1100, *range(16)]
+    decoded = decode_states(encode_states(states))
+    assert decoded.stamp == 1100
+    assert np.array_equal(decoded.table, states.table)
+    with pytest.raises(ValueError, match=r'they must be 2 \(version\), stamp, and 8 numbers'):
+        decode_states(encode_states(states)[:-1])
 
 
 @pytest.mark.parametrize(
     ('numbers', 'message'),
     [
-        ([], r'its numbers are \[\]; they must be 1 \(version\), id'),
-        ([1, 11, 1, 1100, 1000], r'1100, 1000\]; they must be'),
-        ([2, 11, 1, 1100, 1000, 0], r'\[2, 11'),
-        ([1, 11, 1, 1100, 1000, 0, 0], r'its robots are \[0\]; they must be from 1 to 2000'),
+        ([], r'its numbers are \[\]; they must be 2 \(version\), id'),
+        ([2, 11, 1, 1100, 0], r'1100, 0\]; they must be'),
+        ([2, 11, math.nan, 1100, 0, 0], r'nan, 1100, 0, 0\]; they must be'),
+        ([1, 11, 1, 1100, 1000, 0], r'\[1, 11'),
+        ([2, 11, 1, 1100, 0, 1, 0], r'its robots are \[0\]; they must be from 1 to 2000'),
+        ([2, 11, 1, 1100, 0, 1, 0.5], r'its robots are \[0.5\]; they must be from 1 to 2000'),
+        ([2, 11, 1, 1100, 0, 2, 1], r'it has 1 of 2 robots'),
+        ([2, 11, 1, 1100, 0, 1, 1, 1100, 0.2], r'2 numbers of commands'),
+        ([2, 11, 1, 1100, 0, 1, 1, math.nan, *[0.0] * 8], r'a stamp of its commands is nan'),
     ],
 )
 def test_other_arrays_are_refused(numbers, message):

@@ -12,17 +12,21 @@ export function reach(x, y, radius = 0) {
   known.left = Math.min(known.left, x - radius); known.right = Math.max(known.right, x + radius);
   known.bottom = Math.min(known.bottom, y - radius); known.top = Math.max(known.top, y + radius);
 }
+function forgetReach() { Object.assign(known, {left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity}); }
 export function reachAtLeast(isReal) {
-  Object.assign(known, {left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity});
+  forgetReach();
   reach(0, 0, ROOM_M[isReal ? 'experiment' : 'simulation']);
 }
 
-for (const robot of [...robots, ...others]) robot.x.forEach((x, k) => reach(x, robot.y[k]));
-for (const {points} of run.plane.references) points.forEach(([x, y]) => reach(x, y));
-for (const corners of run.plane.polygons) corners.forEach(([x, y]) => reach(x, y));
-for (const [x, y, radius] of run.plane.discs) reach(x, y, radius);
-if (run.plane.arena) { const [left, right, bottom, top] = run.plane.arena; reach(left, bottom); reach(right, top); }
-if (run.live) reachAtLeast(false);
+export function reachRun() {
+  forgetReach();
+  for (const robot of [...robots, ...others]) robot.x.forEach((x, k) => reach(x, robot.y[k]));
+  for (const {points} of run.plane.references) points.forEach(([x, y]) => reach(x, y));
+  for (const corners of run.plane.polygons) corners.forEach(([x, y]) => reach(x, y));
+  for (const [x, y, radius] of run.plane.discs) reach(x, y, radius);
+  if (run.plane.arena) { const [left, right, bottom, top] = run.plane.arena; reach(left, bottom); reach(right, top); }
+}
+if (run.live) reachAtLeast(false); else reachRun();
 
 // Fit all that is known into the canvas, times the zoom; a robot that is followed is in the middle.
 export function aim(width, height) {

@@ -7,6 +7,7 @@ const LEFT = 40, RIGHT = 8, LONGEST_S = 60;  // px; what the charts of a live pa
 const begin = () => isLive ? Math.max(first(), last() - LONGEST_S) : first();
 
 export function addCharts(seek) {
+  find('charts').replaceChildren();
   for (const chart of run.charts) {
     const box = document.createElement('figure');
     chart.caption = document.createElement('figcaption');

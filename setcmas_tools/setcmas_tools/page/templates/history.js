@@ -1,9 +1,7 @@
 // The run: poses, states, links, broadcasts and drawings, at any of its times.
 
-export const run = JSON.parse(document.getElementById('run').textContent);
-export const isLive = run.live !== null;
-export const times = run.t;  // s, sorted
-export const robots = run.robots, others = run.others;
+export let run, robots, others;
+export let times;  // s, sorted
 export const shapes = [];  // what scripts drew: from and to, the times between which it is there
 export const TINY = 1e-6;
 const SERIES = ['x', 'y', 'theta', 'v', 'omega'];
@@ -61,13 +59,25 @@ function unpackDrawn(drawn) {
   });
 }
 
-for (const robot of [...robots, ...others]) unpackRobot(robot);
-for (const robot of robots) byNumber.set(robot.number, robot);
-Object.values(run.calls).forEach(unpackCalls);
-run.plane.drawings.forEach(unpackDrawn);
-shapes.sort((a, b) => a.from - b.from);
-for (const chart of run.charts) for (const values of [chart.values, chart.other || {}])
-  for (const number in values) values[number] = unpacked(values[number]);
+// Take the content of a run, which is unpacked in place; it replaces the run before.
+export function openRun(content) {
+  run = content;
+  ({t: times, robots, others} = run);
+  forgetShapes();
+  for (const robot of [...robots, ...others]) unpackRobot(robot);
+  for (const robot of robots) byNumber.set(robot.number, robot);
+  Object.values(run.calls).forEach(unpackCalls);
+  run.plane.drawings.forEach(unpackDrawn);
+  shapes.sort((a, b) => a.from - b.from);
+  for (const chart of run.charts) for (const values of [chart.values, chart.other || {}])
+    for (const number in values) values[number] = unpacked(values[number]);
+}
+function forgetShapes() {
+  shapes.length = 0;
+  byNumber.clear();
+  current.clear();
+  Object.assign(links, {t: -Infinity, place: 0, weights: new Map()});
+}
 
 // How many of sorted numbers are at or before a value.
 export function countUntil(sorted, value) {
@@ -144,11 +154,9 @@ export function linksAt(t) {
 // The lines below are for a run that goes on.
 
 export function forgetAll() {
-  for (const list of [times, robots, shapes, run.clock ||= [], run.plane.links ||= []]) list.length = 0;
+  for (const list of [times, robots, run.clock ||= [], run.plane.links ||= []]) list.length = 0;
   for (const chart of run.charts) for (const number in chart.values) delete chart.values[number];
-  byNumber.clear();
-  current.clear();
-  Object.assign(links, {t: -Infinity, place: 0, weights: new Map()});
+  forgetShapes();
 }
 
 // A message of poses: numbers of robots with x, y, theta and v of each; robots that were moved there; the run's time.
@@ -199,3 +207,6 @@ export function addShape(key, t, shape) {
   shapes.push(added);
   current.set(key, added);
 }
+
+openRun(JSON.parse(document.getElementById('run').textContent));
+export const isLive = run.live !== null;

@@ -14,10 +14,11 @@ const KEYS = {
   z: () => then(nearer), Z: () => then(farther), 0: () => then(showAll),
 };
 const SHIFTED = {ArrowLeft: [PAN_PX, 0], ArrowRight: [-PAN_PX, 0], ArrowUp: [0, PAN_PX], ArrowDown: [0, -PAN_PX]};
+const TYPING = 'select, textarea, [contenteditable=true], input:not([type=range], [type=checkbox])';
 function then(change) { change(); redraw(); }
 
 document.addEventListener('keydown', event => {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === 'SELECT') return;
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest(TYPING)) return;
   if (event.key === ' ' && event.target.matches('button, input[type=checkbox], summary')) return;  // it presses that
   const shifted = event.shiftKey && SHIFTED[event.key], does = shifted ? () => then(() => pan(...shifted)) : KEYS[event.key];
   if (!does) return;
@@ -63,7 +64,7 @@ window.addEventListener('afterprint', () => {
   redraw();
 });
 
-window.page = {camera, linksAt, player, robots, shapes, times};  // for the console
+window.page = {camera, linksAt, player, shapes, get robots() { return robots; }, get times() { return times; }};  // for the console
 
 addCharts(move);
 if (isLive) {

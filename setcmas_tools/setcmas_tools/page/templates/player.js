@@ -1,9 +1,9 @@
 // The player: the time that is shown, and everything that changes it.
 
-import {camera} from './camera.js';
+import {camera, reachRun, showAll} from './camera.js';
 import {find, number} from './canvas.js';
-import {drawChart} from './charts.js';
-import {first, indexAt, isLive, last, run, times} from './history.js';
+import {addCharts, drawChart} from './charts.js';
+import {first, indexAt, isLive, last, openRun, run, times} from './history.js';
 import {drawPlane} from './plane.js';
 import {fillAbout, fillRows} from './robots.js';
 
@@ -79,6 +79,15 @@ export function select(robot) {
   player.selected = player.selected === robot ? null : robot;
   camera.followed = find('follow').checked ? player.selected : null;
   redraw();
+}
+// Show another finished run, whose content is unpacked in place, at its beginning.
+export function open(content) {
+  openRun(content);
+  reachRun();
+  showAll();
+  player.selected = camera.followed = null;
+  addCharts(move);
+  move(first());
 }
 export function start() {
   showWhetherPlaying(isLive);

@@ -1,0 +1,326 @@
+"""Write a web page that runs laws: students open it, and need to install nothing.
+
+The page has an editor, the exercises, and the player of runs. Python (Pyodide) runs in the
+browser; what students write stays on their computer. Any web server serves the folder. Pyodide
+comes from a content delivery network, or from a folder, for schools without one: unpack
+pyodide-0.27.7.tar.bz2 of its releases on GitHub.
+
+Examples:
+  setcmas site web                                 all laws and exercises
+  python -m http.server -d web                     then open http://localhost:8000
+  setcmas site web --exercise consensus lab.yaml   two exercises, one with a rubric of your own
+  setcmas site web --scenario square.yaml --pyodide pyodide --overwrite
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import hashlib
+import io
+import json
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from setcmas_simu.errors import SetcmasError
+
+CDN = 'https://cdn.jsdelivr.net/pyodide/v{version}/full/'
+
+FIRST, LATER = ('numpy', 'pyyaml'), ('matplotlib',)
+"""Packages for the first run, and for plots."""
+
+LOCK, PARTS, PACKED = 'pyodide-lock.json', 'python.json', 'packed.zip'
+NEEDLESS = (
+    'setcmas_tools/page/templates/site/',
+    'setcmas_tools/bags/',
+    'setcmas_ctrl/controller/',
+    *(f'setcmas_expe/{room}/' for room in ('doctor', 'emulation', 'guard', 'pause')),
+)
+"""Beginnings of paths in the wheel of setcmas that the page does not need."""
+
+Files = dict[str, bytes]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument('folder', type=Path, metavar='FOLDER', help='folder for the page')
+    exercise = (
+        'offer these exercises only, without the laws that solve them: names, or rubric files, '
+        'of which the page gets what students may see (default: all)'
+    )
+    parser.add_argument(
+        '--exercise', nargs='+', action='extend', default=[], metavar='NAME', help=exercise
+    )
+    scenario = 'scenario files to offer'
+    parser.add_argument(
+        '--scenario', nargs='+', action='extend', default=[], type=Path, metavar='FILE',
+        help=scenario,
+    )  # fmt: skip
+    pyodide = 'folder to copy Pyodide from, or address to load it from (default: jsDelivr)'
+    parser.add_argument('--pyodide', default='', metavar='PLACE', help=pyodide)
+    parser.add_argument('--overwrite', action='store_true', help='replace an existing page')
+
+
+def main(args: argparse.Namespace) -> int:
+    """Write the page; return the exit status."""
+    _check_folder(args.folder, args.overwrite)
+    _write(args.folder, site(args.exercise, args.scenario, args.pyodide))
+    print(args.folder / 'index.html')
+    print(f'serve the folder, such as with: python -m http.server -d {args.folder}')
+    return 0
+
+
+def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: str = '') -> Files:
+    """Return the files of the page, by path.
+
+    Args:
+        exercises: Names of exercises, or paths of rubrics; all shipped exercises if empty.
+        scenarios: Scenario files.
+        place: Folder or address of Pyodide; '' is that of jsDelivr.
+
+    Raises:
+        SetcmasError: One is not there, or has a mistake.
+    """
+    from setcmas_simu import __version__
+    from setcmas_tools.page.document import site_files
+    from setcmas_tools.platforms.autograder import archive, own_wheel
+
+    python = _pyodide(place)
+    rubrics = [Path(one) for one in exercises if _is_file(one)]
+    offered = _offered([one for one in exercises if not _is_file(one)], rubrics, scenarios)
+    name, wheel = own_wheel(NEEDLESS)
+    packed = archive(dict([*_packed_rubrics(rubrics), *_packed_scenarios(scenarios)]))
+    own = {name: wheel, PACKED: packed, LOCK: json.dumps(python.lock).encode()}
+    parts = {
+        'first': [*python.first, *(_part(one, one, _sha256(own[one])) for one in own)],
+        'later': python.later,
+        'wheel': name,
+        'packed': PACKED,
+        'packages': FIRST,
+        'later_packages': LATER,
+    }
+    texts = site_files(__version__, python.origin)
+    texts |= {'catalogue.json': json.dumps(offered), PARTS: json.dumps(parts)}
+    return {path: text.encode() for path, text in texts.items()} | own | python.files
+
+
+@dataclass(frozen=True)
+class Pyodide:
+    """Where the page gets Pyodide from.
+
+    Attributes:
+        lock: Its packages, those of the page only.
+        first: Name, address and digest of the files for the first run.
+        later: Those for plots.
+        origin: Server that the page connects to; '' for its own.
+        files: Contents, if the page's folder has them.
+    """
+
+    lock: dict[str, Any]
+    first: list[dict[str, str]]
+    later: list[dict[str, str]]
+    origin: str = ''
+    files: Files = field(default_factory=dict)
+
+
+def _pyodide(place: str) -> Pyodide:
+    """Return the source of Pyodide at an address, or in a folder.
+
+    Raises:
+        SetcmasError: It is neither, or the folder lacks a file or has another version.
+    """
+    known = json.loads(
+        (resources.files('setcmas_tools') / 'page/templates/site/pyodide.json').read_text()
+    )
+    version = known['lock']['info']['version']
+    if not place or '://' in place:
+        address = _address(place or CDN.format(version=version))
+        parts = _parts(known['lock'], known['core'], address)
+        origin = '{0.scheme}://{0.netloc}'.format(urlsplit(address))
+        return Pyodide(known['lock'], *parts, origin)
+    return _copied(Path(place), known['core'], version)
+
+
+def _address(text: str) -> str:
+    parts = urlsplit(text)
+    is_safe = parts.scheme == 'https' or parts.hostname in ('localhost', '127.0.0.1')
+    if not (is_safe and parts.netloc) or any(letter in text for letter in '"\'<>; ?#'):
+        raise SetcmasError(
+            f"--pyodide is '{text}'; it must be a folder, or an address such as "
+            'https://cdn.example.org/pyodide/'
+        )
+    return text.rstrip('/') + '/'
+
+
+def _copied(folder: Path, core: Iterable[str], version: str) -> Pyodide:
+    lock = _lock(folder, version)
+    parts = _parts(lock, {name: _sha256(_content(folder, name)) for name in core}, 'pyodide/')
+    files = {}
+    for one in (part for half in parts for part in half):
+        content = _content(folder, one['name'])
+        if one['integrity'] != _integrity(_sha256(content)):
+            raise SetcmasError(f"'{folder / one['name']}' is not the file that {LOCK} lists")
+        files[one['address']] = content
+    return Pyodide(lock, *parts, files=files)
+
+
+def _lock(folder: Path, version: str) -> dict[str, Any]:
+    """Return the lock of a folder, with the packages that the page needs."""
+    if not folder.is_dir():
+        raise SetcmasError(f"--pyodide is '{folder}'; it must be a folder, or an address")
+    try:
+        lock = json.loads(_content(folder, LOCK))
+        found = lock['info']['version']
+        if found != version:
+            raise SetcmasError(f"'{folder}' has Pyodide {found}; it must be {version}")
+        names = _closure(lock['packages'], (*FIRST, *LATER))
+        return {**lock, 'packages': {name: lock['packages'][name] for name in names}}
+    except (ValueError, TypeError, KeyError) as error:
+        raise SetcmasError(
+            f"'{folder / LOCK}' does not list what the page needs: {error}"
+        ) from error
+
+
+def _content(folder: Path, name: str) -> bytes:
+    try:
+        return (folder / name).read_bytes()
+    except OSError as error:
+        raise SetcmasError(
+            f"'{folder}' lacks '{name}' of Pyodide: {error.strerror}; unpack the whole release"
+        ) from error
+
+
+def _closure(packages: Mapping[str, Any], names: Iterable[str]) -> list[str]:
+    """Return packages with all that they depend on, in a fixed order."""
+    found: set[str] = set()
+    waiting = [*names]
+    while waiting:
+        name = waiting.pop().lower()
+        if name not in found:
+            found.add(name)
+            waiting += packages[name]['depends']
+    return sorted(found)
+
+
+def _parts(
+    lock: Mapping[str, Any], core: Mapping[str, str], address: str
+) -> tuple[list[dict[str, str]], list[dict[str, str]]]:
+    """Return name, address and digest of the files for the first run, and of those for plots."""
+    packages = lock['packages']
+    early = _closure(packages, FIRST)
+    late = [name for name in _closure(packages, LATER) if name not in early]
+    files = {name: _part(name, address + name, digest) for name, digest in core.items()}
+    wheels = {
+        name: _part(one['file_name'], address + one['file_name'], one['sha256'])
+        for name, one in packages.items()
+    }
+    return [*files.values(), *(wheels[name] for name in early)], [wheels[name] for name in late]
+
+
+def _part(name: str, address: str, digest: str) -> dict[str, str]:
+    return {'name': name, 'address': address, 'integrity': _integrity(digest)}
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _integrity(digest: str) -> str:
+    return f'sha256-{base64.b64encode(bytes.fromhex(digest)).decode()}'
+
+
+def _is_file(exercise: str) -> bool:
+    return exercise.endswith(('.yaml', '.yml'))
+
+
+def _offered(names: list[str], rubrics: list[Path], scenarios: Sequence[Path]) -> dict[str, Any]:
+    """Return the catalogue of the page, with the chosen exercises and what it begins with."""
+    from launch_scripts.commands.site_catalogue import catalogue
+    from setcmas_tools.grade.rubric import rubric_of_exercise
+
+    for name in names:
+        rubric_of_exercise(name)
+    for files in (rubrics, scenarios):
+        stems = [one.stem for one in files]
+        if twice := sorted({one for one in stems if stems.count(one) > 1}):
+            raise SetcmasError(f"two files are named '{twice[0]}'; rename one")
+    found = catalogue(scenarios, rubrics)
+    found['first'] = 'law:consensus'
+    if names or rubrics:
+        found['exercises'] = [one for one in found['exercises'] if one['name'] in names]
+        solved = {*names, *(one['exercise'] for one in found['rubrics'])}
+        found['laws'] = [one for one in found['laws'] if one['name'] not in solved]
+        found['first'] = f'exercise:{names[0]}' if names else f'rubric:{rubrics[0].stem}'
+    elif scenarios:
+        found['first'] = f'scenario:{scenarios[0].stem}'
+    return found
+
+
+def _packed_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
+    """Yield path and content of what students may see of rubrics."""
+    from setcmas_tools.grade.rubric import read_rubric
+    from setcmas_tools.platforms.rubric_handout import handout
+
+    for file in rubrics:
+        with zipfile.ZipFile(io.BytesIO(handout(read_rubric(file)))) as shown:
+            for name in shown.namelist():
+                yield f'rubrics/{file.stem}/{name.partition("/")[2]}', shown.read(name)
+
+
+def _packed_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
+    """Yield path and content of scenarios and of the files that they name."""
+    from setcmas_ctrl.scripts.imports import with_helpers
+    from setcmas_tools.scenario.scenario import Scenario
+    from setcmas_tools.scenario.scenario_files import OF_FILES
+
+    for file in scenarios:
+        scenario, folder = Scenario.load(file), file.resolve().parent
+        named = [Path(text) for name in OF_FILES for text in scenario.named(name)]
+        own = [one for one in named if one.is_absolute() and one.is_relative_to(folder)]
+        for one in dict.fromkeys(file for path in own for file in with_helpers(path)):
+            yield f'scenarios/{file.stem}/{one.relative_to(folder).as_posix()}', one.read_bytes()
+        yield f'scenarios/{file.stem}/{file.stem}.yaml', file.read_bytes()
+
+
+def _check_folder(folder: Path, overwrite: bool) -> None:
+    """Check that a page can be written to a folder, before it is made.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    if not folder.absolute().parent.is_dir():
+        raise SetcmasError(f"there is no folder '{folder.absolute().parent}'; create it")
+    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+        return
+    if not (folder / PARTS).is_file():
+        raise SetcmasError(f"'{folder}' exists and is no page of setcmas; choose another folder")
+    if not overwrite:
+        raise SetcmasError(f"'{folder}' exists; --overwrite replaces it")
+
+
+def _write(folder: Path, files: Files) -> None:
+    """Write a folder whole; it replaces the page that is there.
+
+    Raises:
+        SetcmasError: It cannot be written.
+    """
+    target = folder.absolute()
+    try:
+        with tempfile.TemporaryDirectory(prefix='.site-', dir=target.parent) as name:
+            new, old = Path(name) / 'new', Path(name) / 'old'
+            for path, content in files.items():
+                (new / path).parent.mkdir(parents=True, exist_ok=True)
+                (new / path).write_bytes(content)
+            if target.exists():
+                target.rename(old)
+            new.rename(target)
+            shutil.rmtree(old, ignore_errors=True)
+    except OSError as error:
+        raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
