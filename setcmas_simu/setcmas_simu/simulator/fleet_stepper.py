@@ -22,7 +22,7 @@ from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import MOST_SPEED, Command, VirtualFleet
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.located_message import State
+from setcmas_simu.ros.messages import State
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.simulator.lockstep import States
 from setcmas_simu.simulator.simulator_options import SimulationOptions

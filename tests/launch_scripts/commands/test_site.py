@@ -3,7 +3,6 @@ import hashlib
 import io
 import json
 import shutil
-import time
 import zipfile
 from pathlib import Path
 
@@ -212,8 +211,9 @@ class Page:
         self.script(
             """const data = new DataTransfer();
             data.setData('text/plain', arguments[0]);
+            const pasted = {clipboardData: data, bubbles: true, cancelable: true};
             document.querySelector('.cm-content').dispatchEvent(
-              new ClipboardEvent('paste', {clipboardData: data, bubbles: true, cancelable: true}));""",
+              new ClipboardEvent('paste', pasted));""",
             text,
         )
 
@@ -305,7 +305,9 @@ def test_the_run_is_played_and_scrubbed(page):
     page.find('#set').send_keys('K=0.1')
     page.run()
     page.script(
-        "const bar = document.getElementById('bar'); bar.value = 5; bar.dispatchEvent(new Event('input'))"
+        """const bar = document.getElementById('bar');
+        bar.value = 5;
+        bar.dispatchEvent(new Event('input'));"""
     )
 
     assert page.text('#now') == 't = 5.0 s'

@@ -9,8 +9,10 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 
-from setcmas_simu.ros.located_message import LocatedMessage, decode_forms, encode_forms
 from setcmas_simu.ros.messages import (
+    LocatedMessage,
+    decode_forms,
+    encode_forms,
     read_odometry,
     read_twist,
 )
