@@ -124,7 +124,10 @@ class FleetStepper:
         self._transforms.publish(stamp, states)
         self._published = stamp_ns, states
         self._count_missed_steps(now)
-        # In real time: in lockstep two seconds of the simulation may be over at once.
+        self.keep_house()
+
+    def keep_house(self) -> None:
+        """Look around every two seconds of real time, also while time waits in lockstep."""
         if (real := time.monotonic()) >= self._next_housekeeping:
             self._next_housekeeping = real + _HOUSEKEEPING_S
             self._report_missed_steps()

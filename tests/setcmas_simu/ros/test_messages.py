@@ -47,7 +47,12 @@ def test_what_is_written_into_the_bytes_is_read_from_the_message(frame, child):
 
 
 def test_data_without_forms_are_refused():
-    for data in (b'', b'no', zlib.compress(b'[]'), zlib.compress(b'{"a": 1}')):
+    outside = b'{"/tb3_1/odom": ["00", 0, 8, null]}'
+    endless = b'{"a": "' + bytes(2**24)
+    for text in (b'', b'[]', b'{"a": 1}', outside, endless):
+        with pytest.raises(ValueError, match=r'.'):
+            decode_forms(zlib.compress(text))
+    for data in (b'', b'no'):
         with pytest.raises(ValueError, match=r'.'):
             decode_forms(data)
 
