@@ -27,7 +27,7 @@ before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that the robot has by now."""
+    """Return the new velocity (vx, vy) in m/s of the robot."""
     global velocity, before
     if robotNo == 1 and before == 0.0 < t:  # the second call
         for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t):

@@ -1,1 +1,1 @@
-"""Tasks that ship: waypoints, tracking, consensus, formations, alignment, coverage."""
+"""Tasks: waypoints, tracking, consensus, formations, alignment, coverage, resilience."""
