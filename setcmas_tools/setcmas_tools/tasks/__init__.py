@@ -1,1 +1,1 @@
-"""Tasks: waypoints, tracking, consensus, formations, alignment, coverage, resilience."""
+"""Tasks: waypoints, tracking, consensus, alignment, formations, coverage."""
