@@ -34,8 +34,6 @@ def control(robotNo, nbRobots, poses, t):
     near = [j - 1 for j in network.neighbours()]
     gaps = poses[:2, robotNo - 1, None] - poses[:2, near]
     lengths = np.hypot(*gaps)
-    if t == 0 and robotNo == 1 and np.any(lengths >= D):
-        print(f'a link is longer than D: add --range {D:g}, or set D to the range')
     period, before = H if before is None else t - before, t
     held = np.minimum(lengths, MARGIN * D)
     weights = (2 * D - held) / (D - held) ** 2
@@ -44,10 +42,21 @@ def control(robotNo, nbRobots, poses, t):
     return saturate(velocity, left / (2 * max(period, 1e-9)))
 
 
-def predict(conditions):
-    """Return that no link breaks if all are shorter than D at the start."""
+def longest(conditions):
+    """Return the length of the longest link at the start, in m, as far as it is known."""
     places = conditions.starts[:2]
     lengths = np.hypot(*(places[:, :, None] - places[:, None]))
-    if conditions.period > H or np.max(lengths[conditions.adjacency > 0], initial=0.0) >= D:
+    return np.nanmax(lengths[conditions.adjacency > 0], initial=0.0)
+
+
+def doubts(conditions):
+    """Return why links may break."""
+    doubt = f'a link is longer than D: add --range {D:g}, or set D to the range'
+    return [doubt] if longest(conditions) >= D else []
+
+
+def predict(conditions):
+    """Return that no link breaks if all are shorter than D at the start."""
+    if conditions.period > H or longest(conditions) >= D:
         return {}
     return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

@@ -29,9 +29,6 @@ before = None  # time of the call before (s)
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that the robot has by now."""
     global velocity, before
-    if robotNo == 1 and before == 0.0 < t:  # the second call
-        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t):
-            print(doubt)
     if before is None:
         velocity, before = starts(nbRobots)[:, robotNo - 1], t
     weights, received = network.adjacency()[robotNo - 1], network.received()
@@ -45,6 +42,11 @@ def starts(count):
     """Return the velocities at the start: rows vx and vy in m/s, shape (2, count)."""
     angles = np.linspace(-SPREAD / 2, SPREAD / 2, count)
     return SPEED * np.array([np.cos(angles), np.sin(angles)])
+
+
+def doubts(conditions):
+    """Return why the robots may not agree."""
+    return LinearLaw(K * conditions.laplacian, 'K L').doubts(conditions.period)
 
 
 def predict(conditions):
