@@ -37,7 +37,7 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def mean_of_trusted(gaps):
-    """Return the sum of the gaps that are left, divided by their number and one."""
+    """Return the sum of the gaps that remain, divided by 1 + their number."""
     above, below = np.sort(gaps[gaps > 0]), np.sort(gaps[gaps < 0])
     left = [*above[: max(len(above) - F, 0)], *below[F:], *gaps[gaps == 0]]
     return sum(left) / (1 + len(left))
