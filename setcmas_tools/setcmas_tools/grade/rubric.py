@@ -21,8 +21,8 @@ from setcmas_tools.grade.rubric_scenarios import (
     read_scenarios,
     read_solution,
 )
-from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes, silent
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
+from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import read_tables

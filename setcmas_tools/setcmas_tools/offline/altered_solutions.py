@@ -7,9 +7,7 @@ with it at every call, however far both are from the paths of the solution.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +28,7 @@ from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import load_script, names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -281,13 +279,6 @@ def calls_of(
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
     return calls if SOLUTION in calls.answers and _are_equal(run, again) else None
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Discard what scripts print."""
-    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
-        yield
 
 
 def _recorded(run: Run, is_condition: bool, nb_robots: int) -> list[Floats]:
