@@ -195,7 +195,12 @@ def decode_states(numbers: array[float]) -> States:
             f'its numbers are {reprlib.repr([*numbers])}; they must be {_VERSION} (version), '
             f'stamp, and {_NB_STATES} numbers for each robot'
         )
-    return States(int(numbers[1]), np.array(numbers[2:]).reshape(-1, _NB_STATES))
+    table = np.array(numbers[2:]).reshape(-1, _NB_STATES)
+    if not 0 <= numbers[1] < _LAST_STAMP:
+        raise ValueError(f'its stamp is {numbers[1]:g}; it must be a time in ns')
+    if len(invalid := table[~np.isfinite(table).all(axis=1)]):
+        raise ValueError(f'a row of its states is {invalid[0].tolist()}; it must be finite')
+    return States(int(numbers[1]), table)
 
 
 class Roll:
