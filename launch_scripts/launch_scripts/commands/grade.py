@@ -190,7 +190,7 @@ def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
 
 
 class WrittenFiles:
-    """Digests of files in a folder of grades as setcmas wrote them; persons may change them."""
+    """Digests of the files in a folder of grades, by which it notices changes by people."""
 
     def __init__(self, folder: Path) -> None:
         """Read the record of the folder; without one, all its files are a person's."""

@@ -5,10 +5,9 @@ Each robot has a number, and sends the largest that it has received so far (max-
     m_i(k + 1) = max(m_i(k), max of m_j(k) over the robots j that i receives)
     v_i = K (p - p_i)
 
-with m_i(0) its own number, and p the place that the leader sends with its number. The robot with
-the largest number leads. After k + 1 calls each robot has the largest number within k links, so in
-a strongly connected graph without loss or delay all agree after one call more than the graph's
-diameter.
+with m_i(0) its own number, and p the place that the leader sends with it. The robot with the
+largest number leads. After k + 1 calls each robot has the largest number within k links, so in a
+strongly connected graph without loss or delay all agree one call after the graph's diameter.
 Source: FloodMax in Lynch, Distributed Algorithms, Morgan Kaufmann, 1996, section 4.1.
 """
 

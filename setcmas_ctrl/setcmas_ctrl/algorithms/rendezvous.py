@@ -3,10 +3,9 @@
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
 with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
-that is shorter than D at the start is ever lost. The law is called at intervals h; it limits the
-speed to (D - l)/(2 h) with the longest link l < D, so that until the next call no link grows
-beyond D, unless messages are late or lost. The first call, which shows no h, takes H. Start with
-`--range D`.
+that is shorter than D at the start is ever lost. The law, called at intervals h (H at first),
+limits the speed to (D - l)/(2 h) with the longest link l < D, so that no link grows beyond D
+before the next call, unless messages are late or lost. Start with `--range D`.
 Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
 connectedness, IEEE Transactions on Robotics 23(4), 2007.
 """
@@ -50,9 +49,9 @@ def longest(conditions):
 
 
 def doubts(conditions):
-    """Return why links may break."""
-    doubt = f'a link is longer than D: add --range {D:g}, or set D to the range'
-    return [doubt] if longest(conditions) >= D else []
+    """Yield why links may break."""
+    if longest(conditions) >= D:
+        yield f'a link is longer than D: add --range {D:g}, or set D to the range'
 
 
 def predict(conditions):

@@ -49,9 +49,8 @@ def doubts(conditions):
         yield f'F = {F}, but robots {REBELS} disobey: the others may not agree'
     if (conditions.adjacency > 0).sum(axis=1).min() < 2 * F + 1:
         yield f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree'
-    if K * conditions.period > 1:  # then a step ends beyond the mean of the trusted values
-        most = 1 / conditions.period
-        yield f'K must be {most:.3g} 1/s at most: honest robots may leave their interval'
+    if (h := conditions.period) * K > 1:  # then a step ends beyond the mean of trusted values
+        yield f'K must be {1 / h:.3g} 1/s at most: honest robots may leave their interval'
 
 
 def predict(conditions):

@@ -141,7 +141,7 @@ class ControlLaw:
             self._doubts = None
             period = max(round(t - start, 3), 0.001)  # over ROS calls are not evenly spaced
             for doubt in doubts(Conditions(starts, network.adjacency(), period, inf)):
-                print(doubt)
+                print(f'{self.path.stem}: {doubt}')
 
     @property
     def _first_line(self) -> int | None:

@@ -69,8 +69,8 @@ class LinearLaw:
     """A law z' = -M (z - offsets), with the positions z = x + i y of all robots.
 
     A real M acts on both coordinates alike; a complex one also turns. Rows and columns beyond N
-    are memories of robots 1, 2, ..., which start at 0. What a robot uses of others it has
-    received: it is late and noisy.
+    are memories of robots 1, 2, ..., which start at 0. Robots receive what they use of others, so
+    it is late and noisy.
 
     Attributes:
         matrix: M in 1/s, shape (N, N), or larger with memories, real or complex.

@@ -38,6 +38,9 @@ _POSE = struct.Struct(POSE)
 _TWIST = struct.Struct(TWIST)
 _COVARIANCE_SIZE = 36 * 8
 _MOST_FORMS = 2**24  # bytes that foreign nodes can make this process unpack
+_NOT_FORMS = (
+    zlib.error, struct.error, TypeError, AttributeError, IndexError, RecursionError,
+)  # fmt: skip
 _MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
 
 State = Sequence[float]
@@ -165,8 +168,10 @@ def decode_forms(data: array[int]) -> dict[str, LocatedMessage]:
         }
         for form in forms.values():
             form.at(0, [0.0] * 7)
-    except (zlib.error, struct.error, TypeError, AttributeError) as error:
+    except _NOT_FORMS as error:
         raise ValueError(f'it has no forms of messages: {error}') from error
+    if not forms:
+        raise ValueError('it has no forms of messages')
     return forms
 
 

@@ -140,7 +140,7 @@ class StatesTopic(_CheckedTopic):
             super().take()
 
     def _on_forms(self, forms: dict[str, LocatedMessage]) -> None:
-        self.forms = forms
+        self.forms = {name: form for name, form in forms.items() if topics.is_in_steps(name)}
 
 
 class ClockTopic:

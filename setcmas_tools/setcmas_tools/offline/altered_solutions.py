@@ -8,8 +8,8 @@ with it at every call, however far both are from the paths of the solution.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -277,10 +277,17 @@ def calls_of(
         for robot in range(1, base.nb_robots + 1)
     }
     played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
-    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+    with silent():
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
     return calls if SOLUTION in calls.answers and _are_equal(run, again) else None
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Discard what scripts print."""
+    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        yield
 
 
 def _recorded(run: Run, is_condition: bool, nb_robots: int) -> list[Floats]:

@@ -165,6 +165,27 @@ def test_a_folder_of_another_pyodide_is_refused(tmp_path):
         site(place=str(tmp_path))
 
 
+@pytest.mark.nightly
+def test_the_list_of_files_is_that_of_the_release():
+    from pyodide_folder import pyodide_folder
+
+    folder = pyodide_folder()  # its PyYAML is pure Python, and has another name
+    parts = json.loads(site()['python.json'])
+    remote = [
+        one for half in ('first', 'later') for one in parts[half] if CDN[:8] in one['address']
+    ]
+    listed = {one['name']: one['integrity'] for one in remote}
+    found = {
+        name: integrity((folder / name).read_bytes())
+        for name in listed
+        if (folder / name).exists()
+    }
+
+    assert found.items() <= listed.items()
+    names = {name.partition('-')[0] for name in found}
+    assert names >= {'pyodide.asm.wasm', 'python_stdlib.zip', 'numpy', 'matplotlib', 'pillow'}
+
+
 # In Chromium with Pyodide
 
 

@@ -195,7 +195,7 @@ def test_robot_1_prints_doubts_once_when_the_period_is_known(tmp_path, capsys):
             one(POSES, t)
             printed.append(capsys.readouterr().out)
 
-    assert printed == ['', '', '0.2 s, 2 links\nonce\n', '', '', '', '', '']
+    assert printed == ['', '', 'law: 0.2 s, 2 links\nlaw: once\n', '', '', '', '', '']
 
 
 def test_doubts_that_fail_are_an_error_of_the_script(tmp_path):

@@ -49,7 +49,9 @@ def test_what_is_written_into_the_bytes_is_read_from_the_message(frame, child):
 def test_data_without_forms_are_refused():
     outside = b'{"/tb3_1/odom": ["00", 0, 8, null]}'
     endless = b'{"a": "' + bytes(2**24)
-    for text in (b'', b'[]', b'{"a": 1}', outside, endless):
+    far = b'{"/tb3_1/odom": ["00", %d, 8, null]}' % 10**30
+    nested = b'[' * 10**5
+    for text in (b'', b'[]', b'{}', b'{"a": 1}', outside, far, nested, endless):
         with pytest.raises(ValueError, match=r'.'):
             decode_forms(zlib.compress(text))
     for data in (b'', b'no'):
