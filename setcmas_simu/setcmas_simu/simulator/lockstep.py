@@ -201,8 +201,8 @@ def decode_states(numbers: array[float]) -> States:
             f'stamp, and {_NB_STATES} numbers for each robot'
         )
     table = np.array(numbers[2:]).reshape(-1, _NB_STATES)
-    if not np.isfinite(table).all():
-        raise ValueError('its states must be finite')
+    if len(invalid := table[~np.isfinite(table).all(axis=1)]):
+        raise ValueError(f'a row of its states is {invalid[0].tolist()}; it must be finite')
     return States(_stamp(numbers[1], 'its stamp'), table)
 
 
