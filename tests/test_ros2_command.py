@@ -88,7 +88,7 @@ def test_the_launch_files(ros2, peer):
     assert simulator.end() == 0
 
     assert 'cleanly' in simulator.output()
-    assert 'control laws: consensus' in ros2.start(
+    assert 'control laws: bearing_formation' in ros2.start(
         *launch, 'ctrl_multi_robots.launch.py', 'algo:=consensu'
     ).wait_for_output('did you mean consensus?')
 
