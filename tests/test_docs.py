@@ -46,7 +46,7 @@ def test_it_fetches_nothing_from_the_network(site):
 )
 @pytest.mark.nightly
 def test_pages_fit_a_phone(site):
-    from browser import open_browser
+    from browser import open_browser, open_page
 
     width = 390
     too_wide = []
@@ -54,7 +54,7 @@ def test_pages_fit_a_phone(site):
         screen = {'width': width, 'height': 844, 'deviceScaleFactor': 1, 'mobile': True}
         browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', screen)
         for page in set(site.rglob('*.html')) - {site / 'try' / 'sandbox.html'}:  # hidden frame
-            browser.get(page.as_uri())
+            open_page(browser, page.as_uri())
             if browser.execute_script('return document.documentElement.scrollWidth') > width:
                 too_wide.append(page.name)
     assert too_wide == []
