@@ -50,6 +50,12 @@ def open_browser(
         browser.quit()
 
 
+def open_page(browser, address: str) -> None:
+    """Open a page, and wait until it is loaded: for a file, `get` sometimes returns before."""
+    browser.get(address)
+    wait_for(lambda: browser.execute_script('return document.readyState') == 'complete')
+
+
 def open_window(browser) -> None:
     """Open a further window, and look at it."""
     browser.switch_to.new_window('window')

@@ -9,14 +9,19 @@ from pathlib import Path
 
 
 class _Quiet(SimpleHTTPRequestHandler):
+    def __init__(self, *given, asked: list[str], **named):
+        self._asked = asked
+        super().__init__(*given, **named)
+
     def log_message(self, *_):
-        pass
+        self._asked.append(self.path)
 
 
 @contextlib.contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """Serve a folder on this machine; give its address."""
-    handler = functools.partial(_Quiet, directory=str(folder))
+def served(folder: Path, asked: list[str] | None = None) -> Iterator[str]:
+    """Serve a folder on this machine; give its address, and append each path that is asked for."""
+    asked = [] if asked is None else asked
+    handler = functools.partial(_Quiet, directory=str(folder), asked=asked)
     with ThreadingHTTPServer(('127.0.0.1', 0), handler) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()

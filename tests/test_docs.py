@@ -2,6 +2,7 @@
 code."""
 
 import fcntl
+import json
 import re
 import shutil
 import subprocess
@@ -45,18 +46,30 @@ def test_it_fetches_nothing_from_the_network(site):
 )
 @pytest.mark.nightly
 def test_pages_fit_a_phone(site):
-    from browser import open_browser
+    from browser import open_browser, open_page
 
     width = 390
     too_wide = []
     with open_browser(width, 844) as browser:
         screen = {'width': width, 'height': 844, 'deviceScaleFactor': 1, 'mobile': True}
         browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', screen)
-        for page in site.rglob('*.html'):
-            browser.get(page.as_uri())
+        for page in set(site.rglob('*.html')) - {site / 'try' / 'sandbox.html'}:  # hidden frame
+            open_page(browser, page.as_uri())
             if browser.execute_script('return document.documentElement.scrollWidth') > width:
                 too_wide.append(page.name)
     assert too_wide == []
+
+
+@pytest.mark.nightly
+def test_each_law_and_exercise_can_be_tried(site):
+    catalogue = json.loads((site / 'try' / 'catalogue.json').read_text())
+    for page, kind in (('atlas', 'law'), ('exercises', 'exercise')):
+        linked = re.findall(
+            f'href="try/index.html#{kind}=(\\w+)"', (site / f'{page}.html').read_text()
+        )
+        known = [one['name'] for one in catalogue[f'{kind}s']]
+        assert sorted(linked) == sorted(known), page
+    assert 'href="try/index.html"' in (site / 'index.html').read_text()
 
 
 @pytest.mark.nightly

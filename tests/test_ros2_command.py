@@ -88,7 +88,7 @@ def test_the_launch_files(ros2, peer):
     assert simulator.end() == 0
 
     assert 'cleanly' in simulator.output()
-    assert 'control laws: consensus' in ros2.start(
+    assert 'control laws: bearing_formation' in ros2.start(
         *launch, 'ctrl_multi_robots.launch.py', 'algo:=consensu'
     ).wait_for_output('did you mean consensus?')
 
@@ -108,6 +108,18 @@ def test_robots_stand_after_the_controller_of_a_launch_file_has_died(ros2, peer,
     peer.wait_for(lambda: controllers.popen.poll() is not None)
 
     peer.wait_for(lambda: commands[-1].twist.linear.x == 0.0)
+
+
+def test_nodes_end_with_zero_velocity_when_launch_dies(ros2, peer):
+    launch = ('launch', 'launch_scripts')
+    ros2.start(*launch, 'simu_multi_robots.launch.py', 'nb_robots:=2')
+    controllers = ros2.start(*launch, 'ctrl_multi_robots.launch.py', 'algo:=consensus')
+    commands = moves(peer, '/tb3_2/cmd_vel', above=0.01)
+    assert '[controller-1]: process started' in controllers.output()
+    controllers.end(signal.SIGTERM)  # launch itself passes nothing on
+
+    peer.wait_for(lambda: commands[-1].twist.linear.x == 0.0)
+    peer.wait_for(lambda: not peer.node.get_publishers_info_by_topic('/tb3_2/cmd_vel'))
 
 
 def test_the_launch_file_in_the_docs(ros2, peer, tmp_path):

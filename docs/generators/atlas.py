@@ -129,9 +129,9 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
     ),
     (
         'Events',
-        'Robots send their position only when it is c away from the last one sent. They do not '
-        'quite meet; in the long run their RMS distance from the centre is at most '
-        '|A| c / lambda_2 in an undirected graph.\n\nSource: Seyboth, Dimarogonas and '
+        'Robots send their position only when it is c away from the last position that they '
+        'sent. They do not quite meet; in the long run their RMS distance from the centre is at '
+        'most |A| c / lambda_2 in an undirected graph.\n\nSource: Seyboth, Dimarogonas and '
         'Johansson, Event-based broadcasting for multi-agent average consensus, Automatica 49(1), '
         '2013.',
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,

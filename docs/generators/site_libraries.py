@@ -3,8 +3,8 @@
 python docs/generators/site_libraries.py     needs npm, and the network
 
 The results are committed, with their digests in a test. CodeMirror 6 (MIT licence) is bundled
-into one module; it works with screen readers, on phones, and leaves the page's keys alone. Pyodide is only
-listed: pages get it from a content delivery network or from a folder.
+into one module; it works with screen readers, on phones, and leaves the page's keys alone. Pyodide
+is only listed: pages get it from a content delivery network or from a folder.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ export {
 } from '@codemirror/view';
 export {EditorState, StateEffect, StateField} from '@codemirror/state';
 export {defaultKeymap, history, historyKeymap, indentWithTab} from '@codemirror/commands';
-export {bracketMatching, indentOnInput, indentUnit, syntaxHighlighting} from '@codemirror/language';
+export {
+  bracketMatching, indentOnInput, indentUnit, syntaxHighlighting,
+} from '@codemirror/language';
 export {python} from '@codemirror/lang-python';
 export {classHighlighter} from '@lezer/highlight';
 """

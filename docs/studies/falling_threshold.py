@@ -1,6 +1,6 @@
 """Triggering condition with a threshold that falls: |p - p_sent| > C0 + C1 exp(-A t).
 
-No infinite number of messages in finite time, and robots come as near to each other as C0 allows.
+Robots send finitely many messages in finite time, and come as near to each other as C0 allows.
 Source: Seyboth, Dimarogonas and Johansson, Event-based broadcasting for multi-agent average
 consensus, Automatica 49(1), 2013.
 """

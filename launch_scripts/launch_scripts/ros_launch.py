@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -99,12 +100,19 @@ def _command(verb: str, values: Mapping[str, str]) -> ExecuteProcess:
     from launch.actions import ExecuteProcess, Shutdown
 
     command = command_line(verb, values)
-    return ExecuteProcess(cmd=command, on_exit=Shutdown(), **_process())
+    return ExecuteProcess(cmd=command, name='setcmas', on_exit=Shutdown(), **_process())
 
 
 def _process() -> dict[str, Any]:
-    """Return what all processes have; a robot never sets off again because something is back."""
-    return {'output': 'screen', 'emulate_tty': True, 'sigterm_timeout': _ENDS_WITHIN_S}
+    """Return what all processes have in common: they end with zero velocity when launch dies."""
+    # Launch leaves its processes behind at SIGTERM and SIGKILL. setpriv is part of util-linux.
+    prefix = 'setpriv --pdeathsig INT' if shutil.which('setpriv') else None
+    return {
+        'output': 'screen',
+        'emulate_tty': True,
+        'sigterm_timeout': _ENDS_WITHIN_S,
+        'prefix': prefix,
+    }
 
 
 def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
@@ -125,6 +133,7 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
         return Node(
             package=package,
             executable='zero_commander',
+            exec_name='zero_commander',
             arguments=robots,
             on_exit=Shutdown(),
             **common,
@@ -134,6 +143,7 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
         Node(
             package=package,
             executable=executable,
+            exec_name=executable,
             arguments=args.node_arguments(args),
             parameters=[values['params_file']] if values['params_file'] else None,
             ros_arguments=args.ros_args,

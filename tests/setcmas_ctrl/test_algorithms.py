@@ -133,7 +133,7 @@ def test_robots_gather_where_the_elected_leader_starts():
 def test_leader_election_warns_of_a_graph_that_is_not_connected(capfd):
     run = simulate('leader_election', 4, 2.0, graph=np.kron(np.eye(2), 1 - np.eye(2)))
 
-    assert 'tb3_1: the graph is not strongly connected' in capfd.readouterr().out
+    assert 'leader_election: the graph is not strongly connected' in capfd.readouterr().out
     assert len({one.value[0] for one in run.messages[-4:]}) == 2
 
 

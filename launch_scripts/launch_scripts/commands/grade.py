@@ -15,8 +15,10 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 RUBRIC = 'EXERCISE|FILE.yaml'
 CORRECTIONS = 'corrections.yaml'
 _MOST_SHOWN = 3
+_WRITTEN = '.written.json'  # digests of the files in a folder of grades
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -130,7 +133,6 @@ def _grade(
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
     from setcmas_tools.offline.kernel_confinement import PrivateMounts
     from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
-    from setcmas_tools.platforms.written_files import WrittenFiles
 
     own = WrittenFiles(folder)
     asked = own.changed()
@@ -185,3 +187,46 @@ def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
         f'{text}: add --overwrite to replace, or -o DIR to write elsewhere; put corrections in '
         f'{CORRECTIONS} to keep them (docs/grading.md)'
     )
+
+
+class WrittenFiles:
+    """Digests of the files in a folder of grades, by which it notices changes by people."""
+
+    def __init__(self, folder: Path) -> None:
+        """Read the record of the folder; without one, all its files are a person's."""
+        self._folder = folder
+        try:
+            found = json.loads((folder / _WRITTEN).read_text(encoding='utf-8'))
+        except (OSError, ValueError):
+            found = {}
+        self._digests: dict[str, str] = found if isinstance(found, dict) else {}
+
+    def changed(self, others: Iterable[Path] = ()) -> list[Path]:
+        """Return the written files, and others, that are not as setcmas has written them."""
+        paths = {*(self._folder / name for name in self._digests), *others}
+        return [
+            path
+            for path in sorted(paths)
+            if path.is_file() and _digest(path) != self._digests.get(self._name(path))
+        ]
+
+    def record(self, paths: Iterable[Path]) -> None:
+        """Record files as they are now, and forget those that are gone.
+
+        Raises:
+            OSError: The record cannot be written.
+        """
+        new = {self._name(path): _digest(path) for path in paths}
+        known = self._digests | new
+        self._digests = {
+            one: known[one] for one in sorted(known) if (self._folder / one).is_file()
+        }
+        text = json.dumps(self._digests, indent=1)
+        (self._folder / _WRITTEN).write_text(text, encoding='utf-8', newline='\n')
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self._folder).as_posix()
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

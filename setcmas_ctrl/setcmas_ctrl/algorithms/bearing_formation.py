@@ -24,19 +24,9 @@ K = 0.2  # gain (1/s)
 P = None  # points of the shape (m); by default a regular polygon
 SLOW = 0.01  # speed (m/s) below which robots stop
 
-before = None  # time of the call before (s)
-
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that corrects the directions to neighbours."""
-    global before
-    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
-        links = network.adjacency() + network.adjacency().T
-        if np.linalg.matrix_rank(laplacian(links)) < max(2 * nbRobots - 3, 1):
-            print('the graph at the start is not bearing rigid: robots may form another shape')
-        for doubt in LinearLaw(K * laplacian(network.adjacency()), 'K B').doubts(t, meet=False):
-            print(doubt)
-    before = t
     gaps = poses[:2, robotNo - 1, None] - poses[:2]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     normal = normals(nbRobots)[:, robotNo - 1]  # I - g g' = n n'
@@ -61,6 +51,14 @@ def laplacian(adjacency):
     weights = adjacency * normal[:, None] * normal  # (2, 2, N, N)
     blocks = np.eye(len(adjacency)) * weights.sum(axis=-1)[..., None] - weights
     return np.block([list(row) for row in blocks])
+
+
+def doubts(conditions):
+    """Yield why robots may form another shape."""
+    links = conditions.adjacency + conditions.adjacency.T
+    if np.linalg.matrix_rank(laplacian(links)) < max(2 * len(links) - 3, 1):
+        yield 'the graph at the start is not bearing rigid: robots may form another shape'
+    yield from predict(conditions).doubts(conditions.period, meet=False)
 
 
 def predict(conditions):

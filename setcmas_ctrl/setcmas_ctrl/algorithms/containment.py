@@ -21,8 +21,6 @@ SLOW = 0.01  # speed (m/s) below which robots stop
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of a leader or of a follower."""
-    if t == 0 and robotNo == 1 and (apart := without_leader()):
-        print(f'no leader reaches robots {apart}: they may not converge to the leaders')
     if robotNo in LEADERS:
         return 0.0, 0.0
     weights = network.adjacency()[robotNo - 1]
@@ -32,11 +30,13 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(vx, vy, SLOW)
 
 
-def without_leader():
-    """Return the numbers of the robots that no leader reaches."""
-    reached = network.reachable()
+def doubts(conditions):
+    """Return which robots no leader reaches."""
+    reached = network.reachable(conditions.adjacency)
     leaders = [leader - 1 for leader in LEADERS if leader <= len(reached)]
-    return [i + 1 for i in range(len(reached)) if not reached[i, leaders].any()]
+    apart = [i + 1 for i in range(len(reached)) if not reached[i, leaders].any()]
+    doubt = f'no leader reaches robots {apart}: they may not converge to the leaders'
+    return [doubt] if apart else []
 
 
 def predict(conditions):

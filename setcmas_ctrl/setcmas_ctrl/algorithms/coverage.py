@@ -24,18 +24,9 @@ K = 0.5  # gain (1/s)
 BOX = [[-6, -6], [6, 6]]  # lower left and upper right corner (m)
 SLOW = 0.01  # speed (m/s) below which robots stop
 
-before = None  # time of the call before (s)
-
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s towards the centroid of the robot's cell."""
-    global before
-    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
-        if not is_complete(network.adjacency()):
-            print('robots that do not receive from each other may have overlapping cells')
-        for doubt in LinearLaw(K * np.eye(1), 'K').doubts(t, meet=False):
-            print(doubt)
-    before = t
     place, others = poses[:2, robotNo - 1], poses[:2, [j - 1 for j in network.neighbours()]].T
     corners = cell(place, others[np.isfinite(others[:, 0])])  # those that it has received
     goal = centroid(corners) if len(corners) > 2 else np.clip(place, *BOX)
@@ -50,18 +41,24 @@ def cell(place, others):
         beyond = (corners - (place + other) / 2) @ (other - place)  # above 0: nearer to the other
         if beyond.max(initial=0.0) <= 0:
             continue
-        after = np.roll(beyond, -1)
+        after = following(beyond)
         cut = beyond * after < 0  # sides that the bisector cuts
         crossings = corners.copy()
-        sides = (np.roll(corners, -1, axis=0) - corners)[cut]
+        sides = (following(corners) - corners)[cut]
         crossings[cut] += (beyond[cut] / (beyond - after)[cut])[:, None] * sides
-        corners = np.stack([corners, crossings], 1)[np.stack([beyond <= 0, cut], 1)]
+        keep = np.array([beyond <= 0, cut]).T
+        corners = np.array([corners, crossings]).swapaxes(0, 1)[keep]
     return corners
+
+
+def following(values):
+    """Return the values of the next corners."""
+    return np.concatenate([values[1:], values[:1]])
 
 
 def centroid(corners):
     """Return the centroid of a polygon."""
-    after = np.roll(corners, -1, axis=0)
+    after = following(corners)
     areas = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
     return areas @ (corners + after) / (3 * areas.sum())
 
@@ -69,6 +66,13 @@ def centroid(corners):
 def is_complete(adjacency):
     """Return whether all robots receive from each other."""
     return (adjacency + np.eye(len(adjacency)) > 0).all()
+
+
+def doubts(conditions):
+    """Yield why cells may overlap, or robots overshoot."""
+    if not is_complete(conditions.adjacency):
+        yield 'robots that do not receive from each other may have overlapping cells'
+    yield from LinearLaw(K * np.eye(1), 'K').doubts(conditions.period, meet=False)
 
 
 def predict(conditions):

@@ -14,7 +14,6 @@ Francis, Formations of vehicles in cyclic pursuit, IEEE Transactions on Automati
 
 import numpy as np
 
-from setcmas_ctrl import network
 from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
@@ -22,21 +21,9 @@ K = 0.05  # gain (1/s)
 ALPHA = None  # angle (rad); pi/N by default: a circle
 SLOW = 0.01  # speed (m/s) below which robots stop
 
-before = None  # time of the call before (s)
-
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of the pursuit of the next robot."""
-    global before
-    if t == 0 and robotNo == 1:
-        if nbRobots < 3:
-            print('cyclic pursuit on a circle needs at least three robots')
-        elif apart := [i + 1 for i in range(nbRobots) if not links(network.adjacency())[i]]:
-            print(f'robots {apart} do not receive the robot that they pursue at the start')
-    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
-        for doubt in LinearLaw(abs(K) * (np.eye(2) - np.eye(2)[::-1]), 'K (I - P)').doubts(t):
-            print(doubt)
-    before = t
     x, y = poses[:2, robotNo % nbRobots] - poses[:2, robotNo - 1]
     v = turned(nbRobots) * (x + 1j * y)
     return dead_band(v.real, v.imag, SLOW) if np.isfinite(v) else (0.0, 0.0)  # not received
@@ -50,6 +37,17 @@ def turned(nbRobots):
 def links(adjacency):
     """Return whether each robot receives the next one, shape (N,)."""
     return np.diagonal(np.roll(adjacency, -1, axis=1)) > 0
+
+
+def doubts(conditions):
+    """Yield why robots may not end on a circle."""
+    apart = (np.flatnonzero(~links(conditions.adjacency)) + 1).tolist()
+    if len(conditions.adjacency) < 3:
+        yield 'cyclic pursuit on a circle needs at least three robots'
+    elif apart:
+        yield f'robots {apart} do not receive the robot that they pursue at the start'
+    two = abs(K) * (np.eye(2) - np.eye(2)[::-1])
+    yield from LinearLaw(two, 'K (I - P)').doubts(conditions.period)
 
 
 def predict(conditions):

@@ -23,19 +23,9 @@ K = 0.02  # gain (1/(m^2 s))
 P = None  # points of the shape (m); by default a regular polygon with a radius of 2 m
 SLOW = 0.01  # speed (m/s) below which robots stop
 
-before = None  # time of the call before (s)
-
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that corrects the distances to neighbours."""
-    global before
-    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
-        stiff = stiffness(network.adjacency())
-        if np.linalg.matrix_rank(stiff) < max(2 * nbRobots - 3, 1):
-            print('the graph at the start is not rigid: robots may form another shape')
-        for doubt in LinearLaw(2 * K * stiff, "2 K R'R").doubts(t, meet=False):
-            print(doubt)
-    before = t
     points, weights = shape(nbRobots), network.adjacency()[robotNo - 1]
     gaps = poses[:2, robotNo - 1] - poses[:2].T
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
@@ -64,6 +54,14 @@ def stiffness(adjacency):
     incidence = ends[:, 0] - ends[:, 1]
     rows = incidence[:, :, None] * (incidence @ shape(len(adjacency)))[:, None]
     return np.tensordot(rows, rows, (0, 0)).reshape(2 * len(adjacency), -1)
+
+
+def doubts(conditions):
+    """Yield why robots may form another shape."""
+    stiff = stiffness(conditions.adjacency)
+    if np.linalg.matrix_rank(stiff) < max(len(stiff) - 3, 1):
+        yield 'the graph at the start is not rigid: robots may form another shape'
+    yield from LinearLaw(2 * K * stiff, "2 K R'R").doubts(conditions.period, meet=False)
 
 
 def predict(conditions):

@@ -37,11 +37,6 @@ def control(robotNo, nbRobots, poses, t):
     if centre is None:
         centre, before = position, t
     period, before = t - before, t
-    if robotNo == 1 and 0 < period == t:  # the second call shows the period
-        if MEMORY and np.abs(network.laplacian().sum(axis=0)).max() > 1e-9:
-            print('the graph is not balanced: the robots do not meet at the minimiser')
-        for doubt in LinearLaw(matrix(network.laplacian()), '').doubts(period, meet=MEMORY):
-            print(doubt)
     memory = memory + period * rise
     gaps = position[:, None] - poses[:2]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
@@ -51,18 +46,20 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(vx, vy, SLOW)
 
 
-def matrix(laplacian):
-    """Return M of z' = -M (z - offsets), z = positions and then memories."""
-    count = len(laplacian)
-    own, pull = ALPHA * np.diag(np.resize(Q, count)), BETA * laplacian
-    both = np.block([[own + pull, np.eye(count)], [-ALPHA * pull, 0 * pull]])
-    return both if MEMORY else own + pull
+def doubts(conditions):
+    """Yield why the robots may not meet at the minimiser."""
+    if MEMORY and np.abs(conditions.laplacian.sum(axis=0)).max() > 1e-9:
+        yield 'the graph is not balanced: the robots do not meet at the minimiser'
+    yield from predict(conditions).doubts(conditions.period, meet=MEMORY)
 
 
 def predict(conditions):
-    """Return the linear law of all robots together."""
-    starts, found = conditions.starts[:2], matrix(conditions.laplacian)
-    push = np.zeros((2, len(found)))
-    push[:, : starts.shape[1]] = ALPHA * np.resize(Q, starts.shape[1]) * starts
-    formula = '[alpha Q + beta L, I; -alpha beta L, 0]' if MEMORY else 'alpha Q + beta L'
-    return LinearLaw(found, formula, push @ np.linalg.pinv(found).T)
+    """Return the linear law of all robots together: positions, and then memories."""
+    starts, count = conditions.starts[:2], len(conditions.laplacian)
+    own, pull = ALPHA * np.diag(np.resize(Q, count)), BETA * conditions.laplacian
+    matrix, formula = own + pull, 'alpha Q + beta L'
+    if MEMORY:
+        matrix = np.block([[own + pull, np.eye(count)], [-ALPHA * pull, 0 * pull]])
+        formula = '[alpha Q + beta L, I; -alpha beta L, 0]'
+    push = np.hstack([starts @ own, np.zeros((2, len(matrix) - count))])
+    return LinearLaw(matrix, formula, push @ np.linalg.pinv(matrix).T)

@@ -38,12 +38,7 @@ def control(robotNo, nbRobots, poses, t):
     position = poses[:2, robotNo - 1].copy()
     if target is None:
         target, estimate, before = position, position, t
-        if robotNo == 1 and not keeps_mean(network.adjacency()):
-            print('the graph is not balanced and connected: robots lose the mean of all targets')
     period, before = t - before, t
-    if robotNo == 1 and 0 < period == t:  # the second call shows the period
-        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(period, meet=False):
-            print(doubt)
     drift = np.array(DRIFTS[(robotNo - 1) % len(DRIFTS)])
     weights = network.adjacency()[robotNo - 1]
     gaps = [weights[j - 1] * (one.value - estimate) for j, one in network.received().items()]
@@ -59,6 +54,14 @@ def keeps_mean(adjacency):
     """Return whether a graph is balanced and connected."""
     balanced = np.allclose(adjacency.sum(axis=0), adjacency.sum(axis=1))
     return balanced and network.reachable(adjacency).all()
+
+
+def doubts(conditions):
+    """Yield why robots may lose the mean."""
+    if not keeps_mean(conditions.adjacency):
+        yield 'the graph is not balanced and connected: robots lose the mean of all targets'
+    law = LinearLaw(K * conditions.laplacian, 'K L')
+    yield from law.doubts(conditions.period, meet=False)
 
 
 def predict(conditions):

@@ -28,8 +28,6 @@ def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
     if not 0 < ALPHA < 1:
         raise ValueError(f'ALPHA = {ALPHA:g}; it must be above 0 and below 1')
-    if t == 0 and robotNo == 1:
-        warn_of_the_graph()
     weights = network.adjacency()[robotNo - 1]
     gaps = poses[:2] - poses[:2, robotNo - 1, None]
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
@@ -37,12 +35,13 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(vx, vy, SLOW)
 
 
-def warn_of_the_graph():
-    """Print why robots may not meet at their mean by the predicted time."""
-    if (network.adjacency() != network.adjacency().T).any():
-        print('the graph is directed: robots may miss their mean and the predicted time')
-    elif not network.reachable().all():
-        print('the graph at the start is not connected: robots do not all meet')
+def doubts(conditions):
+    """Return why robots may not meet at their mean by the predicted time."""
+    if (conditions.adjacency != conditions.adjacency.T).any():
+        return ['the graph is directed: robots may miss their mean and the predicted time']
+    if not network.reachable(conditions.adjacency).all():
+        return ['the graph at the start is not connected: robots do not all meet']
+    return []
 
 
 def predict(conditions):

@@ -33,11 +33,6 @@ before = None  # time of the call before (s)
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s in the direction of the phase."""
     global phase, before
-    if robotNo == 1 and t == 0 and (least := least_coupling(network.laplacian())) > K:
-        print(f'robots may not fall into step: this graph needs K = {least:.3g} 1/s at least')
-    if robotNo == 1 and before == 0.0 < t:  # the second call
-        for doubt in LinearLaw(K / nbRobots * network.laplacian(), 'K L / N').doubts(t):
-            print(doubt)
     if before is None:
         phase, before = poses[2, robotNo - 1], t
     weights, received = network.adjacency()[robotNo - 1], network.received()
@@ -49,10 +44,14 @@ def control(robotNo, nbRobots, poses, t):
     return speed * np.cos(phase), speed * np.sin(phase)
 
 
-def least_coupling(L):
-    """Return the coupling K in 1/s that robots need to lock in an undirected graph."""
-    lags = len(L) * np.linalg.pinv(L, rcond=1e-9) @ np.linspace(-DW / 2, DW / 2, len(L))
-    return np.abs(lags[:, None] - lags)[L < 0].max(initial=0.0)
+def doubts(conditions):
+    """Yield why robots may not fall into step."""
+    L, count = conditions.laplacian, len(conditions.laplacian)
+    lags = count * np.linalg.pinv(L, rcond=1e-9) @ np.linspace(-DW / 2, DW / 2, count)
+    least = np.abs(lags[:, None] - lags)[L < 0].max(initial=0.0)
+    if least > K:
+        yield f'robots may not fall into step: this graph needs K = {least:.3g} 1/s at least'
+    yield from LinearLaw(K / count * L, 'K L / N').doubts(conditions.period)
 
 
 def predict(conditions):

@@ -27,20 +27,13 @@ K = 0.2  # gain (1/s)
 DELAY = 0.0  # age (s) of the own position that the law uses
 SLOW = 0.01  # speed (m/s) below which robots stop
 
-before = None  # time of the call before (s)
 past = []  # times (s) and own positions (m), from the one that the law uses on
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
-    global before
     if DELAY < 0:
         raise ValueError(f'DELAY = {DELAY:g} s; it must be 0 s or more')
-    if robotNo == 1 and before is not None and before >= 0:
-        for doubt in LinearLaw(K * network.laplacian(), 'K L', 0.0, DELAY).doubts(t - before):
-            print(doubt)
-        before = -1.0  # once
-    before = t if before is None else before
     past.append((t, poses[:2, robotNo - 1].copy()))
     while len(past) > 1 and past[1][0] < t - DELAY + 1e-9:
         del past[0]
@@ -49,6 +42,12 @@ def control(robotNo, nbRobots, poses, t):
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K * gaps @ weights
     return dead_band(vx, vy, SLOW)
+
+
+def doubts(conditions):
+    """Return why the robots may not meet."""
+    law = LinearLaw(K * conditions.laplacian, 'K L', own_delay=DELAY)
+    return law.doubts(conditions.period)
 
 
 def predict(conditions):

@@ -34,9 +34,8 @@ def places_of(followers):
     steps = range(-size, size + 1)
     lattice = [(1.5 * i, round(0.866 * i + 1.732 * j, 3)) for i in steps for j in steps]
     lattice.sort(key=lambda place: (round(np.hypot(*place), 2), np.arctan2(place[1], place[0])))
-    return (
-        PLACES + [place for place in lattice[1:] if place not in PLACES][: max(0, followers - 4)]
-    )
+    others = [place for place in lattice[1:] if place not in PLACES]
+    return PLACES + others[: max(0, followers - 4)]
 
 
 def references(nbRobots):
@@ -53,9 +52,7 @@ def control(robotNo, nbRobots, poses, t):
     if np.linalg.norm(waypoint - leader) < REACHED:
         current = (current + 1) % len(WPL)  # from the next call on
     if robotNo == 1:
-        rviz_marker.publish_marker(
-            waypoint[0], waypoint[1], 0, robotNo, [1, 1, 0], 0.3, 'wp_ref', alpha=0.5
-        )
+        rviz_marker.publish_marker(*waypoint, 0, robotNo, [1, 1, 0], 0.3, 'wp_ref')
         return dead_band(*leader_velocity)
     if place is None:
         place = places_of(nbRobots - 1)[robotNo - 2]

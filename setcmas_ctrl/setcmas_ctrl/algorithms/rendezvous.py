@@ -3,10 +3,9 @@
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D
 
 with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
-that is shorter than D at the start is ever lost. The law is called at intervals h; it limits the
-speed to (D - l)/(2 h) with the longest link l < D, so that until the next call no link grows
-beyond D, unless messages are late or lost. The first call, which shows no h, takes H. Start with
-`--range D`.
+that is shorter than D at the start is ever lost. The law, called at intervals h (H at first),
+limits the speed to (D - l)/(2 h) with the longest link l < D, so that no link grows beyond D
+before the next call, unless messages are late or lost. Start with `--range D`.
 Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
 connectedness, IEEE Transactions on Robotics 23(4), 2007.
 """
@@ -34,8 +33,6 @@ def control(robotNo, nbRobots, poses, t):
     near = [j - 1 for j in network.neighbours()]
     gaps = poses[:2, robotNo - 1, None] - poses[:2, near]
     lengths = np.hypot(*gaps)
-    if t == 0 and robotNo == 1 and np.any(lengths >= D):
-        print(f'a link is longer than D: add --range {D:g}, or set D to the range')
     period, before = H if before is None else t - before, t
     held = np.minimum(lengths, MARGIN * D)
     weights = (2 * D - held) / (D - held) ** 2
@@ -44,10 +41,21 @@ def control(robotNo, nbRobots, poses, t):
     return saturate(velocity, left / (2 * max(period, 1e-9)))
 
 
-def predict(conditions):
-    """Return that no link breaks if all are shorter than D at the start."""
+def longest(conditions):
+    """Return the length of the longest link at the start, in m, as far as it is known."""
     places = conditions.starts[:2]
     lengths = np.hypot(*(places[:, :, None] - places[:, None]))
-    if conditions.period > H or np.max(lengths[conditions.adjacency > 0], initial=0.0) >= D:
+    return np.nanmax(lengths[conditions.adjacency > 0], initial=0.0)
+
+
+def doubts(conditions):
+    """Yield why links may break."""
+    if longest(conditions) >= D:
+        yield f'a link is longer than D: add --range {D:g}, or set D to the range'
+
+
+def predict(conditions):
+    """Return that no link breaks if all are shorter than D at the start."""
+    if conditions.period > H or longest(conditions) >= D:
         return {}
     return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

@@ -25,20 +25,10 @@ REBELS = [1]  # robots that do not: they drive along a circle
 RADIUS = 3.0  # of the circle (m)
 W = 0.1  # angular rate along it (rad/s)
 SLOW = 0.01  # speed (m/s) below which robots stop
-before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of an honest robot or of a rebel."""
-    global before
-    if robotNo == 1 and before == 0:  # at the second call t is the sampling period
-        if len(REBELS) > F:
-            print(f'F = {F}, but robots {REBELS} disobey: the others may not agree')
-        if (network.adjacency() > 0).sum(axis=1).min() < 2 * F + 1:
-            print(f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree')
-        if K * t > 1:  # then a step ends beyond the mean of the trusted values
-            print(f'K must be {1 / t:.3g} 1/s at most: honest robots may leave their interval')
-    before = t
     if robotNo in REBELS:
         return -RADIUS * W * np.sin(W * t), RADIUS * W * np.cos(W * t)
     gaps = poses[:2, [j - 1 for j in network.neighbours()]] - poses[:2, robotNo - 1, None]
@@ -47,10 +37,20 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def mean_of_trusted(gaps):
-    """Return the sum of the gaps that are left, divided by their number and one."""
+    """Return the sum of the gaps that remain, divided by 1 + their number."""
     above, below = np.sort(gaps[gaps > 0]), np.sort(gaps[gaps < 0])
     left = [*above[: max(len(above) - F, 0)], *below[F:], *gaps[gaps == 0]]
     return sum(left) / (1 + len(left))
+
+
+def doubts(conditions):
+    """Yield why honest robots may not agree, or leave the interval of their starts."""
+    if len(REBELS) > F:
+        yield f'F = {F}, but robots {REBELS} disobey: the others may not agree'
+    if (conditions.adjacency > 0).sum(axis=1).min() < 2 * F + 1:
+        yield f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree'
+    if (h := conditions.period) * K > 1:  # then a step ends beyond the mean of trusted values
+        yield f'K must be {1 / h:.3g} 1/s at most: honest robots may leave their interval'
 
 
 def predict(conditions):

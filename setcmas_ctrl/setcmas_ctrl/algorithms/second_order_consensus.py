@@ -32,11 +32,6 @@ before = None  # time of the call before (s)
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s, the integral of the acceleration."""
     global velocity, before
-    if robotNo == 1 and t == 0 and (least := least_damping(network.laplacian())) >= G:
-        print(f'G must exceed {least:.3g} 1/s in this graph; otherwise oscillations grow')
-    if robotNo == 1 and before == 0.0 < t:  # the second call
-        for doubt in linear(network.laplacian(), t).doubts(t):
-            print(doubt)
     weights, received = network.adjacency()[robotNo - 1], network.received()
     pull = np.zeros(2)
     for j in network.neighbours():
@@ -49,19 +44,18 @@ def control(robotNo, nbRobots, poses, t):
     return dead_band(*velocity, SLOW)
 
 
-def least_damping(L):
-    """Return the gain G in 1/s that robots must exceed to meet."""
-    mu = np.linalg.eigvals(L)
+def doubts(conditions):
+    """Yield why robots may not meet."""
+    mu = np.linalg.eigvals(conditions.laplacian)
     mu = mu[np.abs(mu) > 1e-9]
-    return np.sqrt(abs(K) * (mu.imag**2 / (mu.real * np.abs(mu) ** 2)).max(initial=0.0))
-
-
-def linear(L, h):
-    """Return the linear law of positions and velocities; a new velocity uses new positions."""
-    rows = [[0 * L, -np.eye(len(L))], [K * L, (G + h * K) * L]]
-    return LinearLaw(np.block(rows), '[0 -I; K L, (G + h K) L]')
+    least = np.sqrt(abs(K) * (mu.imag**2 / (mu.real * np.abs(mu) ** 2)).max(initial=0.0))
+    if least >= G:
+        yield f'G must exceed {least:.3g} 1/s in this graph; otherwise oscillations grow'
+    yield from predict(conditions).doubts(conditions.period)
 
 
 def predict(conditions):
-    """Return the linear law of all robots together."""
-    return linear(conditions.laplacian, conditions.period)
+    """Return the linear law of positions and velocities; a new velocity uses new positions."""
+    L, h = conditions.laplacian, conditions.period
+    rows = [[0 * L, -np.eye(len(L))], [K * L, (G + h * K) * L]]
+    return LinearLaw(np.block(rows), '[0 -I; K L, (G + h K) L]')

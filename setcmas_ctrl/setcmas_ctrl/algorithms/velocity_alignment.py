@@ -2,9 +2,9 @@
 
     w_i(k + 1) = w_i(k) + h K sum_j a_ij (w_j(k) - w_i(k)), v_i = w_i
 
-with the time h between two calls, so that w' = -K L w: robots send w_i. In an undirected connected
-graph their mean stays the same, and all converge to it at the rate K lambda_2, wherever the robots
-are. At the start the directions of robots 1 to N are evenly spread.
+with the time h between two calls: w' = -K L w. Robots send w_i. In an undirected connected graph
+their mean stays, and all converge to it at the rate K lambda_2, wherever the robots are. At the
+start the directions of robots 1 to N are evenly spread.
 Source: Jadbabaie, Lin and Morse, Coordination of groups of mobile autonomous agents using nearest
 neighbor rules, IEEE Transactions on Automatic Control 48(6), 2003; the alignment of Olfati-Saber,
 Flocking for multi-agent dynamic systems: algorithms and theory, the same journal 51(3), 2006.
@@ -27,11 +27,8 @@ before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that the robot has by now."""
+    """Return the new velocity (vx, vy) in m/s of the robot."""
     global velocity, before
-    if robotNo == 1 and before == 0.0 < t:  # the second call
-        for doubt in LinearLaw(K * network.laplacian(), 'K L').doubts(t):
-            print(doubt)
     if before is None:
         velocity, before = starts(nbRobots)[:, robotNo - 1], t
     weights, received = network.adjacency()[robotNo - 1], network.received()
@@ -47,13 +44,18 @@ def starts(count):
     return SPEED * np.array([np.cos(angles), np.sin(angles)])
 
 
+def doubts(conditions):
+    """Return why the robots may not agree."""
+    return LinearLaw(K * conditions.laplacian, 'K L').doubts(conditions.period)
+
+
 def predict(conditions):
     """Return the rate and the mean velocity, for an undirected connected graph."""
     laplacian, h = conditions.laplacian, conditions.period
     factor = np.abs(1 - h * K * np.linalg.eigvalsh(laplacian)[1:]).max(initial=0)
     if (laplacian != laplacian.T).any() or not 0 < factor < 1 - 1e-9:
         return {}
-    figures = [-np.log(factor) / h, *starts(len(laplacian)).mean(axis=1)]
-    names = ['convergence_rate_1_s', 'final_mean_vx_m_s', 'final_mean_vy_m_s']
-    formula = 'w(k+1) = w(k) - h K L w(k), slowest mode K lambda_2'
-    return {f'alignment.{n}': Predicted(f, formula) for n, f in zip(names, figures, strict=True)}
+    values = [-np.log(factor) / h, *starts(len(laplacian)).mean(axis=1)]
+    names = 'convergence_rate_1_s', 'final_mean_vx_m_s', 'final_mean_vy_m_s'
+    by = 'w(k+1) = w(k) - h K L w(k), slowest mode K lambda_2'
+    return {f'alignment.{n}': Predicted(v, by) for n, v in zip(names, values, strict=True)}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.control.prediction import DOUBTS, Conditions, Doubts
 from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
@@ -41,6 +42,9 @@ class ControlLaw:
         names: Its top-level names and their values.
     """
 
+    _doubts: Doubts | None = None  # still to be printed
+    _first: tuple[float, Floats] | None = None  # time and poses of the first call
+
     def __init__(
         self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
     ) -> None:
@@ -56,6 +60,8 @@ class ControlLaw:
         self._module = load_script(path, robot, settings=settings)
         self.names: Mapping[str, Any] = vars(self._module)
         self._control = checked_function(self.names.get('control'), path)
+        if robot == 1 and callable(doubts := self.names.get(DOUBTS)):
+            self._doubts = doubts
 
     @property
     def files(self) -> list[Path]:
@@ -98,6 +104,8 @@ class ControlLaw:
         """
         before = network.begin_call(self.robot, self._nb_robots, adjacency)
         try:
+            if self._doubts:
+                self._print_doubts(self._doubts, poses, t)
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
         except (StopCall, ControlError):  # ControlError: from another law
             raise
@@ -125,6 +133,15 @@ class ControlLaw:
             kind = str(error).partition(':')[0]
             key = ('result', kind, type(result).__name__)
             raise ControlError(message, key, place=(self.path, line)) from error
+
+    def _print_doubts(self, doubts: Doubts, poses: Floats, t: float) -> None:
+        """Print why the law may not do what it should, at the second call: it shows the period."""
+        start, starts = self._first = self._first or (t, poses.copy())
+        if t > start:
+            self._doubts = None
+            period = max(round(t - start, 3), 0.001)  # over ROS calls are not evenly spaced
+            for doubt in doubts(Conditions(starts, network.adjacency(), period, inf)):
+                print(f'{self.path.stem}: {doubt}')
 
     @property
     def _first_line(self) -> int | None:

@@ -1,8 +1,8 @@
-"""What theory predicts of a run: `predict(conditions)` in a control script."""
+"""What theory says of a run: functions `predict` and `doubts` of a control script."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,7 +15,10 @@ from setcmas_simu.arrays import Floats
 _NOTHING = 1e-6  # rounding leaves 1e-8 of a double eigenvalue 0
 
 PREDICT = 'predict'
-"""Name of the function in a control script."""
+"""Name of the function in a control script that predicts figures of a run."""
+
+DOUBTS = 'doubts'
+"""Name of the function that returns texts: why the law may not do what it should."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,10 @@ class Conditions:
 
     Attributes:
         starts: Rows x (m), y (m) and theta (rad) of the robots when the laws are first called,
-            shape (3, N).
+            shape (3, N); for `doubts` NaN for robots that robot 1 does not know.
         adjacency: Weights of the graph at the start, shape (N, N): row i receives from column j.
         period: Time between two calls of the laws, in s.
-        duration: Length of the run, in s.
+        duration: Length of the run, in s; inf while it runs.
         delay: Delay of messages, in s.
         noise: Standard deviation of the noise on received positions, in m.
         threshold: Distance from the last position sent at which a robot sends its state, in m;
@@ -66,8 +69,8 @@ class LinearLaw:
     """A law z' = -M (z - offsets), with the positions z = x + i y of all robots.
 
     A real M acts on both coordinates alike; a complex one also turns. Rows and columns beyond N
-    are memories of robots 1, 2, ..., which start at 0. What a robot uses of others it has
-    received: it is late and noisy.
+    are memories of robots 1, 2, ..., which start at 0. Robots receive what they use of others, so
+    it is late and noisy.
 
     Attributes:
         matrix: M in 1/s, shape (N, N), or larger with memories, real or complex.
@@ -211,3 +214,5 @@ Prediction = LinearLaw | Mapping[str, Predicted]
 such as 'consensus.convergence_rate_1_s'."""
 
 Predict = Callable[[Conditions], Prediction]
+
+Doubts = Callable[[Conditions], Iterable[str]]

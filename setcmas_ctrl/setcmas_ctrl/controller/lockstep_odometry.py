@@ -41,6 +41,7 @@ class LockstepOdometry(FleetOdometry):
         self.poses[:, indices] = x, y, yaw_of_quaternion(0.0, 0.0, z, w)
         self._received[indices] = self.now
         for index, row in zip(indices.tolist(), rows[:, 1:].tolist(), strict=True):
-            for listener in self._listeners[index]:
-                odometry = self.states.forms[self.topic_of(index + 1)].at(states.stamp, row)
+            form = self.states.forms.get(self.topic_of(index + 1))
+            odometry = form.at(states.stamp, row) if form and self._listeners[index] else b''
+            for listener in self._listeners[index] if odometry else ():
                 listener(State(tuple(self.poses[:, index].tolist()), row[4], odometry))

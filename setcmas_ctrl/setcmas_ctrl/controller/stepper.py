@@ -8,7 +8,9 @@ from functools import partial
 from itertools import repeat
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
+from sensor_msgs.msg import TimeReference
 
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
@@ -20,14 +22,13 @@ from setcmas_ctrl.driving.driven_robot import Controller, SiToUni
 from setcmas_ctrl.driving.fleet_discovery import LostRobots, wait_until
 from setcmas_ctrl.driving.fleet_pause import PauseWatch
 from setcmas_ctrl.driving.fleet_time import FleetTime, FleetTimeTopic
-from setcmas_ctrl.driving.law_times import LawTimes
 from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
+from setcmas_simu.fleet.topics import LAW_TIME, TRIG_ODOM, robot_topic
 from setcmas_simu.reports.reports import Started
-from setcmas_simu.ros import messages
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
@@ -316,3 +317,21 @@ class ControlStepper:
 
 def _sent_hint(_: list[int]) -> str:
     return 'is a controller running with --event-triggered?'
+
+
+class LawTimes:
+    """Publishes when the laws are called (`header.stamp`), and the stamp of each robot's pose."""
+
+    def __init__(self, node: Node, robots: Iterable[int]) -> None:
+        self._publishers = {
+            robot: node.create_publisher(TimeReference, robot_topic(robot, LAW_TIME), qos.EVENT)
+            for robot in robots
+        }
+
+    def publish(self, called: Time, odometry: FleetOdometry) -> None:
+        """Publish when the laws were called with the newest poses."""
+        for robot, publisher in self._publishers.items():
+            sec, nanosec = divmod(max(0, int(odometry.stamps[robot - 1])), 10**9)
+            message = TimeReference(time_ref=Time(sec=sec, nanosec=nanosec))
+            message.header.stamp = called
+            publisher.publish(message)

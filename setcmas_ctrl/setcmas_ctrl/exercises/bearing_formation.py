@@ -11,7 +11,7 @@ Formula to implement
     is NaN.
 
 What to observe
-    1. Which size has the shape at the end, and where is its centre? Try other starts.
+    1. How large is the shape at the end, and where is its centre? Try other starts.
     2. Robots start in the mirror image of the shape (--poses): what happens to its scale?
     3. Four robots in --graph ring: is a square determined by the bearings of its sides?
 

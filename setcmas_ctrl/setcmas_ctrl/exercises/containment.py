@@ -1,8 +1,8 @@
 """Exercise: containment. Followers move into the convex hull of leaders that stand still.
 
 Goal
-    Robots 1 to 3 are leaders and stand still. Each follower only knows its neighbours. Compute the
-    followers' velocities, so that they end in the triangle of the leaders.
+    Robots 1 to 3 are leaders and stand still. Each follower knows only its neighbours. Compute the
+    velocities of the followers, so that they end in the triangle of the leaders.
 
 Formula to implement
     v_i = -K sum_j a_ij (p_i - p_j) for followers, v_i = 0 for leaders
@@ -13,7 +13,7 @@ Formula to implement
 What to observe
     1. Where do the followers end in --graph ring? Compute -inv(L_FF) L_FL p_L for eight robots.
     2. Which rate do the metrics predict, and which eigenvalue is it?
-    3. With one leader (--set LEADERS=[1]) where does everybody meet? And without any?
+    3. With one leader (--set LEADERS=[1]) where do all robots meet? And without leaders?
 
 Commands
     setcmas new my_containment --from containment --exercise    a copy of this file to edit
@@ -36,5 +36,5 @@ def control(robotNo, nbRobots, poses, t):
     positions = poses[:2]  # row 0: x of every robot, row 1: y (m); NaN if not known
     weights = network.adjacency()[robotNo - 1]  # a_ij of this robot, for j = 1 to N
     v = np.zeros(2)
-    # TODO: if this robot is a follower, add the terms of its neighbours that are known
+    # TODO: if this robot is a follower, add the terms of the neighbours whose positions are known
     return v[0], v[1]

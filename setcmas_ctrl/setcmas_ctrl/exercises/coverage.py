@@ -13,7 +13,7 @@ Formula to implement
 What to observe
     1. Does the cost (`setcmas metrics`, coverage) ever rise? Where do four robots end?
     2. Start several times at random (--random-poses auto --seed 2): is the end always the same?
-    3. What happens with --range 3, when cells overlap?
+    3. What happens with --range 3, where cells overlap?
 
 Commands
     setcmas new my_coverage --from coverage --exercise    a copy of this file to edit

@@ -1,8 +1,8 @@
 """Exercise: cyclic pursuit. Each robot pursues the next, and all end on a circle.
 
 Goal
-    Robot i pursues robot i + 1, the last robot pursues robot 1. A pursuit straight ahead ends at
-    one point; at an angle it ends on a circle.
+    Robot i pursues robot i + 1, the last robot pursues robot 1. Robots that head straight
+    for the next end at one point; at an angle to this direction they end on a circle.
 
 Formula to implement
     v_i = K R(ALPHA) (p_(i+1) - p_i), R(ALPHA) = [cos ALPHA, -sin ALPHA; sin ALPHA, cos ALPHA]
@@ -11,10 +11,10 @@ Formula to implement
     robot i stands still.
 
 What to observe
-    1. On which circle do five robots end, and how fast do they drive along it? In theory with
+    1. On which circle do five robots end, and how fast do they drive along it? In theory at
        2 K sin(pi/N) rad/s.
     2. What happens for ALPHA = 0, and for ALPHA = 1.2 pi/N?
-    3. Does it work in --graph directed_ring? And in the opposite direction of the ring?
+    3. Does it work in --graph directed_ring? And in a graph file with the opposite directions?
 
 Commands
     setcmas new my_pursuit --from cyclic_pursuit --exercise    a copy of this file to edit

@@ -1,8 +1,8 @@
 """Exercise: distance formation. Robots form a shape from the distances to their neighbours.
 
 Goal
-    Each robot knows the distances that it must have to its neighbours, but neither a direction nor
-    a place. Compute its velocity from the errors of the squared distances.
+    Each robot knows the distances that it must have to its neighbours, but no directions and
+    no places. Compute its velocity from the errors of the squared distances.
 
 Formula to implement
     v_i = -K sum_j a_ij (|p_i - p_j|^2 - |P_i - P_j|^2) (p_i - p_j)

@@ -15,7 +15,7 @@ Formula to implement
 
 What to observe
     1. Where do the robots meet? Compare with sum q_i c_i / sum q_i.
-    2. Leave out the memory v_i. Where do the robots stop, and how far apart?
+    2. Leave out the memory v_i. Where do the robots stop then, and how far apart?
     3. Do they meet at the minimiser in --graph directed_ring, too? Which smaller BETA helps?
 
 Commands
@@ -53,6 +53,6 @@ def control(robotNo, nbRobots, poses, t):
     weights = network.adjacency()[robotNo - 1]  # a_ij for j = 1 to N
     for j in network.neighbours():  # numbers of robots, from 1
         gap = position - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
-        # TODO 1: sum up the terms of the neighbours that are known
+        # TODO 1: sum the terms of the neighbours whose positions are known
     # TODO 2: compute v_i' and keep it in rise; compute the velocity and return it
     return 0.0, 0.0

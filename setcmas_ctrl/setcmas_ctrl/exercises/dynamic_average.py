@@ -1,7 +1,7 @@
 """Exercise: dynamic average consensus. Robots follow the mean of targets that move.
 
 Goal
-    Each robot has a target of its own, which only it knows and which moves. Robots send estimates
+    Each robot has a moving target of its own, which no other robot knows. Robots send estimates
     of the mean of all targets. Compute the estimate, and the velocity that follows it.
 
 Formula to implement
@@ -13,9 +13,9 @@ Formula to implement
     is the value received from robot j.
 
 What to observe
-    1. How far do robots stay from each other in --graph path, ring and complete? In theory it is
-       pinv(K L) Pi r', so about 1/lambda_2.
-    2. Leave out r_i' in x_i'. What is left of the mean?
+    1. How far do estimates stay from their mean in --graph path, ring and complete? In theory
+       pinv(K L) Pi r' with Pi r' = r' - mean(r'), roughly proportional to 1/lambda_2.
+    2. Leave out r_i' in x_i'. How well do robots follow the mean then?
     3. Lose messages with --loss 0.1: why does the error remain after the losses end?
 
 Commands
@@ -50,6 +50,6 @@ def control(robotNo, nbRobots, poses, t):
     weights = network.adjacency()[robotNo - 1]  # a_ij for j = 1 to N
     for j, message in network.received().items():  # j: number of the sender, from 1
         other = message.value  # x_j (m)
-        # TODO 1: sum up the terms of the robots that are received
+        # TODO 1: sum the terms of the robots from which this robot has received
     # TODO 2: compute the new estimate, send it with network.send, and return the velocity
     return 0.0, 0.0

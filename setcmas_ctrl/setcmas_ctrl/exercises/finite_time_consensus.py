@@ -1,8 +1,8 @@
 """Exercise: finite-time consensus. The robots meet by a time that you compute in advance.
 
 Goal
-    With v_i = -K sum_j a_ij (p_i - p_j) robots come nearer for ever. Replace each difference by a
-    power of it, so that they meet after a finite time.
+    With v_i = -K sum_j a_ij (p_i - p_j) robots get ever closer, but never meet. Replace each
+    difference by a power of it, so that they meet after a finite time.
 
 Formula to implement
     v_i = K sum_j a_ij sig(p_j - p_i)^ALPHA
@@ -11,7 +11,7 @@ Formula to implement
     robot i has received nothing is NaN.
 
 What to observe
-    1. Plot the disagreement: which curve is it on the logarithmic scale, instead of a line?
+    1. Plot the disagreement: on a logarithmic scale, is it still a straight line?
     2. Compare the settling time with the bound that `setcmas metrics` predicts (--graph ring).
     3. Why do robots oscillate at the end? Compare --rate 5 and --rate 50.
 

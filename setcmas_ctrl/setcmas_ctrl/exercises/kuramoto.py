@@ -2,16 +2,16 @@
 
 Goal
     Each robot drives in the direction of a phase, which turns at a rate of its own. Robots send
-    their phases. Couple them, so that all turn alike.
+    their phases. Couple them, so that all turn at the same rate.
 
 Formula to implement
     theta_i' = w_i + K/N sum_j a_ij sin(theta_j - theta_i), v_i = SPEED (cos theta_i, sin theta_i)
 
     so that theta_i(k + 1) = theta_i(k) + h theta_i'(k), with the time h since the previous call
-    (0 at the first). theta_i is at first the heading, and is sent at each call.
+    (0 at the first). theta_i begins as the heading of the robot, which sends it at each call.
 
 What to observe
-    1. With two robots: from which K on do they fall into step? Compare with DW.
+    1. With two robots: from what K on do they fall into step? Compare with DW.
     2. Which lag remains between them? In theory asin(DW / K).
     3. Eight robots with DW = 0: are all phases equal at the end, from every start?
 
@@ -46,6 +46,6 @@ def control(robotNo, nbRobots, poses, t):
     own_rate = np.linspace(W - DW / 2, W + DW / 2, nbRobots)[robotNo - 1]  # w_i (rad/s)
     for j, message in network.received().items():  # j: number of the sender, from 1
         other = message.value  # theta_j (rad)
-        # TODO 1: sum up the terms of the robots that are received
+        # TODO 1: sum the terms of the robots from which this robot has received
     # TODO 2: compute the new phase, send it with network.send, and return the velocity
     return 0.0, 0.0

@@ -1,7 +1,7 @@
 """Exercise: Laplacian consensus. The graph determines where and how fast the robots meet.
 
 Goal
-    Robots only know those from which they receive, their neighbours in the graph. Compute each
+    A robot knows only the robots from which it receives, its neighbours in the graph. Compute each
     robot's velocity so that all of them meet.
 
 Formula to implement
@@ -13,8 +13,8 @@ Formula to implement
 What to observe
     1. Compute the Laplacian L = D - A of a path of four robots and its eigenvalues. The
        disagreement decays as exp(-K lambda_2 t). Compare with `setcmas metrics`.
-    2. Compare --graph path, ring, star and complete: which lambda_2 does each have?
-    3. Write a directed path 1 -> 2 -> 3 -> 4 into a graph file: where do the robots meet now?
+    2. Compare --graph path, ring, star and complete: how large is lambda_2 of each?
+    3. Put a directed path 1 -> 2 -> 3 -> 4 in a graph file: where do the robots meet now?
 
 Commands
     setcmas new my_laplacian --from laplacian_consensus --exercise    a copy of this file to edit

@@ -16,7 +16,7 @@ What to observe
     1. After how many calls do all agree (`setcmas metrics`: agreement time)? Compare --graph path,
        ring and complete with the diameter of the graph.
     2. What happens with --loss 0.5, and with --delay 1?
-    3. Write a directed path into a graph file: which leader has robot 1, and the last robot?
+    3. Put a directed path in a graph file: which leaders do the first and the last robot have?
 
 Commands
     setcmas new my_election --from leader_election --exercise    a copy of this file to edit
@@ -32,7 +32,7 @@ task = 'consensus'  # selects its metrics and plots
 exercise = 'leader_election'  # selects the tests of setcmas check
 
 K = 0.5  # gain (1/s)
-NUMBERS = [0.3, 0.1, 0.7, 0.2, 0.9, 0.4]  # of robots 1, 2, ...
+NUMBERS = [0.3, 0.1, 0.7, 0.2, 0.9, 0.4]  # of robots 1 to 6; a larger fleet needs more
 
 leader = ()  # m_i: number, robot, x and y (m): a state; every robot has its own
 
@@ -45,6 +45,6 @@ def control(robotNo, nbRobots, poses, t):
         leader = (NUMBERS[robotNo - 1], robotNo, x, y)
     for message in network.received().values():
         other = tuple(message.value)  # m_j of a robot that this one receives
-        # TODO 1: keep the larger of both
-    # TODO 2: send it with network.send, and return the velocity
+        # TODO 1: keep the larger of m_i and m_j
+    # TODO 2: send m_i with network.send, and return the velocity
     return 0.0, 0.0

@@ -1,8 +1,8 @@
 """Exercise: rendezvous with a sensing range. No link between robots breaks while they meet.
 
 Goal
-    Robots only see others within the range D. With equal weights a link may break while the robots
-    move. Let the weight of a link grow as its length comes near D, so that none breaks.
+    A robot sees only the robots within the range D. With equal weights a link may break while the
+    robots move. Let the weight of a link grow as its length comes near D, so that none breaks.
 
 Formula to implement
     v_i = -K sum_j (2 D - l_ij) / (D - l_ij)^2 (p_i - p_j) over the robots j within D

@@ -14,8 +14,8 @@ Formula to implement
 
 What to observe
     1. Set F = 0 (--set F=0): where does the rebel take the others?
-    2. Do honest robots leave the range in which they started? See honest.largest_exit_m.
-    3. In --graph ring it fails: two arcs of equal values never meet. Which robustness has a ring?
+    2. Do honest robots leave the interval of their starts? See honest.largest_exit_m.
+    3. In --graph ring it fails: two arcs of equal values never meet. How robust is a ring?
 
 Commands
     setcmas new my_resilience --from resilient_consensus --exercise    a copy of this file to edit

@@ -8,13 +8,13 @@ Formula to implement
     v_i' = -sum_j a_ij (K (p_i - p_j) + G (v_i - v_j))
 
     so that v_i(k + 1) = v_i(k) + h v_i'(k), with the time h since the previous call (0 at the
-    first) and v_i = 0 at the start. v_i is sent at each call; take v_j = 0 until robot j is
-    received. The position of a robot from which robot i has received nothing is NaN.
+    first) and v_i = 0 at the start. v_i is sent at each call; take v_j = 0 until a message
+    of robot j arrives. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
     1. Compare G = 0, 0.2 and 0.8 with --graph ring: when do the robots oscillate?
-    2. In --graph directed_ring there is a least G. Compute it for five robots, and try both sides.
-    3. Where do they meet, and why is it the mean of their starts in --graph ring?
+    2. In --graph directed_ring G must exceed a bound. Compute it for five robots; try both sides.
+    3. Where do they meet? Why is this the mean of their starts in --graph ring?
 
 Commands
     setcmas new my_second_order --from second_order_consensus --exercise    a copy to edit
@@ -43,6 +43,6 @@ def control(robotNo, nbRobots, poses, t):
     received = network.received()  # {sender: message}; message.value is v_j (m/s)
     for j in network.neighbours():  # numbers of robots, from 1
         gap = poses[:2, robotNo - 1] - poses[:2, j - 1]  # p_i - p_j (m); NaN if not known
-        # TODO 1: sum up the acceleration, from the terms of all neighbours
+        # TODO 1: sum up the acceleration from the terms of all neighbours
     # TODO 2: compute the new velocity, send it with network.send, and return it
     return 0.0, 0.0

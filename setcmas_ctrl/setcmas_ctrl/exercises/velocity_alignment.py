@@ -2,7 +2,7 @@
 
 Goal
     At the start each robot drives in a direction of its own. Robots send their velocities. Compute
-    the new velocity of each from those of its neighbours, so that all drive alike at the end.
+    the new velocity of each from those of its neighbours, so that all end with the same velocity.
 
 Formula to implement
     w_i(k + 1) = w_i(k) + h K sum_j a_ij (w_j(k) - w_i(k)), v_i = w_i
@@ -12,7 +12,8 @@ Formula to implement
 
 What to observe
     1. Which velocity do all have at the end? Compare with the mean of those at the start.
-    2. How fast do they align in --graph ring with 4, 8 and 16 robots? In theory with K lambda_2.
+    2. How fast do they align in --graph ring with 4, 8 and 16 robots? In theory at the rate
+       K lambda_2.
     3. What changes with --delay 1, and with --loss 0.3?
 
 Commands
@@ -37,7 +38,7 @@ before = None  # time of the call before (s)
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that the robot has by now."""
+    """Return the new velocity (vx, vy) in m/s of the robot."""
     global velocity, before
     if before is None:  # at the first call
         angle = np.linspace(-SPREAD / 2, SPREAD / 2, nbRobots)[robotNo - 1]
@@ -46,6 +47,6 @@ def control(robotNo, nbRobots, poses, t):
     weights = network.adjacency()[robotNo - 1]  # a_ij for j = 1 to N
     for j, message in network.received().items():  # j: number of the sender, from 1
         other = message.value  # w_j (m/s)
-        # TODO 1: sum up the terms
+        # TODO 1: sum the terms
     # TODO 2: compute the new velocity, send it with network.send, and return it
     return 0.0, 0.0

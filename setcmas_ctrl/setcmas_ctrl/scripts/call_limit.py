@@ -1,8 +1,8 @@
 """Limit on the time of a script's call, in a process that has neither a second thread nor signals.
 
-Python reports each loop and each function that scripts begin (`sys.monitoring`, from 3.12 on), and
-a late one raises an error there; that takes a microsecond each. Calls that hang inside a library
-are not noticed.
+Python reports each jump and each function call in scripts (`sys.monitoring`, from 3.12 on), which
+takes a microsecond each; a late call raises an error there. Calls that hang inside a library are
+not noticed.
 """
 
 from __future__ import annotations
@@ -81,6 +81,6 @@ class _Watch:
         if notes.calls != self._calls or not notes.robot:
             self._calls, self._since = notes.calls, now
         elif now - self._since > self._seconds:
-            self._reported = math.inf  # a script that catches this one is not alive
+            self._reported = math.inf  # a script that catches this error is not alive
             raise LateCallError
         return None

@@ -34,7 +34,8 @@ EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 
 _MOST_NAMES = 10
 _syntax_warnings: dict[Path, list[str]] = {}  # not shown yet, by script
-_compiled: dict[Path, tuple[object, types.CodeType]] = {}  # code of each script, with its key
+_compiled: dict[tuple[Path, str, str], tuple[str, types.CodeType]] = {}  # sources and their code
+_MOST_COMPILED = 500  # more than one diagnosis of a mistake loads, again for each robot
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
@@ -126,12 +127,14 @@ def compile_script(
         SetcmasError: It cannot be read or parsed, or lacks the function or a name of `settings`.
     """
     source = _read(path)
-    what = source, expected, repr(settings)
+    key = path, expected, repr(settings)
     # Errors quote the code that ran, even after an edit of the file.
     linecache.cache[str(path)] = (len(source), None, source.splitlines(keepends=True), str(path))
-    compiled = _compiled.get(path)
-    if not compiled or compiled[0] != what:
-        compiled = _compiled[path] = what, _compile(path, source, expected, settings)
+    compiled = _compiled.get(key)
+    if not compiled or compiled[0] != source:
+        if len(_compiled) >= _MOST_COMPILED:
+            _compiled.clear()
+        compiled = _compiled[key] = source, _compile(path, source, expected, settings)
     return compiled[1]
 
 

@@ -177,11 +177,14 @@ def type_name(kind: str) -> str:
 
 
 class UnreadCommands:
-    """Finds senders of commands that never arrive, because the robots take another type."""
+    """Finds senders of commands that have no effect: of another type, or in lockstep."""
 
-    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
+    def __init__(
+        self, node: FleetNode, robots: Sequence[int], kind: str, in_lockstep: bool = False
+    ) -> None:
         """Watch the command topics of robots that take a type, by its name in options."""
         self._node = node
+        self._in_lockstep = in_lockstep
         self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
         self._kind = kind
         self._suspects: set[bytes] = set()
@@ -190,12 +193,14 @@ class UnreadCommands:
     def look(self) -> None:
         """Warn once of senders that were there at the last look, too: some change their type."""
         types = dict(self._node.get_topic_names_and_types())
+        heard = participants(self._node, topics.LOCKSTEP) if self._in_lockstep else None
         found = {
             topic: sender
             for topic in self._topics
-            if len(types.get(topic, ())) > 1
+            if heard is not None or len(types.get(topic, ())) > 1
             for sender in publishers(self._node, topic)
-            if sender.kind != self._kind and sender.node != topics.ZERO_COMMANDER_NODE
+            if (sender.kind != self._kind if heard is None else sender.participant not in heard)
+            and sender.node != topics.ZERO_COMMANDER_NODE
         }
         stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
         self._suspects = {sender.gid for sender in found.values()}
@@ -206,6 +211,11 @@ class UnreadCommands:
     def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
         topic = self._node.full_name(unread[0])
         more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
+        if self._in_lockstep:
+            return (
+                f'{topic}{more}: {sender.name} sends commands, but robots in lockstep only follow '
+                f'answers on {topics.LOCKSTEP} (docs/ros.md); start simu without --lockstep'
+            )
         other, own = type_name(sender.kind), type_name(self._kind)
         start = (
             f'start simu with --cmd-vel-type {sender.kind}, or ' if sender.kind in TYPES else ''

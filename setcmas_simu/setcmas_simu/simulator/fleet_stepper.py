@@ -22,7 +22,7 @@ from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import MOST_SPEED, Command, VirtualFleet
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.located_message import State
+from setcmas_simu.ros.messages import State
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.simulator.lockstep import States
 from setcmas_simu.simulator.simulator_options import SimulationOptions
@@ -124,7 +124,10 @@ class FleetStepper:
         self._transforms.publish(stamp, states)
         self._published = stamp_ns, states
         self._count_missed_steps(now)
-        # In real time: in lockstep two seconds of the simulation may be over at once.
+        self.keep_house()
+
+    def keep_house(self) -> None:
+        """Look around every two seconds of real time, also while time waits in lockstep."""
         if (real := time.monotonic()) >= self._next_housekeeping:
             self._next_housekeeping = real + _HOUSEKEEPING_S
             self._report_missed_steps()

@@ -156,13 +156,18 @@ def decode(numbers: Sequence[float]) -> Answer:
 
 
 def _commands(block: Sequence[float]) -> Commands:
-    if not 0 <= block[0] < _LAST_STAMP:
-        raise ValueError(f'a stamp of its commands is {block[0]:g}; it must be a time in ns')
     starts = range(1, len(block), _NB_COMMANDED)
-    return Commands(int(block[0]), tuple(tuple(block[i : i + _NB_COMMANDED]) for i in starts))
+    stamp = _stamp(block[0], 'a stamp of its commands')
+    return Commands(stamp, tuple(tuple(block[i : i + _NB_COMMANDED]) for i in starts))
 
 
 _LAST_STAMP = 2**53
+
+
+def _stamp(number: float, name: str) -> int:
+    if not 0 <= number < _LAST_STAMP:
+        raise ValueError(f'{name} is {number:g}; it must be a time in ns')
+    return int(number)
 
 
 class States(NamedTuple):
@@ -195,7 +200,10 @@ def decode_states(numbers: array[float]) -> States:
             f'its numbers are {reprlib.repr([*numbers])}; they must be {_VERSION} (version), '
             f'stamp, and {_NB_STATES} numbers for each robot'
         )
-    return States(int(numbers[1]), np.array(numbers[2:]).reshape(-1, _NB_STATES))
+    table = np.array(numbers[2:]).reshape(-1, _NB_STATES)
+    if len(invalid := table[~np.isfinite(table).all(axis=1)]):
+        raise ValueError(f'a row of its states is {invalid[0].tolist()}; it must be finite')
+    return States(_stamp(numbers[1], 'its stamp'), table)
 
 
 class Roll:

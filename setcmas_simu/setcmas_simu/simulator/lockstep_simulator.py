@@ -102,6 +102,7 @@ class LockstepLoop:
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
                 self._stepper.publish_to_newcomers()
+                self._stepper.keep_house()
                 if (missing := self._drop_the_dead(exactly)) is not None:
                     reported = missing
                     continue

@@ -13,7 +13,7 @@ from std_msgs.msg import Float64MultiArray, UInt8MultiArray
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.located_message import LocatedMessage, decode_forms, encode_forms
+from setcmas_simu.ros.messages import LocatedMessage, decode_forms, encode_forms
 from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 from setcmas_simu.simulator.lockstep import (
     Answer,
@@ -140,7 +140,7 @@ class StatesTopic(_CheckedTopic):
             super().take()
 
     def _on_forms(self, forms: dict[str, LocatedMessage]) -> None:
-        self.forms = forms
+        self.forms |= {name: form for name, form in forms.items() if topics.is_in_steps(name)}
 
 
 class ClockTopic:

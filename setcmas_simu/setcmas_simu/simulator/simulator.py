@@ -75,7 +75,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     stepper.on_failure = process.launcher.report
     guard.refuse_second_simulator()
     process.add(node)
-    unread = UnreadCommands(node, simulated.robots, options.cmd_vel_type)
+    unread = UnreadCommands(node, simulated.robots, options.cmd_vel_type, options.lockstep)
 
     def look_around() -> None:
         guard.warn_of_latecomers()

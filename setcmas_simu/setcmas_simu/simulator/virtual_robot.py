@@ -23,7 +23,7 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
-from setcmas_simu.ros.located_message import LocatedMessage, State
+from setcmas_simu.ros.messages import LocatedMessage, State
 from setcmas_simu.ros.parameters import declare_fixed
 from setcmas_simu.ros.polling import OnDemandPublisher, PolledTopic
 

@@ -160,9 +160,11 @@ def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRu
         return f'the script failed in {where}' if where else 'the script failed'
     if done.run is None:
         return 'it did not run'
-    if (figures.get('path_length') or 0.0) < _STILL_M:
+    column = COLUMNS.get(metric)
+    is_of_messages = column is not None and column.metric == 'messages'
+    if (figures.get('path_length') or 0.0) < _STILL_M and not is_of_messages:
         return 'no robot moved'
-    return 'it never got there' if metric in COLUMNS and COLUMNS[metric].endless else ''
+    return 'it never got there' if column and column.endless else ''
 
 
 def _paths(run: Run | None, solution: Run | None) -> tuple[RobotPath, ...]:

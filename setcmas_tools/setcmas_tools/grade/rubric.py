@@ -22,7 +22,7 @@ from setcmas_tools.grade.rubric_scenarios import (
     read_solution,
 )
 from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import read_tables
@@ -136,7 +136,8 @@ class Rubric:
         if scenario.name not in self._runs:
             messages: list[str] = []
             chosen = scenario.of(self.solution, self.function)
-            run = simulate(chosen, warn=messages.append)
+            with silent():  # students would take its lines for those of their own script
+                run = simulate(chosen, warn=messages.append)
             if run.failed_robots:
                 raise SetcmasError(
                     f"the solution fails in scenario '{scenario.name}' of {self.file}: "

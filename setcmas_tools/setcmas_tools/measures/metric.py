@@ -18,6 +18,17 @@ Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
 """Columns of the table by header: format and values by robot."""
 
 
+_UNITS = {
+    '1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad', 'percent': '%',
+}  # fmt: skip
+
+
+def words_and_unit(field: str) -> tuple[str, str]:
+    """Return a field's name in words, and its unit, '' if it has none, for texts and labels."""
+    ending = next((one for one in _UNITS if field.endswith(f'_{one}')), '')
+    return field.removesuffix(f'_{ending}').replace('_', ' '), _UNITS.get(ending, '')
+
+
 class Measured:
     """One kind of measurement of a run: a dataclass whose field names end with their units."""
 

@@ -17,7 +17,7 @@ from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.consensus_metrics import CONSENSUS, ConsensusMetrics, consensus
-from setcmas_tools.measures.metric import Measured
+from setcmas_tools.measures.metric import Measured, words_and_unit
 from setcmas_tools.measures.motion_metrics import largest_speed
 from setcmas_tools.run.run import Run, models_of
 
@@ -29,9 +29,6 @@ _APART = 'distance_from_predicted_end_m'
 _RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
 _SPREAD = f'{CONSENSUS}.disagreement_rms_second_half_m'
 _AT_END = f'{CONSENSUS}.disagreement_at_end_m'
-_UNITS = {
-    '1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad', 'percent': '%',
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,9 @@ class Comparison(Measured):
                 formula = one.formula
                 lines.append(f'predicted by {formula}:')
             predicted = '' if one.predicted is None else f', predicted {_number(one.predicted)}'
-            lines.append(f'  {_words(name)} {_number(one.measured, _unit(name))}{predicted}')
+            words, unit = words_and_unit(name.rpartition('.')[2])
+            unit = f' {unit}' if unit else ''
+            lines.append(f'  {words} {_number(one.measured, unit)}{predicted}')
         if self.figures and self.differs:
             lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
         return lines
@@ -86,20 +85,6 @@ class Comparison(Measured):
             'left_out': list(self.differs),
             'doubts': list(self.doubts),
         }
-
-
-def _words(name: str) -> str:
-    field = name.rpartition('.')[2]
-    return field.removesuffix(f'_{_suffix(field)}').replace('_', ' ')
-
-
-def _suffix(field: str) -> str:
-    return next((one for one in _UNITS if field.endswith(f'_{one}')), '')
-
-
-def _unit(name: str) -> str:
-    unit = _UNITS.get(_suffix(name), '')
-    return f' {unit}' if unit else ''
 
 
 def _number(value: float | None, unit: str = '') -> str:

@@ -7,9 +7,7 @@ with it at every call, however far both are from the paths of the solution.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +28,7 @@ from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import load_script, names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -277,7 +275,7 @@ def calls_of(
         for robot in range(1, base.nb_robots + 1)
     }
     played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
-    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+    with silent():
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
     return calls if SOLUTION in calls.answers and _are_equal(run, again) else None

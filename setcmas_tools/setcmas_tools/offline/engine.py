@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -196,3 +199,10 @@ def _calls(t: Floats, Ts: float, rate: float) -> tuple[Floats, list[int]]:
     times = np.arange(math.ceil(before[-1] * rate) + 1) / rate
     times = times[times < before[-1]]
     return times, np.searchsorted(before, times, side='right').tolist()
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Discard what scripts print."""
+    with Path(os.devnull).open('w') as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        yield

@@ -137,7 +137,7 @@ def resets(track: FleetTable) -> NDArray[np.bool_]:
     """Return whether a robot was reset between two of its rows, shape (rows - 1,).
 
     Odometry without speeds shows none: it has no limit to compare with. Tables have forward speeds
-    only: a robot that drives sideways may be as fast as in nine of ten of its steps.
+    only, so robots that drive sideways have the speed of nine tenths of their steps as a limit.
     """
     speeds = np.abs(track.v[np.isfinite(track.v)])
     seconds = np.diff(track.t)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
+from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, legend, plot_style, save_in
@@ -32,6 +33,7 @@ _MOST_LINES = 6
 _MARGIN = 0.04
 _BETWEEN_BARS = 0.06  # of two lines at the same value
 _SHADES = 'viridis'
+_THEORY = 'predicted'
 
 
 def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str | None) -> None:
@@ -46,11 +48,13 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
         rows = [[row for row in group.rows if row in inside] for group in study.groups(by)]
         low, middle, high = np.array([_spread(study, metric, one, success) for one in rows]).T
         if _is_scale(study, by):
-            axes.plot(places, middle, 'o-', color=colour, label=str(line))
-            axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
+            name = str(line)
             if predicted(metric) in study.metrics:
+                name = name or 'measured'
                 theory = [median(study.numbers(predicted(metric))[one]) for one in rows]
-                axes.plot(places, theory, '--', color='0.3', label='predicted')
+                axes.plot(places, theory, color='0.8', linewidth=6, label=_THEORY)
+            axes.plot(places, middle, 'o-', color=colour, label=name)
+            axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
         else:
             axes.errorbar(
                 places, middle, _bars(low, middle, high), None, 'o', color=colour, label=str(line)
@@ -58,7 +62,8 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
             places = [place + _BETWEEN_BARS for place in places]
     if metric == SUCCESS:
         axes.set_ylim(-0.02, 1.02)
-    legend(axes, axes.get_legend_handles_labels()[0])
+    handles = {one.get_label(): one for one in axes.get_legend_handles_labels()[0]}
+    legend(axes, sorted(handles.values(), key=lambda one: one.get_label() == _THEORY))
     _note(axes, study, metric)
 
 
@@ -180,14 +185,21 @@ def _colours(count: int) -> list[Any]:
 
 
 def _title(metric: str) -> str:
-    return metric.replace('_', ' ').capitalize()
+    words, _ = _words_and_unit(metric)
+    return words[0].upper() + words[1:]
 
 
 def _label(metric: str) -> str:
     if metric == SUCCESS:
         return f'share of successes ({100 * CONFIDENCE:.0f} % Wilson interval)'
-    unit = COLUMNS[metric].unit if metric in COLUMNS else ''
-    return f'{metric.replace("_", " ")} ({unit})' if unit else metric.replace('_', ' ')
+    words, unit = _words_and_unit(metric)
+    return f'{words} ({unit})' if unit else words
+
+
+def _words_and_unit(metric: str) -> tuple[str, str]:
+    if metric in COLUMNS:
+        return metric.replace('time_2', 'time 2 %').replace('_', ' '), COLUMNS[metric].unit
+    return words_and_unit(metric)
 
 
 def _note(

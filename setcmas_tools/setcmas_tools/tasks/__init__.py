@@ -1,1 +1,1 @@
-"""Tasks that ship: waypoints, tracking, consensus, alignment, and two formations."""
+"""Tasks: waypoints, tracking, consensus, alignment, formations, coverage."""

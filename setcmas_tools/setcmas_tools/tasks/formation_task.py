@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -129,7 +130,7 @@ _MOST_REFERENCES = 4  # of several distances in a plot
 
 
 Wanted = float | list[list[float]]
-"""The distance of any two robots in m, or points that have the distances of robots 1, 2, ..."""
+"""The distance between any two robots in m, or the shape: a point for each of robots 1, 2, ..."""
 
 
 def distance_or_shape(value: Any) -> Wanted:
@@ -162,10 +163,18 @@ class DistanceMetrics(Measured):
         ]
 
 
+def _placed(grid: FleetGrid, wanted: Wanted) -> FleetGrid:
+    """Return a grid without the robots that have no point in the wanted shape."""
+    most = len(wanted) if isinstance(wanted, list) else math.inf
+    kept = np.array(grid.robots) <= most
+    robots = [robot for robot in grid.robots if robot <= most]
+    return FleetGrid(grid.t, robots, grid.x[kept], grid.y[kept], grid.theta[kept])
+
+
 def _matrix(robots: list[int], wanted: Wanted) -> Floats:
     """Return the wanted distances of robots in m, shape (N, N)."""
     if isinstance(wanted, list):
-        x, y = np.array(wanted)[[robot - 1 for robot in robots]].T
+        x, y = np.reshape(wanted, (-1, 2))[np.array(robots, dtype=int) - 1].T
         return np.asarray(np.hypot(x - x[:, None], y - y[:, None]))
     return np.full((len(robots), len(robots)), wanted)
 
@@ -173,9 +182,11 @@ def _matrix(robots: list[int], wanted: Wanted) -> Floats:
 def distances(grid: FleetGrid, wanted: Wanted) -> DistanceMetrics | None:
     """Return the errors of a formation by distances (m), at times with all robots known.
 
-    None for one robot, or if the robots are never all known in the last quarter.
+    Robots without a point in the wanted shape are left out. None for one robot, or if the robots
+    are never all known in the last quarter.
     Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
     """
+    grid = _placed(grid, wanted)
     known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
     if len(grid.robots) < 2 or not known.any():
         return None
@@ -196,6 +207,7 @@ def distances(grid: FleetGrid, wanted: Wanted) -> DistanceMetrics | None:
 
 def distance_errors(grid: FleetGrid, wanted: Wanted) -> dict[int, Floats]:
     """Return the RMS error of each robot's distances to the others in m over time."""
+    grid = _placed(grid, wanted)
     matrix, errors = _matrix(grid.robots, wanted), {}
     for i, robot in enumerate(grid.robots):
         gaps = np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]) - matrix[i, :, None]
@@ -209,17 +221,18 @@ class _Distances(_LedTask):
         return {'distances': found, **super().metrics(run, references)}
 
     def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
-        if len(run.counted.robots) < 2:
-            return None
         values = distance_errors(run.counted_grid, references['D'])
+        if len(values) < 2:
+            return None
         return Errors('Distance error', 'RMS error of the distances (m)', values)
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         if plot != 'distances':
             return super().draw(plot, axes, run, references)
-        wanted = _matrix(run.robots, references['D'])
+        grid = _placed(run.counted_grid, references['D'])
+        wanted = _matrix(grid.robots, references['D'])
         values = np.unique(wanted[np.triu_indices(len(wanted), 1)].round(3)).tolist()
-        if len(values) > _MOST_REFERENCES:
+        if not 0 < len(values) <= _MOST_REFERENCES:
             return []
         label = f'reference, {", ".join(format(value, "g") for value in values)} m'
         look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
@@ -238,9 +251,9 @@ CONSENSUS = Task()
 
 @dataclass(frozen=True)
 class HonestMetrics(Measured):
-    """Agreement of the robots that are no rebels.
+    """Agreement of the honest robots, those that are not rebels.
 
-    The largest exit is how far a coordinate of one of them was from the interval of their starts.
+    The largest exit is the largest distance of a coordinate from the interval of their starts.
     """
 
     disagreement_at_end_m: float

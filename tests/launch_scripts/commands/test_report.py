@@ -100,8 +100,10 @@ def browser():
 
 
 def show(browser, folder, place=''):
+    from browser import open_page
+
     browser.get('about:blank')  # nothing is left from another test
-    browser.get(f'{(folder / "failed.html").as_uri()}{place}')
+    open_page(browser, f'{(folder / "failed.html").as_uri()}{place}')
 
 
 def resized(browser, width, height):
@@ -274,12 +276,13 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_messages_are_shown_in_what_a_robot_knew(tmp_path, browser):
+    from browser import open_page
     from selenium.webdriver.common.by import By
 
     options = ['--algo=leader_election', '--nb-robots=3', '--graph=path', '--set=NUMBERS=[5,1,9]']
     run_here('offline', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)
     run_here('report', 'out', '-o', 'report.html', cwd=tmp_path)
-    browser.get(f'{(tmp_path / "report.html").as_uri()}#t=1')
+    open_page(browser, f'{(tmp_path / "report.html").as_uri()}#t=1')
     browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
     about = browser.find_element(By.ID, 'about').text
 

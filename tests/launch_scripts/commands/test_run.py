@@ -165,7 +165,7 @@ def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, t
     assert not (tmp_path / 'out').exists()
 
 
-def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path):
+def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path, domain):
     law = 'def control(i, n, poses, t):\n    return 1 / (i < 2 or not 0.4 < t < 1.3), 0.0\n'
     (tmp_path / 'law.py').write_text(law)
     given = ('--algo', 'law.py', '--nb-robots', '2', '--duration', '2', '--no-plots')

@@ -173,3 +173,37 @@ def test_what_a_terminal_cannot_show_is_escaped(tmp_path, text, shown):
 
     assert f'ValueError: {shown}' in str(failure.value)
     str(failure.value).encode()
+
+
+DOUBTS = """
+def control(i, n, poses, t):
+    return 0.0, 0.0
+
+def doubts(conditions):
+    yield f'{conditions.period:g} s, {conditions.adjacency.sum():g} links'
+    yield 'once'
+"""
+
+
+def test_robot_1_prints_doubts_once_when_the_period_is_known(tmp_path, capsys):
+    path = tmp_path / 'law.py'
+    path.write_text(DOUBTS)
+    printed = []
+    for robot in (1, 2):
+        one = ControlLaw(path, robot, 2)
+        for t in (0.3, 0.3, 0.5003, 0.7):  # the second while time stands still
+            one(POSES, t)
+            printed.append(capsys.readouterr().out)
+
+    assert printed == ['', '', 'law: 0.2 s, 2 links\nlaw: once\n', '', '', '', '', '']
+
+
+def test_doubts_that_fail_are_an_error_of_the_script(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text(DOUBTS.replace("'once'", '1 / 0'))
+    one = ControlLaw(path, 1, 2)
+    one(POSES, 0.0)
+
+    with pytest.raises(ControlError, match=r'law\.py, line 7: ZeroDivisionError'):
+        one(POSES, 0.2)
+    assert one(POSES, 0.4) == (0.0, 0.0)

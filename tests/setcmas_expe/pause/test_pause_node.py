@@ -132,9 +132,9 @@ def operate(domain, peer):
 
 def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
+    bridge.held = 'paused; not seen yet'  # before the node can have heard anything else
     operator = operate()
     wish = peer.publisher(Bool, '/pause')
-    bridge.held = 'paused; not seen yet'
     operator.wait_for('')
     wish.publish(Bool(data=False))
     operator.request('start')

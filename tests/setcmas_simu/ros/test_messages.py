@@ -9,8 +9,10 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 
-from setcmas_simu.ros.located_message import LocatedMessage, decode_forms, encode_forms
 from setcmas_simu.ros.messages import (
+    LocatedMessage,
+    decode_forms,
+    encode_forms,
     read_odometry,
     read_twist,
 )
@@ -45,7 +47,14 @@ def test_what_is_written_into_the_bytes_is_read_from_the_message(frame, child):
 
 
 def test_data_without_forms_are_refused():
-    for data in (b'', b'no', zlib.compress(b'[]'), zlib.compress(b'{"a": 1}')):
+    outside = b'{"/tb3_1/odom": ["00", 0, 8, null]}'
+    endless = b'{"a": "' + bytes(2**24)
+    far = b'{"/tb3_1/odom": ["00", %d, 8, null]}' % 10**30
+    nested = b'[' * 10**5
+    for text in (b'', b'[]', b'{}', b'{"a": 1}', outside, far, nested, endless):
+        with pytest.raises(ValueError, match=r'.'):
+            decode_forms(zlib.compress(text))
+    for data in (b'', b'no'):
         with pytest.raises(ValueError, match=r'.'):
             decode_forms(data)
 

@@ -111,6 +111,23 @@ def test_states_are_an_array_of_numbers():
 
 
 @pytest.mark.parametrize(
+    ('place', 'number', 'message'),
+    [
+        (1, math.nan, 'its stamp is nan; it must be a time in ns'),
+        (1, math.inf, 'its stamp is inf'),
+        (1, 1e300, r'its stamp is 1e\+300'),
+        (4, math.nan, r'row of its states is \[1.0, 1.0, nan, .*\]; it must be finite'),
+        (2, -math.inf, r'\[-inf, 1.0, .*\]; it must be finite'),
+    ],
+)
+def test_states_that_no_robot_can_have_are_refused(place, number, message):
+    numbers = encode_states(States(1100, np.ones((1, 8))))
+    numbers[place] = number
+    with pytest.raises(ValueError, match=message):
+        decode_states(numbers)
+
+
+@pytest.mark.parametrize(
     ('numbers', 'message'),
     [
         ([], r'its numbers are \[\]; they must be 2 \(version\), id'),

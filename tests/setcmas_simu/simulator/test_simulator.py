@@ -128,6 +128,17 @@ def test_a_sender_of_the_other_type_is_reported_once(start, peer):
     )
 
 
+def test_a_sender_to_robots_in_lockstep_is_reported(start, peer):
+    simulator = start(*SIMU, '--nb-robots', '2', '--lockstep')
+    for robot in (1, 2):
+        peer.node.create_publisher(TwistStamped, f'/tb3_{robot}/cmd_vel', 10)
+
+    simulator.wait_for_output(
+        '/tb3_1/cmd_vel and 1 more: /peer sends commands, but robots in lockstep only follow '
+        'answers on /lockstep (docs/ros.md); start simu without --lockstep'
+    )
+
+
 @pytest.mark.nightly
 def test_so_is_a_sender_without_ros(start, domain):
     pytest.importorskip('cyclonedds')

@@ -23,6 +23,7 @@ EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
 POINTS = yaml.safe_load((EXERCISES / 'points.yaml').read_text())
 MOST_UNEXPLAINED = 0  # of each exercise: their hint is where the run first differs
+CHECKED = 4  # each fourth mistake is checked, too: the same code marks in another process
 
 
 def mistakes_of(name):
@@ -104,10 +105,10 @@ def is_unexplained(marks):
 def complaints_about(mistakes, by_grade, marks_of, folder):
     script = folder / 'law.py'
     found = []
-    for mistake in mistakes:
+    for i, mistake in enumerate(mistakes):
         script.write_text(mistake['script'])
         by_check = by_grade[mistake['name']]
-        if not mistake.get('slow'):  # it hangs this process
+        if i % CHECKED == 0 and not mistake.get('slow'):  # it hangs this process
             by_check = refusal_or(lambda: marks_of(script))
         about = complaints(mistake, by_grade[mistake['name']], by_check)
         found += [f'{mistake["name"]}: {complaint}' for complaint in about]
@@ -127,10 +128,8 @@ def unfair(name, by_grade):
     }
 
 
-@pytest.mark.parametrize(
-    'name', [NAMES[0], *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES[1:])]
-)
-def test_a_mistake_of_each_exercise(tmp_path, name):
+def test_the_mistakes_of_an_exercise(tmp_path):
+    name = 'consensus'
     mistakes = mistakes_of(name)[:1]
     by_grade = graded(name, mistakes, tmp_path)
 

@@ -8,7 +8,7 @@ import pytest
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.criteria import Criterion
-from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.grade.rubric import read_rubric, rubric_of_exercise
 
 RUBRIC = """\
 title: Meeting
@@ -133,3 +133,12 @@ def test_a_metric_that_the_solution_has_not_is_the_teachers_to_mend(read):
     misspelt = replace(scenario, criteria=(Criterion('', 'excursion_s', 1),))
     with pytest.raises(SetcmasError, match="excursion_s, in scenario 'some' of "):
         rubric.solution_run(misspelt)
+
+
+def test_students_do_not_see_what_the_solution_prints(capfd):
+    rubric = rubric_of_exercise('bearing_formation')
+    ring = rubric.scenarios[-1]  # the solution warns that its graph is not rigid
+
+    assert rubric.solution_run(ring)
+
+    assert capfd.readouterr() == ('', '')

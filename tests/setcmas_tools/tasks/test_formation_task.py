@@ -6,6 +6,8 @@ from metrics_runs import T, table
 from runs import measure
 
 from setcmas_ctrl.control.references import References
+from setcmas_tools.run.fleet_motion import FleetGrid
+from setcmas_tools.tasks.formation_task import distance_errors
 
 
 def test_distance_errors_of_a_formation():
@@ -48,3 +50,14 @@ def test_distance_errors_from_those_of_a_shape():
 
     wanted = {'1-2': 0.0, '1-3': 1.0, '2-3': 5 - math.sqrt(18)}
     assert errors.distance_errors_final_m == pytest.approx(wanted)
+
+
+def test_a_robot_without_a_point_in_the_shape_is_not_measured():
+    fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
+    references = References('distances', {'D': [[5, 5], [9, 5]]})
+
+    found = measure(fleet, references=references)
+
+    assert found['distances'].distance_errors_final_m == pytest.approx({'1-2': -1.0})
+    grid = FleetGrid(T, [1, 2, 3], *np.zeros((3, 3, len(T))))
+    assert distance_errors(grid, [[5, 5], [9, 5]]).keys() == {1, 2}

@@ -23,7 +23,7 @@ export function createEditor(parent, changed, run) {
   const keys = [{key: 'Mod-Enter', run: () => { run(); return true; }}, ...defaultKeymap, ...historyKeymap, indentWithTab];
   view = new EditorView({parent, state: EditorState.create({extensions: [
     keymap.of(keys), history(), lineNumbers(), drawSelection(), highlightActiveLine(), indentOnInput(), bracketMatching(), python(),
-    indentUnit.of('    '), EditorState.tabSize.of(4), syntaxHighlighting(classHighlighter), mark,
+    EditorView.lineWrapping, indentUnit.of('    '), EditorState.tabSize.of(4), syntaxHighlighting(classHighlighter), mark,
     EditorView.contentAttributes.of({'aria-label': 'Your script, in Python', 'aria-describedby': 'editor-keys', autocapitalize: 'off'}),
     EditorView.updateListener.of(update => { if (update.docChanged) changed(); }),
   ]})});
