@@ -44,7 +44,13 @@ class PictureQuality:
 
 @dataclass(frozen=True)
 class PlacedTag:
-    """A tag: its number, x, y in m, heading in rad, and velocities in m/s and rad/s."""
+    """A tag: its number, x, y in m, heading in rad, and velocities in m/s and rad/s.
+
+    Attributes:
+        scale: Its size relative to what it should be.
+        lift: Its height in m above what it should be.
+        covered: Grey level of what hides its middle, 255 for glare; None if nothing does.
+    """
 
     number: int
     x: float
@@ -53,6 +59,9 @@ class PlacedTag:
     vx: float = 0.0
     vy: float = 0.0
     turn: float = 0.0
+    scale: float = 1.0
+    lift: float = 0.0
+    covered: float | None = None
 
     def after(self, t: float) -> tuple[float, float, float]:
         """Return x, y and heading after t s."""
@@ -78,14 +87,17 @@ class PictureRenderer:
         self._noise = self._random.normal(0, quality.noise, (height + 64, width + 64))
         self._noise = self._noise.astype(np.float32)
 
-    def picture(self, tags: Sequence[PlacedTag]) -> Picture:
+    def picture(self, tags: Sequence[PlacedTag], brightness: float = 1.0) -> Picture:
         """Return a picture of robots' tags, grey, shape (height, width).
 
         The tags are where they are in the middle of the exposure.
         """
         picture = self._floor.copy()
         for tag in tags:
-            self._draw(picture, tag, self._tags)
+            size, height = self._tags.size * tag.scale, self._tags.height + tag.lift
+            self._draw(picture, tag, RobotTags(size, height))
+        if brightness != 1.0:
+            picture *= brightness
         height, width = picture.shape
         y, x = self._random.integers(64, size=2)
         picture += self._noise[y : y + height, x : x + width]
@@ -109,6 +121,10 @@ class PictureRenderer:
         part = picture[low[1] : high[1], low[0] : high[0]]
         part *= 1 - cover
         part += colour * self._light[low[0] : high[0]]
+        if tag.covered is not None:
+            middle = np.mean(corners, (0, 1)).round().astype(int).tolist()
+            radius = int(0.3 * (high - low).max())
+            cv2.circle(picture, middle, radius, tag.covered, cv2.FILLED)
 
     def _corners(self, pose: tuple[float, float, float], kind: RobotTags) -> Floats:
         """Return the pixels (4, 2) of the corners of a tag with its white margin."""

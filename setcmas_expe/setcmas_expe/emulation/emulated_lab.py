@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -34,6 +34,7 @@ from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import ROBOT_LIMITS
@@ -41,6 +42,9 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.duplicate_simulators import RobotLocks
+
+if TYPE_CHECKING:
+    from setcmas_expe.emulation.emulated_camera import EmulatedCamera
 
 
 class Schedule:
@@ -151,7 +155,8 @@ class EmulatedLab(FleetNode):
         model = 'waffle' if lab.limits == ROBOT_LIMITS['waffle'] else 'burger'
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
         self._fleet = EmulatedFleet(poses, ROBOT_LIMITS[model], rng, options.robot_model(numbers))
-        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
+        self._camera = _emulated_camera(lab, options)
+        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng, self._camera)
         self._driver = EmulatedMocapDriver(lab)
         private = lab.guarded and options.remapped
         self._robots = [
@@ -229,6 +234,8 @@ class EmulatedLab(FleetNode):
             self._mocap.capture(self._fleet.poses, now)
         for sighting in self._mocap.due(now):
             self._driver.publish(sighting, sighting.stamp + offset)
+        while self._camera and self._camera.news:
+            self.get_logger().warning(self._camera.news.pop(0))
 
     def _publish_robots(self, now: float) -> None:
         stamp = self.get_clock().now().to_msg()
@@ -252,6 +259,8 @@ class EmulatedLab(FleetNode):
                     f"fault '{fault}' is for robot {fault.robot}; "
                     f'the lab has robots 1 to {len(self._robots)}'
                 )
+            if fault.kind in faults.OF_CAMERA and not self._camera:
+                raise SetcmasError(f"fault '{fault}' needs a camera: start with --mocap camera")
         except SetcmasError as error:
             self.get_logger().warning(str(error))
             return
@@ -273,6 +282,14 @@ class EmulatedLab(FleetNode):
             self._fleet.fail(fault.kind, index, fault.duration)
         elif fault.kind == faults.LIFT:
             self._fleet.fail(faults.BLOCKED, index, fault.duration)
+
+
+def _emulated_camera(lab: Lab, options: EmulationOptions) -> EmulatedCamera | None:
+    if lab.mocap.source is not CAMERA:
+        return None
+    from setcmas_expe.emulation.emulated_camera import EmulatedCamera
+
+    return EmulatedCamera(lab.arena, lab.nb_robots, options.seed)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -40,6 +40,7 @@ VICON = replace(
     per_body('/vicon/{name}/{name}', POSE_STAMPED, ZEROS),
     driver='vicon_receiver 0.1.1 (ros2-vicon-receiver)',
 )
+CAMERA = replace(per_body('/camera/{name}/pose', POSE_STAMPED, SILENCE), driver='setcmas camera')
 
 
 def _read_all(bodies: str, name: str) -> Read:
