@@ -30,12 +30,12 @@ def camera(x=0.0, y=0.3, tilt=0.15, name='left', scale=1.0):
         size, (700.0 * scale, 702.0 * scale), (size[0] / 2, size[1] / 2), DISTORTION, NO_ERROR
     )
     pose = CameraPose((x, y, 2.0), tuple(float(v) for v in vector), NO_ERROR)
-    return Camera(name, lens, pose)
+    return Camera(name, '0', lens, pose)
 
 
 def scene(*cameras, size=0.12, height=0.2):
     """Return the content of a camera file."""
-    return CameraFile(RobotTags(size, height), FLOOR_TAGS, cameras or (camera(),))
+    return CameraFile(RobotTags(size, height), cameras or (camera(),), FLOOR_TAGS)
 
 
 def renderer(file, number=0, quality=None, seed=1):

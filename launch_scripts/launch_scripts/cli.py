@@ -38,6 +38,7 @@ VERBS = {
     'list': 'list laws, robot models, mocap sources, metrics and plots',
     'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',
+    'camera': 'find robots by cameras and printed tags, in place of motion capture',
     'tags': 'write the tags of robots and floor for a camera, to print',
     'new': 'write a starter control script, robot script or lab file',
 }

@@ -8,6 +8,7 @@ Examples:
   setcmas doctor
   setcmas doctor --lab lab.yaml
   setcmas doctor --emulate --nb-robots 3      check an emulated lab
+  setcmas doctor --camera camera.yaml --arena=-2,2,-1.5,1.5   stop setcmas camera before
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,9 @@ from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 LAST_TAG = 586
 """Largest number of a tag in the family 36h11; its first is 0."""
 
-_KEYS = ('tags', 'floor_tags', 'cameras')
+_KEYS = ('tags', 'floor_tags', 'floor_distances', 'cameras')
 _TAGS = ('size', 'height')
-_CAMERA = ('name', 'lens', 'pose')
+_CAMERA = ('name', 'source', 'lens', 'pose')
 _LENS = ('size', 'focal', 'centre', 'distortion', 'error')
 _POSE = ('position', 'rotation', 'error')
 _MOST_PIXELS = 20_000
@@ -79,11 +79,20 @@ class CameraPose:
 
 @dataclass(frozen=True)
 class Camera:
-    """A calibrated camera."""
+    """A camera.
+
+    Attributes:
+        name: Its name.
+        source: Where its pictures come from: number or path of a device, a video file, a folder
+            of pictures, or a topic with images or compressed images.
+        lens: Its calibrated lens.
+        pose: Its pose; None until it is calibrated.
+    """
 
     name: str
+    source: str
     lens: Lens
-    pose: CameraPose
+    pose: CameraPose | None = None
 
 
 @dataclass(frozen=True)
@@ -92,13 +101,16 @@ class CameraFile:
 
     Attributes:
         tags: Tags on the robots; a robot's number is the number of its tag.
+        cameras: The cameras.
         floor_tags: Centre x, y in m of each tag on the floor, by its number.
-        cameras: At least one camera.
+        floor_distances: Measured distances in m between the centres of two floor tags; empty if
+            their positions are given.
     """
 
     tags: RobotTags
-    floor_tags: dict[int, tuple[float, ...]]
-    cameras: tuple[Camera, ...]
+    cameras: tuple[Camera, ...] = ()
+    floor_tags: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    floor_distances: dict[tuple[int, int], float] = field(default_factory=dict)
 
 
 def load_cameras(path: Path) -> CameraFile:
@@ -107,20 +119,23 @@ def load_cameras(path: Path) -> CameraFile:
     Raises:
         SetcmasError: The file has a mistake; the message names file and line.
     """
-    fields = _all_fields(read_entries(path), _KEYS)
+    fields = _all_fields(read_entries(path), _KEYS, ('tags', 'cameras'))
     sizes = _all_fields(fields['tags'], _TAGS)
     size = _POSITIVE.of(sizes['size'])
     tags = RobotTags(float(size), float(Number(least=0, most=2, unit='m').of(sizes['height'])))
-    items = fields['cameras'].items()
-    if not items:
-        raise fields['cameras'].mistake('a list of at least one camera')
     cameras: dict[str, Camera] = {}
-    for item in items:
+    for item in fields['cameras'].items():
         camera = _camera(item, tags.height)
         if camera.name in cameras:
             raise item.error(f"two cameras have the name '{camera.name}'; each needs its own")
         cameras[camera.name] = camera
-    return CameraFile(tags, _floor_tags(fields['floor_tags']), tuple(cameras.values()))
+    places, distances = fields.get('floor_tags'), fields.get('floor_distances')
+    return CameraFile(
+        tags,
+        tuple(cameras.values()),
+        _floor_tags(places) if places else {},
+        _distances(distances) if distances else {},
+    )
 
 
 def write_cameras(content: CameraFile, path: Path) -> None:
@@ -129,6 +144,9 @@ def write_cameras(content: CameraFile, path: Path) -> None:
         {
             'tags': dict(zip(_TAGS, astuple(content.tags), strict=True)),
             'floor_tags': {str(tag): list(xy) for tag, xy in content.floor_tags.items()},
+            'floor_distances': {
+                f'{a}-{b}': length for (a, b), length in content.floor_distances.items()
+            },
             'cameras': [_written(camera) for camera in content.cameras],
         },
         path,
@@ -140,11 +158,12 @@ _ERROR = Number(least=0, finite=True)
 
 
 def _camera(entry: Entry, tag_height: float) -> Camera:
-    fields = _all_fields(entry, _CAMERA)
-    name = fields['name'].text()
+    fields = _all_fields(entry, _CAMERA, _CAMERA[:3])
+    name, source = fields['name'].text(), str(fields['source'].value)
     if not name:
         raise fields['name'].mistake('a name, such as left')
-    return Camera(name, _lens(fields['lens']), _pose(fields['pose'], tag_height))
+    pose = _pose(fields['pose'], tag_height) if 'pose' in fields else None
+    return Camera(name, source, _lens(fields['lens']), pose)
 
 
 def _lens(entry: Entry) -> Lens:
@@ -184,15 +203,30 @@ def _floor_tags(entry: Entry) -> dict[int, tuple[float, ...]]:
     return {numbers[key]: _numbers(item, 2, anywhere) for key, item in entry.value.items()}
 
 
+def _distances(entry: Entry) -> dict[tuple[int, int], float]:
+    form = 'a mapping from two tags to their distance in m, such as {501-502: 3.0}'
+    if not isinstance(entry.value, dict):
+        raise entry.mistake(form)
+    found = {}
+    for key, item in entry.value.items():
+        a, _, b = str(key).partition('-')
+        if not (a.isdecimal() and b.isdecimal() and a != b):
+            raise entry.mistake(form)
+        found[int(a), int(b)] = float(Number(above=0, finite=True, unit='m').of(item))
+    return found
+
+
 def _numbers(entry: Entry, count: int, kind: Number | Whole) -> tuple[float, ...]:
     if not isinstance(entry.value, list) or len(entry.value) != count:
         raise entry.mistake(f'a list of {count} numbers')
     return tuple(float(kind.of(item)) for item in entry.value)
 
 
-def _all_fields(entry: Entry, keys: Iterable[str]) -> dict[str, Entry]:
+def _all_fields(
+    entry: Entry, keys: Iterable[str], needed: Iterable[str] | None = None
+) -> dict[str, Entry]:
     fields = entry.fields(keys)
-    missing = [key for key in keys if key not in fields]
+    missing = [key for key in needed or keys if key not in fields]
     if missing:
         raise entry.error(f'{entry.name or "this file"} has no {missing[0]}; add it')
     return fields
@@ -200,8 +234,9 @@ def _all_fields(entry: Entry, keys: Iterable[str]) -> dict[str, Entry]:
 
 def _written(camera: Camera) -> dict[str, object]:
     lens, pose = camera.lens, camera.pose
-    return {
+    written: dict[str, object] = {
         'name': camera.name,
+        'source': camera.source,
         'lens': {
             'size': list(lens.size),
             'focal': list(lens.focal),
@@ -209,9 +244,11 @@ def _written(camera: Camera) -> dict[str, object]:
             'distortion': list(lens.distortion),
             'error': lens.error,
         },
-        'pose': {
+    }
+    if pose:
+        written['pose'] = {
             'position': list(pose.position),
             'rotation': list(pose.rotation),
             'error': pose.error,
-        },
-    }
+        }
+    return written

@@ -8,7 +8,7 @@ import numpy as np
 
 from setcmas_expe.camera.camera_file import Camera, RobotTags
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import needs
+from setcmas_simu.errors import SetcmasError, needs
 
 with needs('camera'):
     import cv2
@@ -21,7 +21,17 @@ class FloorProjection:
     """Maps points above the floor to pixels, and pixels back to a plane of known height."""
 
     def __init__(self, camera: Camera) -> None:
+        """Take a calibrated camera.
+
+        Raises:
+            SetcmasError: Its pose is unknown.
+        """
+        if camera.pose is None:
+            raise SetcmasError(
+                f"camera '{camera.name}' has no pose: run setcmas camera with --calibrate floor"
+            )
         self.camera = camera
+        self.error = camera.pose.error
         self._rotation = np.array(camera.pose.rotation)
         self._to_camera = np.asarray(cv2.Rodrigues(self._rotation)[0], float)
         self._centre = np.array(camera.pose.position)
@@ -83,8 +93,8 @@ def expected_accuracy(
     ends = projection.pixels(point + steps)
     jacobian = np.column_stack([ends[0] - ends[1], ends[2] - ends[3]]) / tags.size
     per_metre = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
-    lens, pose = projection.camera.lens, projection.camera.pose
+    lens = projection.camera.lens
     mean_of_corners = CORNER_ERROR_PX / 2  # four corners
-    position = np.hypot(np.hypot(mean_of_corners, lens.error) / per_metre, pose.error)
+    position = np.hypot(np.hypot(mean_of_corners, lens.error) / per_metre, projection.error)
     heading = CORNER_ERROR_PX / (np.sqrt(2.0) * per_metre * tags.size)
     return Accuracy(float(position), float(heading), per_metre * tags.size)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
@@ -15,7 +16,9 @@ from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_ther
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import Options, flag, take_values
+from setcmas_simu.options.group import Options, flag, option, take_values
+from setcmas_simu.options.kinds import PathTo
+from setcmas_simu.robots.arena import Arena
 from setcmas_simu.table import Table
 
 if TYPE_CHECKING:
@@ -31,6 +34,9 @@ class DoctorOptions(Options):
     nudge: bool = flag(
         'nudge each robot without asking: 5 cm forward and back, and a small turn; clear the way '
         'first'
+    )
+    camera: Path | None = option(
+        PathTo(metavar='FILE'), 'camera file: check its cameras', default=None
     )
 
 
@@ -93,14 +99,16 @@ def main(argv: list[str] | None = None) -> int:
     take_values(parser)
     args = parser.parse_args(argv[:cut])
     try:
-        return _examine(LabOptions.of(args), DoctorOptions.of(args).nudge, argv[cut:])
+        return _examine(LabOptions.of(args), DoctorOptions.of(args), argv[cut:])
     except SetcmasError as error:
         print(f'setcmas doctor: {error}', file=sys.stderr)
         return 2
 
 
-def _examine(options: LabOptions, nudge: bool, ros_arguments: list[str]) -> int:
-    lab = options.chosen() if nudge or options.changed() else None
+def _examine(options: LabOptions, doctor: DoctorOptions, ros_arguments: list[str]) -> int:
+    if doctor.camera:
+        return _examine_cameras(doctor.camera, options.chosen().arena)
+    lab = options.chosen() if doctor.nudge or options.changed() else None
     has_ros = ros_is_there()
     if lab and has_ros:
         lab.mocap.source.message_class()
@@ -110,7 +118,19 @@ def _examine(options: LabOptions, nudge: bool, ros_arguments: list[str]) -> int:
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and has_ros:
         name = str(options.lab or 'the default lab')
-        findings += _examine_lab(lab, name, nudge, ros_arguments)
+        findings += _examine_lab(lab, name, doctor.nudge, ros_arguments)
+    return _conclude(findings)
+
+
+def _examine_cameras(file: Path, arena: Arena) -> int:
+    from setcmas_expe.doctor.camera_checks import camera_findings  # it needs OpenCV
+
+    findings = camera_findings(file, arena)
+    print(f'cameras of {file}\n{table(findings)}', flush=True)
+    return _conclude(findings)
+
+
+def _conclude(findings: list[Finding]) -> int:
     if advice := advice_lines(findings):
         print('\nwhat to do\n' + '\n'.join(advice))
     print(f'\n{verdict(findings)}')

@@ -46,8 +46,10 @@ Faults = Mapping[tuple[str, int], float]
 """When in s the faults began that last, by kind and index of the robot."""
 
 
-def camera_over(arena: Arena) -> CameraFile:
+def cameras_over(arena: Arena, tilt: float = 0.0) -> CameraFile:
     """Return the cameras of an emulated lab: as few, and as low, as see the whole arena.
+
+    They look down, but for a tilt in rad.
 
     Raises:
         SetcmasError: The arena is too large for four cameras.
@@ -73,13 +75,14 @@ def camera_over(arena: Arena) -> CameraFile:
     cameras = tuple(
         Camera(
             f'camera{number}',
+            'emulated',
             _LENS,
-            CameraPose((float(x), float(y), height), (math.pi, 0.0, 0.0), _ERROR_M),
+            CameraPose((float(x), float(y), height), (math.pi + tilt, 0.0, 0.0), _ERROR_M),
         )
         for number, (x, y) in enumerate(middles, 1)
     )
     floor_tags = dict(enumerate(places, FIRST_FLOOR_TAG))
-    return CameraFile(RobotTags(_TAG_SIZE, TAG_HEIGHT), floor_tags, cameras)
+    return CameraFile(RobotTags(_TAG_SIZE, TAG_HEIGHT), cameras, floor_tags)
 
 
 class EmulatedCamera:
@@ -91,7 +94,8 @@ class EmulatedCamera:
         Raises:
             SetcmasError: The arena is too large, or OpenCV is not installed.
         """
-        self.file = camera_over(arena)
+        self.file = cameras_over(arena)
+        self._arena = arena
         self._nb_robots = nb_robots
         self._seed = seed
         self._renderers = self._put_up(bumped=False)
@@ -149,7 +153,7 @@ class EmulatedCamera:
         )
 
     def _put_up(self, bumped: bool) -> list[PictureRenderer]:
-        cameras = [_turned(one) if bumped else one for one in self.file.cameras]
+        cameras = cameras_over(self._arena, _BUMP if bumped else 0.0).cameras
         return [
             PictureRenderer(FloorProjection(one), self.file, PictureQuality(), self._seed + index)
             for index, one in enumerate(cameras)
@@ -167,11 +171,6 @@ class EmulatedCamera:
             poses = self._poses.look(camera.name, now, picture)
             found |= {robot: (now, robot - 1, *pose) for robot, pose in poses.items()}
         return list(found.values())
-
-
-def _turned(camera: Camera) -> Camera:
-    rx, ry, rz = camera.pose.rotation
-    return replace(camera, pose=replace(camera.pose, rotation=(rx + _BUMP, ry, rz)))
 
 
 def _with_velocities(

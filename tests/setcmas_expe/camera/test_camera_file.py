@@ -1,9 +1,11 @@
 """Camera files: written and read back, and mistakes with their lines."""
 
+from dataclasses import replace
+
 import pytest
 from camera_scene import camera, scene
 
-from setcmas_expe.camera.camera_file import load_cameras, write_cameras
+from setcmas_expe.camera.camera_file import CameraFile, RobotTags, load_cameras, write_cameras
 from setcmas_simu.errors import SetcmasError
 
 
@@ -52,6 +54,19 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(SetcmasError, match='line 1: tags has no height; add it'):
         load_cameras(path)
 
-    path.write_text('tags: {size: 0.12, height: 0.2}\nfloor_tags: {}\ncameras: []\n')
-    with pytest.raises(SetcmasError, match='at least one camera'):
+    path.write_text('tags: {size: 0.12, height: 0.2}\n')
+    with pytest.raises(SetcmasError, match='has no cameras; add it'):
+        load_cameras(path)
+
+
+def test_a_file_may_wait_for_its_calibration(tmp_path):
+    path = tmp_path / 'camera.yaml'
+    begun = CameraFile(
+        RobotTags(0.12, 0.2), (replace(camera(), pose=None),), {}, {(501, 502): 3.0}
+    )
+    write_cameras(begun, path)
+
+    assert load_cameras(path) == begun
+    path.write_text(path.read_text().replace('501-502', '501'))
+    with pytest.raises(SetcmasError, match=r'floor_distances is .* two tags to their distance'):
         load_cameras(path)

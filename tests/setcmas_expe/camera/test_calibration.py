@@ -1,0 +1,133 @@
+"""Lens from rendered views of the board, pose from rendered floor tags, places from distances."""
+
+import math
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, renderer, scene
+
+from setcmas_expe.camera.calibration import LensViews, floor_pose, places_from_distances
+from setcmas_expe.camera.tag_detection import TagDetector
+from setcmas_expe.camera.tag_sheets import board
+from setcmas_simu.errors import SetcmasError
+
+TRUTH = camera().lens
+PX_PER_M = 3000
+FIVE = FLOOR_TAGS | {505: (0.1, 0.45)}
+
+
+class BoardPictures:
+    """Renders the board as the camera would see it at a place and a tilt."""
+
+    def __init__(self):
+        # Three times finer than the pixels, whose centres have whole coordinates.
+        across, down = ((np.arange(3 * side) - 1) / 3 for side in TRUTH.size)
+        grid = np.stack(np.meshgrid(across, down), axis=-1)
+        pixels = grid.reshape(-1, 1, 2).astype(np.float32)
+        rays = cv2.undistortPoints(pixels, TRUTH.matrix, np.array(DISTORTION)).reshape(-1, 2)
+        self.rays = np.column_stack([rays, np.ones(len(rays))])
+        across, down = board().getChessboardSize()
+        self.size = np.array([across, down]) * board().getSquareLength()
+        picture = board().generateImage(tuple(round(PX_PER_M * side) for side in self.size))
+        self.texture = np.where(picture > 0, 220, 30).astype(np.uint8)
+        self.rng = np.random.default_rng(1)
+
+    def picture(self, x, y, z, turn):
+        """Return a picture of the board with its middle at x, y, z in m before the camera."""
+        rotation = cv2.Rodrigues(np.array(turn, float))[0]
+        normal, middle = rotation[:, 2], np.array([x, y, z])
+        along = (normal @ middle) / (self.rays @ normal)
+        places = (along[:, None] * self.rays - middle) @ rotation[:, :2] + self.size / 2
+        at = (PX_PER_M * places - 0.5).astype(np.float32)
+        at = at.reshape(3 * TRUTH.size[1], 3 * TRUTH.size[0], 2)
+        seen = cv2.remap(self.texture, at, None, cv2.INTER_LINEAR, borderValue=120)
+        seen = cv2.resize(seen, TRUTH.size, interpolation=cv2.INTER_AREA)
+        return np.clip(seen + self.rng.normal(0, 3, seen.shape), 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope='module')
+def pictures():
+    return BoardPictures()
+
+
+@pytest.mark.nightly
+def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(pictures):
+    views = LensViews()
+    middle = pictures.picture(0, 0, 0.6, (0, 0, 0))
+    assert views.add(middle)
+    assert not views.add(middle)  # nothing new
+    assert not views.add(np.full_like(middle, 100))
+    assert 'hold the board at the left of the picture' in views.missing()
+    with pytest.raises(SetcmasError, match='in 1 places: hold the board at the left'):
+        views.lens()
+
+    tilts = [(0.5, 0, 0), (0, 0.5, 0), (-0.5, 0, 0), (0, -0.5, 0), (0, 0, 0)]
+    places = [(x, y) for x in (-0.28, 0.0, 0.28) for y in (-0.13, 0.02, 0.15)]
+    for number, (x, y) in enumerate(places * 2):
+        z = 0.6 if number < len(places) else 0.75
+        views.add(pictures.picture(x, y, z, tilts[number % 5]))
+
+    assert views.missing() == []
+    lens = views.lens()
+    assert lens.error < 0.2
+    assert lens.size == TRUTH.size
+    assert lens.focal == pytest.approx(TRUTH.focal, rel=0.005)
+    assert lens.centre == pytest.approx(TRUTH.centre, abs=5.0)
+
+
+def floor_corners(file):
+    return TagDetector().corners(renderer(file).picture([]))[0]
+
+
+def test_a_camera_finds_its_pose_from_floor_tags():
+    truth = camera()
+    found = floor_pose(replace(truth, pose=None), FLOOR_TAGS, floor_corners(scene()))
+
+    assert found.position == pytest.approx(truth.pose.position, abs=0.01)
+    assert found.rotation == pytest.approx(truth.pose.rotation, abs=0.01)
+    assert found.error < 0.002
+
+
+def test_a_floor_tag_in_a_wrong_place_is_named():
+    file = replace(scene(), floor_tags=FIVE)
+    wrong = FIVE | {502: (0.9, -0.5)}
+
+    with pytest.raises(SetcmasError, match='floor tag 502 is not where the file says'):
+        floor_pose(camera(), wrong, floor_corners(file))
+    with pytest.raises(SetcmasError, match='501, 502, 503, 504 do not fit the picture'):
+        floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(scene()))
+
+
+def test_three_floor_tags_are_too_few():
+    few = {tag: FLOOR_TAGS[tag] for tag in (501, 502, 503)}
+
+    with pytest.raises(SetcmasError, match="camera 'left' sees 3 of the floor tags 501, 502, 503"):
+        floor_pose(camera(), few, floor_corners(scene()))
+
+
+def distances(places):
+    return {(a, b): math.dist(places[a], places[b]) for a, b in combinations(places, 2)}
+
+
+def test_places_follow_from_distances():
+    places = {501: (0, 0), 502: (4.0, 0), 503: (4.1, 3.0), 504: (0.2, 2.9), 505: (2, -0.5)}
+    found = places_from_distances(distances(places))
+
+    assert found.keys() == places.keys()
+    for tag, place in places.items():
+        assert found[tag] == pytest.approx(place, abs=1e-6)
+
+
+def test_contradicting_distances_are_named():
+    places = {501: (0, 0), 502: (4.0, 0), 503: (4.0, 3.0), 504: (0, 3.0)}
+    wrong = distances(places) | {(502, 504): 5.2}
+
+    with pytest.raises(SetcmasError, match=r'the distances contradict each other, 50.-50. most'):
+        places_from_distances(wrong)
+
+
+def test_missing_distances_are_named():
+    with pytest.raises(SetcmasError, match='the distance 501-503 is missing'):
+        places_from_distances({(501, 502): 4.0, (502, 503): 3.0})

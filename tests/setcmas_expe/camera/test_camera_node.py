@@ -1,0 +1,84 @@
+"""The camera node over DDS: poses from a folder and from a topic, a bumped camera."""
+
+import sys
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip('rclpy')
+from camera_scene import camera, cv2, renderer, scene
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import Image
+
+from setcmas_expe.camera.camera_file import write_cameras
+from setcmas_expe.camera.picture_rendering import PlacedTag
+from setcmas_simu.ros import qos
+
+NODE = [sys.executable, '-m', 'setcmas_expe.camera.camera_node']
+ROBOTS = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(7, 0.4, 0.0, 2.0)]
+
+
+def camera_file(tmp_path, source):
+    path = tmp_path / 'camera.yaml'
+    write_cameras(scene(replace(camera(), source=str(source))), path)
+    return str(path)
+
+
+def test_poses_of_a_folder_of_pictures(start, peer, tmp_path):
+    folder = tmp_path / 'pictures'
+    folder.mkdir()
+    pictures = renderer(scene())
+    for number in range(20):
+        cv2.imwrite(str(folder / f'{number:03}.png'), pictures.picture(ROBOTS))
+    poses = peer.listen(PoseStamped, '/camera/tb3_7/pose', qos.SENSOR)
+    node = start(*NODE, camera_file(tmp_path, folder))
+    peer.wait_for(lambda: len(poses) > 5)
+
+    place = poses[-1].pose.position
+    assert (place.x, place.y, place.z) == pytest.approx((0.4, 0.0, 0.2), abs=0.01)
+    assert node.wait() == 0
+
+
+def test_poses_of_a_topic_until_the_camera_is_bumped(start, peer, tmp_path):
+    node = start(*NODE, camera_file(tmp_path, '/image_raw'))
+    poses = peer.listen(PoseStamped, '/camera/tb3_1/pose', qos.SENSOR)
+    images = peer.publisher(Image, '/image_raw', qos=qos.SENSOR)
+    right, bumped = (renderer(one).picture(ROBOTS) for one in (scene(), scene(camera(x=0.05))))
+
+    def send(picture):
+        height, width = picture.shape
+        image = Image(height=height, width=width, encoding='mono8', step=width)
+        image.data = picture.tobytes()
+        image.header.stamp = peer.node.get_clock().now().to_msg()
+        images.publish(image)
+        return image.header.stamp
+
+    stamps = []
+
+    def is_seen():
+        stamps.append(send(right))
+        return len(poses) > 3
+
+    peer.wait_for(is_seen)
+    assert poses[-1].header.stamp in stamps
+
+    def is_reported():
+        send(bumped)
+        return 'camera left was moved: floor tag' in node.output()
+
+    peer.wait_for(is_reported)
+    seen = len(poses)
+    for _ in range(5):
+        send(right)
+    peer.wait_for(lambda: 'no poses: camera left was moved' in node.output())
+    assert len(poses) == seen
+    assert node.end() == 0
+
+
+def test_a_camera_without_pose_is_refused(start, tmp_path):
+    path = tmp_path / 'camera.yaml'
+    write_cameras(scene(replace(camera(), pose=None)), path)
+    node = start(*NODE, str(path))
+
+    assert node.wait() == 2
+    assert "camera 'left' has no pose: run setcmas camera" in node.output()

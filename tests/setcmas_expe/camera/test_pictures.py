@@ -1,0 +1,86 @@
+"""Pictures from folders, videos and messages; sources that are none."""
+
+import time
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from camera_scene import camera, cv2, renderer, scene
+
+from setcmas_expe.camera.pictures import FOLDER_HZ, NewestPicture, decoded, open_source
+from setcmas_simu.errors import SetcmasError
+
+PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+
+
+def message(encoding, picture, padding=0):
+    rows = np.pad(picture.reshape(2, -1), ((0, 0), (0, padding)))
+    size = {'height': 2, 'width': 3, 'step': rows.shape[1]}
+    return SimpleNamespace(encoding=encoding, data=rows.tobytes(), **size)
+
+
+@pytest.mark.parametrize('padding', [0, 5])
+def test_images_are_decoded(padding):
+    assert (decoded(message('bgr8', PICTURE, padding)) == PICTURE).all()
+    assert (decoded(message('mono8', PICTURE[:, :, 0], padding)) == PICTURE[:, :, 0]).all()
+    with pytest.raises(SetcmasError, match="the encoding 'bayer'; it must be one of mono8"):
+        decoded(message('bayer', PICTURE))
+
+
+def test_compressed_images_are_decoded():
+    data = cv2.imencode('.png', PICTURE)[1].tobytes()
+    assert (decoded(SimpleNamespace(format='png', data=data)) == PICTURE).all()
+    with pytest.raises(SetcmasError, match='cannot be read: jpeg'):
+        decoded(SimpleNamespace(format='jpeg', data=b'no picture'))
+
+
+def test_a_folder_is_read_in_order_at_its_rate(tmp_path):
+    for number in range(3):
+        cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
+    source = open_source(str(tmp_path), None)
+    shots = [source.read() for _ in range(3)]
+
+    assert [int(picture.max()) for _, picture in shots] == [0, 1, 2]
+    assert np.diff([t for t, _ in shots]) == pytest.approx([1 / FOLDER_HZ] * 2, abs=1e-5)
+    assert source.read() is None
+
+
+def test_a_video_is_read_at_its_rate(tmp_path):
+    path = tmp_path / 'film.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 25.0, (64, 48))
+    for _ in range(3):
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    source = open_source(str(path), None)
+    shots = [source.read() for _ in range(3)]
+
+    assert np.diff([t for t, _ in shots]) == pytest.approx([0.04] * 2, abs=1e-5)
+    assert source.read() is None
+
+
+@pytest.mark.parametrize(
+    ('source', 'reason'),
+    [
+        ('99', "camera '99' cannot be opened"),
+        ('nowhere', "'nowhere' is no source of pictures"),
+        ('/camera/image_raw', 'is no source of pictures'),
+        ('.', 'has no pictures'),
+    ],
+)
+def test_what_is_no_source_is_refused(source, reason, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SetcmasError, match=reason):
+        open_source(source, None)
+
+
+def test_pictures_of_another_size_are_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / '1.png'), renderer(scene()).picture([]))
+    lens = replace(camera().lens, size=(640, 480))
+    newest = NewestPicture(replace(camera(), lens=lens), open_source(str(tmp_path), None))
+
+    while not newest.ended:
+        time.sleep(0.01)
+
+    with pytest.raises(SetcmasError, match='pictures of 960 x 600 px; its lens was calibrated'):
+        newest.take()
