@@ -218,7 +218,7 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     player = Player(
         process, cursor, publishers, options.rate, _tick(conflict, clock, bag.start_ns)
     )
-    _settle(process, [*publishers.values(), *filter(None, [clock])])
+    _settle(process, [*publishers.values(), *([clock] if clock else [])])
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
     reason = player.play()
