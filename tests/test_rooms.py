@@ -81,6 +81,7 @@ MAY_IMPORT_ROS = [
 
 SCENARIOS = [
     'launch_scripts.commands.test_agreement',
+    'launch_scripts.commands.test_site_page',
     'launch_scripts.test_packages',
     'setcmas_ctrl.controller.test_experiment',
     'setcmas_ctrl.controller.test_failures',

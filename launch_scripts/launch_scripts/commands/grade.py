@@ -190,7 +190,7 @@ def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
 
 
 class WrittenFiles:
-    """Digests of the files in a folder of grades, by which it notices changes by people."""
+    """Digests of the files that setcmas wrote, which show those that people have changed."""
 
     def __init__(self, folder: Path) -> None:
         """Read the record of the folder; without one, all its files are a person's."""

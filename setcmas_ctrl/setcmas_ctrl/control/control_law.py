@@ -140,7 +140,8 @@ class ControlLaw:
         if t > start:
             self._doubts = None
             period = max(round(t - start, 3), 0.001)  # over ROS calls are not evenly spaced
-            for doubt in doubts(Conditions(starts, network.adjacency(), period, inf)):
+            found = doubts(Conditions(starts, network.adjacency(), period, inf)) or ()
+            for doubt in [found] if isinstance(found, str) else found:
                 print(f'{self.path.stem}: {doubt}')
 
     @property

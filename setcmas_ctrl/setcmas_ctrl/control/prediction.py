@@ -215,4 +215,4 @@ such as 'consensus.convergence_rate_1_s'."""
 
 Predict = Callable[[Conditions], Prediction]
 
-Doubts = Callable[[Conditions], Iterable[str]]
+Doubts = Callable[[Conditions], Iterable[str] | str | None]

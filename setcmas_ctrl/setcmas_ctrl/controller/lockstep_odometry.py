@@ -42,6 +42,8 @@ class LockstepOdometry(FleetOdometry):
         self._received[indices] = self.now
         for index, row in zip(indices.tolist(), rows[:, 1:].tolist(), strict=True):
             form = self.states.forms.get(self.topic_of(index + 1))
-            odometry = form.at(states.stamp, row) if form and self._listeners[index] else b''
-            for listener in self._listeners[index] if odometry else ():
-                listener(State(tuple(self.poses[:, index].tolist()), row[4], odometry))
+            if form and self._listeners[index]:
+                pose = tuple(self.poses[:, index].tolist())
+                state = State(pose, row[4], form.at(states.stamp, row))
+                for listener in self._listeners[index]:
+                    listener(state)

@@ -193,20 +193,27 @@ class UnreadCommands:
     def look(self) -> None:
         """Warn once of senders that were there at the last look, too: some change their type."""
         types = dict(self._node.get_topic_names_and_types())
-        heard = participants(self._node, topics.LOCKSTEP) if self._in_lockstep else None
+        answering = participants(self._node, topics.LOCKSTEP) if self._in_lockstep else set()
         found = {
             topic: sender
             for topic in self._topics
-            if heard is not None or len(types.get(topic, ())) > 1
+            if self._in_lockstep or len(types.get(topic, ())) > 1
             for sender in publishers(self._node, topic)
-            if (sender.kind != self._kind if heard is None else sender.participant not in heard)
-            and sender.node != topics.ZERO_COMMANDER_NODE
+            if self._has_no_effect(sender, answering)
         }
         stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
         self._suspects = {sender.gid for sender in found.values()}
         if new := [topic for topic in stay if topic not in self._reported]:
             self._reported |= set(new)
             self._node.get_logger().warning(self._described(new, found[new[0]]))
+
+    def _has_no_effect(self, sender: Endpoint, answering: set[bytes]) -> bool:
+        """Return whether robots ignore a sender; in lockstep they follow those that answer."""
+        if sender.node == topics.ZERO_COMMANDER_NODE:
+            return False
+        if self._in_lockstep:
+            return sender.participant not in answering
+        return sender.kind != self._kind
 
     def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
         topic = self._node.full_name(unread[0])

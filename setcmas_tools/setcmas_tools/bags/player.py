@@ -214,9 +214,11 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
         topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
         for topic, kind in classes.items()
     }
-    on_tick = _tick(node, conflict, bag.start_ns if options.clock else None)
-    player = Player(process, cursor, publishers, options.rate, on_tick)
-    _settle(process, publishers.values())
+    clock = node.create_publisher(Clock, topics.CLOCK, qos.CLOCK) if options.clock else None
+    player = Player(
+        process, cursor, publishers, options.rate, _tick(conflict, clock, bag.start_ns)
+    )
+    _settle(process, [*publishers.values(), *([clock] if clock else [])])
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
     reason = player.play()
@@ -257,20 +259,21 @@ def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
         time.sleep(0.02)
 
 
-def _tick(node: Node, conflict: RobotConflict, from_ns: int | None) -> Callable[[float], str]:
+def _tick(
+    conflict: RobotConflict, clock: Publisher | None, from_ns: int
+) -> Callable[[float], str]:
     """Return the function that publishes the clock and looks for robots that appear.
 
     Args:
-        node: Publishes the clock.
         conflict: Finds the robots.
-        from_ns: Time of the bag's start in ns; None to publish no clock.
+        clock: Publishes the clock; None to publish none.
+        from_ns: Time of the bag's start in ns.
     """
-    clock = None if from_ns is None else node.create_publisher(Clock, topics.CLOCK, qos.CLOCK)
     next_look = time.monotonic() + _LOOK_S
 
     def tick(at: float) -> str:
         nonlocal next_look
-        if clock and from_ns is not None:
+        if clock:
             seconds, nanoseconds = divmod(from_ns + round(at * 1e9), 10**9)
             clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
         if time.monotonic() < next_look:

@@ -137,7 +137,7 @@ def resets(track: FleetTable) -> NDArray[np.bool_]:
     """Return whether a robot was reset between two of its rows, shape (rows - 1,).
 
     Odometry without speeds shows none: it has no limit to compare with. Tables have forward speeds
-    only, so robots that drive sideways have the speed of nine tenths of their steps as a limit.
+    only: the limit of robots that drive sideways is the speed of the fastest tenth of their steps.
     """
     speeds = np.abs(track.v[np.isfinite(track.v)])
     seconds = np.diff(track.t)

@@ -198,6 +198,17 @@ def test_robot_1_prints_doubts_once_when_the_period_is_known(tmp_path, capsys):
     assert printed == ['', '', 'law: 0.2 s, 2 links\nlaw: once\n', '', '', '', '', '']
 
 
+@pytest.mark.parametrize(('returned', 'printed'), [('None', ''), ("'K'", 'law: K\n')])
+def test_doubts_may_be_one_text_or_none(tmp_path, capsys, returned, printed):
+    path = tmp_path / 'law.py'
+    path.write_text(f'{DOUBTS.partition("    yield")[0]}    return {returned}\n')
+    one = ControlLaw(path, 1, 2)
+    for t in (0.0, 0.2):
+        one(POSES, t)
+
+    assert capsys.readouterr().out == printed
+
+
 def test_doubts_that_fail_are_an_error_of_the_script(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text(DOUBTS.replace("'once'", '1 / 0'))

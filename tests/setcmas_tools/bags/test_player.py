@@ -56,7 +56,7 @@ def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, reco
     odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
     clock = peer.listen(Clock, '/clock', qos.CLOCK)
     player = start(*PLAYER, str(recording), '--rate', '10', '--clock')
-    peer.wait_for(lambda: len(odometry) == NB_MESSAGES)
+    peer.wait_for(lambda: clock and len(odometry) == NB_MESSAGES)
     assert peer.node.count_publishers('/tb3_1/cmd_vel') == 0
 
     assert player.wait() == 0

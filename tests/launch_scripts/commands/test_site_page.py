@@ -1,0 +1,339 @@
+"""The page of `setcmas site`, in Chromium with Pyodide."""
+
+import hashlib
+import shutil
+import zipfile
+
+import pytest
+from browser import open_browser, wait_for
+from page_of_laws import LAW, RUBRIC, SCENARIO, Page
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select
+from served_folder import served
+
+from launch_scripts.commands.site import site
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.run.run import Run
+
+
+@pytest.fixture(scope='module')
+def chromium(tmp_path_factory):
+    """The page, served with Pyodide, and an exercise and a scenario of its own."""
+    if not shutil.which('chromium'):
+        pytest.skip('chromium is missing')
+    from pyodide_folder import pyodide_folder
+
+    folder = tmp_path_factory.mktemp('site')
+    (folder / 'lab.yaml').write_text(RUBRIC)
+    (folder / 'law.py').write_text(LAW)
+    (folder / 'square.yaml').write_text(SCENARIO)
+    downloads = folder / 'downloads'
+    for path, content in site(
+        ['consensus', 'nav_wp', str(folder / 'lab.yaml')],
+        [folder / 'square.yaml'],
+        str(pyodide_folder()),
+    ).items():
+        (folder / 'web' / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / 'web' / path).write_bytes(content)
+    asked = []
+    with served(folder / 'web', asked) as address, open_browser(1400, 950) as browser:
+        allow = {'behavior': 'allow', 'downloadPath': str(downloads)}
+        browser.execute_cdp_cmd('Browser.setDownloadBehavior', allow)
+        yield Page(browser, address, downloads, asked)
+
+
+@pytest.fixture
+def page(chromium):
+    return chromium.clean()
+
+
+@pytest.mark.nightly
+def test_a_law_with_an_error_is_marked_and_mended(page):
+    page.write(LAW.replace('poses[1', 'pose[1'))
+    page.run()
+
+    assert "name 'pose' is not defined" in page.text('#failures')
+    assert page.text('.cm-line.mistake') == '    y = -K * pose[1, robotNo - 1]'
+    assert page.text('#run-outcome') != 'complete'
+
+    page.write(LAW)
+    page.run()
+    assert page.text('#run-title') == 'my_consensus, 8 robots'
+    assert page.text('#run-outcome') == 'complete'
+    assert page.browser.find_elements(By.CSS_SELECTOR, '.mistake, #failures > *') == []
+    assert 'least separation' in page.text('#metrics')
+    assert 'hello <b>bold</b>' in page.text('#printed')
+    assert page.browser.find_elements(By.CSS_SELECTOR, '#printed b') == []
+
+
+@pytest.mark.nightly
+def test_a_script_that_does_not_load_is_marked(page):
+    page.write('x = 1\ny = =\n')
+    page.run()
+
+    assert 'SyntaxError' in page.text('#problem')
+    assert page.text('.cm-line.mistake') == 'y = ='
+
+
+@pytest.mark.nightly
+def test_the_run_is_played_and_scrubbed(page):
+    page.write(LAW)
+    page.set('nb_robots', '3')
+    page.set('duration', '10')
+    page.find('#set').send_keys('K=0.1')
+    page.run()
+    page.script(
+        """const bar = document.getElementById('bar');
+        bar.value = 5;
+        bar.dispatchEvent(new Event('input'));"""
+    )
+
+    assert page.text('#now') == 't = 5.0 s'
+    assert page.script('return page.robots.length') == 3
+    moved = page.script('return Math.hypot(page.robots[0].x[50], page.robots[0].y[50])')
+    page.script("document.getElementById('set').value = 'K=2'")
+    page.run()
+    assert page.script('return Math.hypot(page.robots[0].x[50], page.robots[0].y[50])') < moved
+    page.click('#do-plots')
+    page.wait()
+    assert page.script("return document.querySelectorAll('#plots img').length") > 1
+
+
+@pytest.mark.nightly
+def test_an_exercise_is_checked_with_points_and_a_hint(page):
+    law = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
+    Select(page.find('#source')).select_by_value('exercise:consensus')
+    page.write(law)
+    page.click('#do-check')
+    page.wait(120)
+
+    assert 'of 10 points' in page.text('.score')
+    assert 'as if K were 1, not 0.5' in page.text('#check-marks .note')
+    assert page.find('#check-marks img').get_attribute('src').startswith('data:image/png')
+
+
+@pytest.mark.nightly
+def test_a_rubric_shows_its_visible_part_only(page):
+    Select(page.find('#source')).select_by_value('rubric:lab')
+    page.write(ALGORITHMS.file('consensus').read_text())
+    page.click('#do-check')
+    page.wait(120)
+
+    assert page.text('.score') == '2 of 2 points', page.text('#problem')
+
+
+@pytest.mark.nightly
+def test_a_scenario_is_run(page):
+    page.open('#scenario=square')
+    assert page.editor() == LAW
+    assert page.find('#option-loss').get_attribute('value') == '0.5'
+    page.run()
+
+    assert page.script('return page.robots.length') == 4
+
+
+@pytest.mark.nightly
+def test_a_run_leaves_the_page_as_files(page, tmp_path):
+    page.write(LAW)
+    page.set('duration', '5')
+    page.run()
+    stem = page.find('#file-name').get_attribute('value').removesuffix('.py')
+    page.click('#save-law')
+    assert page.wait_for_download(f'{stem}.py').read_text() == LAW
+
+    page.click('#save-run')
+    page.wait()
+    zipfile.ZipFile(page.wait_for_download(f'{stem}_run.zip')).extractall(tmp_path)
+    assert Run.load(tmp_path / 'run').inputs[0].contents == [LAW.encode()]
+
+    page.script("document.getElementById('report-name').value = '<img src=x onerror=alert(1)>'")
+    page.click('#save-report')
+    page.wait(120)
+    html = page.wait_for_download(f'{stem}.html').read_text()
+    assert '&lt;img src=x onerror=alert(1)&gt;' in html
+    assert '<b>bold' not in html
+
+
+@pytest.mark.nightly
+def test_a_reload_keeps_text_and_settings(page):
+    page.write(LAW)
+    page.set('nb_robots', '5')
+    page.browser.refresh()
+    page.wait_until_begun()
+
+    assert page.editor() == LAW
+    assert page.find('#option-nb_robots').get_attribute('value') == '5'
+    assert [*page.script('return Object.keys(localStorage)')] == ['setcmas site /']
+
+
+def linked(page):
+    page.click('#copy-link')
+    wait_for(lambda: page.find('#link-text').get_attribute('value'))
+    return '#' + page.find('#link-text').get_attribute('value').partition('#')[2]
+
+
+@pytest.mark.nightly
+def test_a_link_brings_a_law_but_neither_runs_nor_replaces_unasked(page):
+    page.write(LAW + '# a stranger\n')
+    page.set('nb_robots', '6')
+    fragment = linked(page)
+    assert len(fragment) < 1000
+
+    page.clean().open(fragment)  # without own text
+    assert page.editor() == LAW + '# a stranger\n'
+    assert page.find('#option-nb_robots').get_attribute('value') == '6'
+    wait_for(lambda: page.find('#do-run').is_enabled())
+    assert 'empty' in page.find('#results').get_attribute('class')
+
+    page.write(LAW + '# mine\n')
+    page.open(fragment)
+    assert page.editor() == LAW + '# mine\n'
+    assert 'Replace your text' in page.text('#question-text')
+    page.click('#hold')
+    assert page.editor() == LAW + '# mine\n'
+    page.open(fragment).click('#replace')
+    assert page.editor() == LAW + '# a stranger\n'
+    assert page.script('return location.hash') == ''
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    'fragment', ['#code=x', '#code=', '#code=eJzLSM3JyQcABiwCFQ', '#law=nothing']
+)
+def test_a_damaged_link_is_refused(page, fragment):
+    page.open(fragment)
+
+    assert page.text('#problem')
+    assert 'def control' in page.editor()
+
+
+@pytest.mark.nightly
+def test_a_law_that_is_too_long_for_a_link_is_refused(page):
+    page.write(
+        LAW
+        + '\n'.join(
+            f'# {hashlib.sha256(bytes([k % 256, k // 256])).hexdigest()}' for k in range(400)
+        )
+    )
+    page.click('#copy-link')
+    wait_for(lambda: page.text('#problem'))
+
+    assert 'too long for a link' in page.text('#problem')
+
+
+@pytest.mark.nightly
+def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
+    page.write(LAW.replace('x =', 'while t > 1: pass\n    x ='))
+    page.click('#do-run')
+    wait_for(lambda: 'Running: t' in page.text('#status'))
+    page.click('#do-stop')
+    page.wait()
+    assert page.text('#problem') == ''
+
+    page.run()  # in a new worker; Python ends the call itself
+    assert 'control has not returned for 10 s' in page.text('#problem')
+    assert page.text('.cm-line.mistake').strip() == 'while t > 1: pass'
+    page.write(LAW)
+    page.run()
+    assert page.text('#run-outcome') == 'complete'
+
+
+@pytest.mark.nightly
+def test_a_call_that_never_comes_back_to_python_is_ended(page):
+    page.write('import time\n' + LAW.replace('x =', 'time.sleep(1000 * (t > 1))\n    x ='))
+    page.run()
+
+    assert 'has not answered for 15 s' in page.text('#problem')
+
+
+ATTACK = """
+import js
+
+def attempt(name, what):
+    try:
+        print(f'{name}: {what()}')
+    except BaseException as error:
+        print(f'{name}: refused')
+
+def request(method, address):
+    call = js.XMLHttpRequest.new()
+    call.open(method, address, False)
+    call.send()
+    return call.status
+
+SERVER = 'http://127.0.0.1:PORT/index.html?stolen='
+if __name__.endswith('_1'):
+    attempt('origin', lambda: js.self.origin)
+    attempt('document', lambda: js.document)
+    attempt('parent', lambda: js.self.parent.document)
+    attempt('localStorage', lambda: js.localStorage)
+    attempt('indexedDB', lambda: js.indexedDB.open('x'))
+    attempt('caches', lambda: js.caches.keys())
+    attempt('eval', lambda: js.eval('1 + 1'))
+    attempt('import', lambda: js.importScripts(SERVER + 'import'))
+    attempt('request', lambda: request('GET', SERVER + 'request'))
+    attempt('post', lambda: request('POST', SERVER + 'post'))
+    original = js.Object.getPrototypeOf(js.Object.getPrototypeOf(js.self)).fetch
+    attempt('fetch', lambda: original.call(js.self, SERVER + 'fetch') and 'begun')
+    attempt('socket', lambda: js.WebSocket.new(SERVER.replace('http', 'ws')) and 'begun')
+    attempt('events', lambda: js.EventSource.new(SERVER + 'events') and 'begun')
+    attempt('worker', lambda: js.Worker.new(SERVER + 'worker') and 'begun')
+    channel = js.BroadcastChannel.new('x')
+    attempt('channel', lambda: channel.postMessage('stolen') or 'begun')
+"""
+
+
+@pytest.mark.nightly
+def test_a_script_reaches_nothing_outside_its_worker(page):
+    port = page.address.rpartition(':')[2].partition('/')[0]
+    page.script(
+        """window.heard = [];
+        window.listening = new BroadcastChannel('x');
+        listening.onmessage = message => heard.push(message.data);"""
+    )
+    page.write(ATTACK.replace('PORT', port) + LAW)
+    page.run()
+    printed = [line.split(': ', 2)[1:] for line in page.text('#printed').splitlines()]
+    found = dict(one for one in printed if len(one) == 2)
+    page.script(
+        """fetch('index.html?own');  // after all attempts
+        new BroadcastChannel('x').postMessage('own');"""
+    )
+    wait_for(lambda: '/index.html?own' in page.asked and page.script('return heard.length'))
+
+    assert found.pop('origin') == 'null', page.text('#problem')
+    begun = {name for name in found if found[name] == 'begun'}  # but reaches nothing
+    assert begun >= {'fetch', 'socket', 'channel'}
+    found = {name: what for name, what in found.items() if name not in begun}
+    assert set(found.values()) == {'refused'}, found
+    assert len(found) + len(begun) == 14
+    assert [path for path in page.asked if 'stolen' in path] == []
+    assert page.script('return heard') == ['own']
+    assert page.text('#run-outcome') == 'complete'
+
+
+@pytest.mark.nightly
+def test_the_editor_can_be_left_by_keyboard(page):
+    wait_for(page.find('#do-run').is_enabled)
+    before = page.editor()
+    page.find('.cm-content').send_keys(Keys.TAB)
+    indented = page.editor()
+    page.find('.cm-content').send_keys(Keys.ESCAPE, Keys.TAB)
+
+    assert len(indented) == len(before) + 4
+    assert page.editor() == indented
+    assert page.script('return document.activeElement.id') == 'do-run'
+    assert page.find('.cm-content').get_attribute('aria-label') == 'Your script, in Python'
+
+
+@pytest.mark.nightly
+def test_it_fits_a_phone(page):
+    metrics = {'width': 390, 'height': 844, 'deviceScaleFactor': 2, 'mobile': True}
+    page.browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
+    try:
+        page.open().run()
+        assert page.script('return document.documentElement.scrollWidth') <= 390
+        assert page.find('#do-run').rect['height'] >= 38
+    finally:
+        page.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
