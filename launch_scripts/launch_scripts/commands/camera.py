@@ -123,7 +123,7 @@ def _calibrate_floor(path: Path) -> None:
                 seen[tag].append(corners)
         middle = {tag: np.median(corners, axis=0) for tag, corners in seen.items()}
         pose = floor_pose(camera, places, middle)
-        x, y, z = pose.position
+        x, y, z = (round(value, 2) + 0.0 for value in pose.position)  # never -0.00
         print(
             f'{camera.name}: at x = {x:.2f} m, y = {y:.2f} m, {z:.2f} m above the floor, '
             f'by {len(places.keys() & seen.keys())} tags, within {1e3 * pose.error:.1f} mm'

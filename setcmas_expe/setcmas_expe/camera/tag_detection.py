@@ -46,8 +46,7 @@ class TagDetector:
 
     def __init__(self) -> None:
         parameters = cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-        parameters.cornerRefinementWinSize = 3
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_CONTOUR
         parameters.adaptiveThreshWinSizeMin = parameters.adaptiveThreshWinSizeMax = 23
         self._detector = cv2.aruco.ArucoDetector(tag_family(), parameters)
 
@@ -64,7 +63,14 @@ class TagDetector:
         tags = [] if numbers is None else [int(number) for number in numbers.ravel()]
         twice = {tag for tag in tags if tags.count(tag) > 1}
         pairs = zip(tags, found, strict=True)
-        return {t: c.reshape(4, 2).astype(float) for t, c in pairs if t not in twice}, twice
+        return {tag: _outer(c.reshape(4, 2)) for tag, c in pairs if tag not in twice}, twice
+
+
+def _outer(corners: NDArray[np.float32]) -> Floats:
+    """Return the corners (4, 2) of a square from those of the centres of its outermost pixels."""
+    centre = corners.mean(axis=0, dtype=float)
+    side = np.sqrt(cv2.contourArea(corners))
+    return centre + (corners - centre) * (1 + 1 / side)
 
 
 def tag_family() -> cv2.aruco.Dictionary:

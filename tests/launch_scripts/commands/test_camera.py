@@ -36,7 +36,7 @@ def write(folder, **changes):
 def test_the_floor_is_calibrated_from_places(folder):
     result = run_here('camera', 'camera.yaml', '--calibrate', 'floor', cwd=folder)
     assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith('left: at x = 0.0')
+    assert result.stdout.startswith('left: at x = 0.00 m, y = 0.30 m, 2.00 m above')
 
     found = load_cameras(folder / 'camera.yaml').cameras[0].pose
     assert found.position == pytest.approx(camera().pose.position, abs=0.01)

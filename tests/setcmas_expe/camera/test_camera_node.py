@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip('rclpy')
 from camera_scene import camera, cv2, renderer, scene
 from geometry_msgs.msg import PoseStamped
+from rclpy.time import Time
 from sensor_msgs.msg import Image
 
 from setcmas_expe.camera.camera_file import write_cameras
@@ -51,7 +52,7 @@ def test_poses_of_a_topic_until_the_camera_is_bumped(start, peer, tmp_path):
         image.data = picture.tobytes()
         image.header.stamp = peer.node.get_clock().now().to_msg()
         images.publish(image)
-        return image.header.stamp
+        return 1e-9 * Time.from_msg(image.header.stamp).nanoseconds
 
     stamps = []
 
@@ -60,7 +61,8 @@ def test_poses_of_a_topic_until_the_camera_is_bumped(start, peer, tmp_path):
         return len(poses) > 3
 
     peer.wait_for(is_seen)
-    assert poses[-1].header.stamp in stamps
+    exposed = 1e-9 * Time.from_msg(poses[-1].header.stamp).nanoseconds
+    assert min(abs(exposed - stamp) for stamp in stamps) < 1e-6
 
     def is_reported():
         send(bumped)
