@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import ctypes
 import gc
 import os
 import signal
@@ -36,6 +37,7 @@ from setcmas_simu.ros.dds_setup import dds_setup
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT_S = 0.25
 _AT_TIMES_S = 0.02
+_LEAVES_S = 3
 
 
 SIMULATED_TIME = 'use_sim_time'
@@ -146,7 +148,8 @@ class RosProcess:
         self.stopping = False
         self.longest_end_s = 10
         """Seconds for the clean-up; after that the kernel kills the process."""
-        self.has_deadline = False
+        self.status = 1
+        """Exit status, if this process cannot leave ROS and must be ended."""
         self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait for the current callback."""
@@ -211,7 +214,6 @@ class RosProcess:
 
     def end_within(self, seconds: int) -> None:
         """Have the kernel kill this process after this time, in case DDS never returns."""
-        self.has_deadline = True
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(seconds)
 
@@ -241,16 +243,51 @@ def ros_process(
     finally:
         for signum in STOP_SIGNALS:
             signal.signal(signum, signal.SIG_IGN)
-        had_deadline = process.has_deadline
-        if not had_deadline:
-            process.end_within(process.longest_end_s)
-        process.executor.shutdown()
-        for node in list(_nodes):  # else this process stays in the graph for seconds
-            if node.context is rclpy.get_default_context():
-                node.destroy_node()
-        rclpy.try_shutdown()
-        if not had_deadline:
-            signal.alarm(0)
+        with _exit_after(_LEAVES_S, process.status):
+            process.executor.shutdown()
+            for node in list(_nodes):  # else this process stays in the graph for seconds
+                if node.context is rclpy.get_default_context():
+                    node.destroy_node()
+            rclpy.try_shutdown()
+
+
+class _TimerEvent(ctypes.Structure):
+    """The sigevent of timer_create(2), for a function that a thread calls."""
+
+    _fields_ = (
+        ('value', ctypes.c_void_p),
+        ('signal', ctypes.c_int),
+        ('notify', ctypes.c_int),
+        ('function', ctypes.c_void_p),
+        ('rest', ctypes.c_void_p * 8),
+    )
+
+
+_CALL_IN_THREAD = 2  # SIGEV_THREAD
+
+
+@contextlib.contextmanager
+def _exit_after(seconds: int, status: int) -> Iterator[None]:
+    """End this process with a status if the code inside takes longer.
+
+    Fast DDS 2.14 never returns from deleting a participant that is just hearing of another
+    process: DomainParticipantImpl::set_listener waits, with its mutex locked, for a callback that
+    needs this mutex. Python's lock is held meanwhile, so only a thread of C can act.
+    """
+    if sys.platform != 'linux':
+        yield
+        return
+    libc = ctypes.CDLL(None)
+    timer = ctypes.c_void_p()
+    function = ctypes.cast(libc._exit, ctypes.c_void_p)
+    event = _TimerEvent(value=status, notify=_CALL_IN_THREAD, function=function)
+    libc.timer_create(time.CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer))
+    interval_then_time = (ctypes.c_long * 4)(0, 0, seconds, 0)
+    libc.timer_settime(timer, 0, interval_then_time, None)
+    try:
+        yield
+    finally:
+        libc.timer_delete(timer)
 
 
 def node_main(
@@ -271,11 +308,19 @@ def node_main(
     gc.freeze()  # modules stay: collections need not visit them
     try:
         with ros_process(ros_arguments, launcher) as process:
-            return serve(process, args) or 0
+            try:
+                process.status = serve(process, args) or 0
+            except SetcmasError as error:
+                process.status = _reported(error, launcher)
+            return process.status
     except SetcmasError as error:
-        launcher.report(Mistake(str(error)))
-        print(f'{launcher.mistake}: {error}', file=sys.stderr, flush=True)
-        return 2
+        return _reported(error, launcher)
+
+
+def _reported(error: SetcmasError, launcher: Launcher) -> int:
+    launcher.report(Mistake(str(error)))
+    print(f'{launcher.mistake}: {error}', file=sys.stderr, flush=True)
+    return 2
 
 
 def end_process(status: int) -> NoReturn:
