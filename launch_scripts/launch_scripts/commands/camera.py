@@ -31,7 +31,7 @@ from launch_scripts.processes.node_commands import (
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
-    from setcmas_expe.camera.pictures import PictureSource, Shot
+    from setcmas_expe.camera.picture_sources import PictureSource, Shot
 
 _NB_PICTURES = 30
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2
@@ -78,7 +78,7 @@ def _calibrate_lens(path: Path, name: str, source: str) -> None:
         load_cameras,
         write_cameras,
     )
-    from setcmas_expe.camera.pictures import open_source
+    from setcmas_expe.camera.picture_sources import open_source
 
     empty = CameraFile(RobotTags(_TAG_SIZE, _TAG_HEIGHT))
     file = load_cameras(path) if path.exists() else empty
@@ -100,7 +100,7 @@ def _calibrate_floor(path: Path) -> None:
 
     from setcmas_expe.camera.calibration import floor_pose, places_from_distances
     from setcmas_expe.camera.camera_file import load_cameras, write_cameras
-    from setcmas_expe.camera.pictures import open_source
+    from setcmas_expe.camera.picture_sources import open_source
     from setcmas_expe.camera.tag_detection import TagDetector
 
     file = load_cameras(path)

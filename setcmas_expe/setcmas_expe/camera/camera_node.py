@@ -17,7 +17,7 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from setcmas_expe.camera.camera_file import CameraFile, load_cameras
 from setcmas_expe.camera.camera_poses import CameraPoses, Pose
-from setcmas_expe.camera.pictures import NewestPicture, Shot, decoded, open_source
+from setcmas_expe.camera.picture_sources import NewestPicture, Shot, decoded, open_source
 from setcmas_expe.camera.tag_sheets import FIRST_FLOOR_TAG
 from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_simu.errors import SetcmasError

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from setcmas_expe.camera.camera_file import Camera, CameraFile, load_cameras
 from setcmas_expe.camera.camera_poses import MOST_SHIFT_M
 from setcmas_expe.camera.floor_projection import Accuracy, FloorProjection, expected_accuracy
-from setcmas_expe.camera.pictures import open_source
+from setcmas_expe.camera.picture_sources import open_source
 from setcmas_expe.camera.tag_detection import Picture, TagDetector
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_simu.arrays import Floats

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from camera_scene import camera, cv2, renderer, scene
 
-from setcmas_expe.camera.pictures import FOLDER_HZ, NewestPicture, decoded, open_source
+from setcmas_expe.camera.picture_sources import FOLDER_HZ, NewestPicture, decoded, open_source
 from setcmas_simu.errors import SetcmasError
 
 PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
