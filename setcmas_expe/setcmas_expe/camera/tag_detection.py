@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -63,13 +64,15 @@ class TagDetector:
         tags = [] if numbers is None else [int(number) for number in numbers.ravel()]
         twice = {tag for tag in tags if tags.count(tag) > 1}
         pairs = zip(tags, found, strict=True)
-        return {tag: _outer(c.reshape(4, 2)) for tag, c in pairs if tag not in twice}, twice
+        return {
+            tag: _outer(c.reshape(4, 2).astype(float)) for tag, c in pairs if tag not in twice
+        }, twice
 
 
-def _outer(corners: NDArray[np.float32]) -> Floats:
+def _outer(corners: Floats) -> Floats:
     """Return the corners (4, 2) of a square from those of the centres of its outermost pixels."""
-    centre = corners.mean(axis=0, dtype=float)
-    side = np.sqrt(cv2.contourArea(corners))
+    centre: Floats = corners.mean(axis=0)
+    side = math.sqrt(cv2.contourArea(corners.astype(np.float32)))
     return centre + (corners - centre) * (1 + 1 / side)
 
 
