@@ -24,7 +24,17 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
-from fault_kinds import arena, guards, mocap, network, people, processes, rogues, scripts
+from fault_kinds import (
+    arena,
+    cameras,
+    guards,
+    mocap,
+    network,
+    people,
+    processes,
+    rogues,
+    scripts,
+)
 from fault_kinds.kind import Kind
 from fault_places import rehearsal
 from network_namespaces import NoNetworkError, in_a_process
@@ -44,7 +54,7 @@ STATUS = re.compile(r'RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY|\[lab\] robot \d
 
 KINDS: dict[str, Kind] = {
     name: kind
-    for room in (processes, scripts, mocap, arena, guards, people, rogues, network)
+    for room in (processes, scripts, mocap, cameras, arena, guards, people, rogues, network)
     for name, kind in room.KINDS.items()
 }
 

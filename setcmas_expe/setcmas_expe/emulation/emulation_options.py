@@ -74,7 +74,7 @@ def check_emulated_mocap(mocap: Mocap) -> None:
     """
     source = mocap.source
     standard = [message_type for message_type, _ in STANDARD.values()]
-    if not source.per_body or source.message_type not in standard:
+    if source.from_start or not source.per_body or source.message_type not in standard:
         raise SetcmasError(
             f'motion capture of an emulated lab must send a topic per body, one of '
             f'{", ".join(STANDARD)}; {mocap.preset} sends {source.message_type} on '

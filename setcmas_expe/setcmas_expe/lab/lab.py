@@ -46,11 +46,13 @@ class LabRobot:
         number: Its number in control laws, from 1.
         mocap_name: Name of its rigid body in the motion capture system.
         namespace: Namespace of the robot's own nodes, without a slash.
+        start: Measured start pose, x, y in m and heading in rad; None if it is not given.
     """
 
     number: int
     mocap_name: str
     namespace: str
+    start: tuple[float, float, float] | None = None
 
     @classmethod
     def numbered(cls, number: int) -> LabRobot:

@@ -34,6 +34,7 @@ _GROUPS = {
 _VALUES = ('robots', 'min_separation', 'obstacles', 'filter', 'limits', 'accel', 'cmd_vel_type')
 _KEYS = (*_GROUPS, *_VALUES)
 _ROBOT = ('number', 'mocap_name', 'namespace')
+_START = 'start'
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 """Keys of limits, and the largest plausible values indoors (m/s, rad/s, m/s, m)."""
 _TIMEOUT = Number(least=0.3, most=2.0, unit='s')  # commands come every 0.2 s
@@ -121,7 +122,7 @@ def _robots(
 
 
 def _robot(entry: Entry, source: sources.MocapSource) -> LabRobot:
-    fields = entry.fields(_ROBOT)
+    fields = entry.fields((*_ROBOT, _START))
     if 'number' not in fields:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
     number = Whole(1).of(fields['number'])
@@ -133,7 +134,14 @@ def _robot(entry: Entry, source: sources.MocapSource) -> LabRobot:
     ):
         if key in fields:
             names[key] = _checked(fields[key], accepts, expected)
-    return LabRobot(number, **names)
+    return LabRobot(number, **names, start=_start(fields[_START]) if _START in fields else None)
+
+
+def _start(entry: Entry) -> tuple[float, float, float]:
+    values = [float(Number(finite=True).of(item)) for item in entry.items()]
+    if len(values) != 3:
+        raise entry.mistake('x, y in m and the heading in rad, such as [0.5, -1.0, 1.57]')
+    return values[0], values[1], values[2]
 
 
 def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
@@ -159,7 +167,7 @@ def _mocap(fields: dict[str, Entry]) -> Mocap:
             raise fields['topic'].error(f'{fields["topic"].name}: {error}') from None
         source = replace(source, topic=topic)
     if 'type' in fields:
-        if not source.per_body:
+        if not source.per_body or source.makes_reader:
             raise fields['type'].mistake(f'left out: {name} has its own type')
         message_type, read = sources.STANDARD[OneOf(tuple(sources.STANDARD)).of(fields['type'])]
         source = replace(source, message_type=message_type, read=read)

@@ -95,13 +95,20 @@ class LabOptions(LabChoice):
         given['mocap'] = _mocap(self.mocap, lab) if self.mocap else None
         given['limits'] = ROBOT_LIMITS[self.limits] if self.limits else None
         given['obstacles'] = Obstacles.of(self.obstacles) if self.obstacles else None
-        return replace(
+        chosen = replace(
             lab,
             resumes=lab.resumes or self.resume,
             guarded=not self.without_guard,
             checks_motion=lab.checks_motion and not self.without_motion_check,
             **{name: value for name, value in given.items() if value is not None},
         )
+        missing = [robot.number for robot in chosen.robots if not robot.start]
+        if chosen.mocap.source.from_start and missing:
+            raise SetcmasError(
+                f'{chosen.mocap.preset} counts from start poses: measure them, and write them '
+                f'into the lab file, such as {{number: {missing[0]}, start: [0.5, -1.0, 1.57]}}'
+            )
+        return chosen
 
 
 def _mocap(name: str, lab: Lab) -> Mocap:

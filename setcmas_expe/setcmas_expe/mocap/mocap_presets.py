@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+from setcmas_expe.mocap.on_board import MapPose
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.sources import (
     HUGE,
@@ -41,6 +42,11 @@ VICON = replace(
     driver='vicon_receiver 0.1.1 (ros2-vicon-receiver)',
 )
 CAMERA = replace(per_body('/camera/{name}/pose', POSE_STAMPED, SILENCE), driver='setcmas camera')
+WHEEL_ODOMETRY = replace(
+    per_body('/{name}/odom', ODOMETRY, SILENCE),
+    driver='turtlebot3_node, from start poses in the lab file',
+    from_start=True,
+)
 
 
 def _read_all(bodies: str, name: str) -> Read:
@@ -84,4 +90,13 @@ TRANSFORMS = MocapSource(
     (SILENCE, REPEATED),
     shared=True,
     driver='any; tf2_msgs must be installed',
+)
+AMCL = MocapSource(
+    '/{name}/tf',
+    'tf2_msgs/msg/TFMessage',
+    read_transforms,
+    (SILENCE,),
+    shared=True,
+    driver='amcl of Nav2, with turtlebot3_node',
+    makes_reader=MapPose,
 )

@@ -16,6 +16,7 @@ from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.ros import qos
 
 Take = Callable[[Sample], None]
+Reader = Callable[[Any], list[tuple[str, Sample]]]
 
 
 @dataclass
@@ -66,7 +67,7 @@ class MocapReceiver:
             name = source.topic_of(body)
             if name not in self._topics:
                 self._topics[name] = topic = _Topic()
-                callback = partial(self._on_message, topic, body)
+                callback = partial(self._on_message, topic, source.reader_of(body))
                 node.create_subscription(message_class, name, callback, profile)
 
     def look_around(self) -> None:
@@ -93,9 +94,9 @@ class MocapReceiver:
         topics = (name for name, _ in self._node.get_topic_names_and_types())
         return self._source.bodies_in(filter(self._node.count_publishers, topics))
 
-    def _on_message(self, topic: _Topic, body: str, message: Any) -> None:
+    def _on_message(self, topic: _Topic, read: Reader, message: Any) -> None:
         try:
-            samples = self._source.samples(message, body)
+            samples = read(message)
         except Exception as error:  # in a plugin; other topics continue
             topic.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
             return

@@ -83,6 +83,10 @@ class MocapSource:
         lost_looks_like: Data that may arrive for a lost body: SILENCE and the like.
         shared: Whether other nodes may send on the topic, which hides a second driver.
         driver: Name and version of the driver; empty if unknown.
+        makes_reader: Makes the reader of one body, if it must remember earlier messages; `read`
+            is not used then.
+        from_start: Whether poses count from where a robot was switched on, so that the lab file
+            must give its start pose.
     """
 
     topic: str
@@ -91,6 +95,8 @@ class MocapSource:
     lost_looks_like: tuple[str, ...] = (SILENCE,)
     shared: bool = False
     driver: str = ''
+    makes_reader: Callable[[], Read] | None = None
+    from_start: bool = False
 
     @property
     def per_body(self) -> bool:
@@ -108,9 +114,14 @@ class MocapSource:
         found = (re.fullmatch(form, topic) for topic in topics)
         return sorted(match[1] for match in found if match)
 
-    def samples(self, message: Any, body: str) -> list[tuple[str, Sample]]:
-        """Return bodies and measurements of a message that came on the topic of `body`."""
-        return [(body if self.per_body else name, sample) for name, sample in self.read(message)]
+    def reader_of(self, body: str) -> Callable[[Any], list[tuple[str, Sample]]]:
+        """Return a reader of bodies and measurements in messages on the topic of `body`."""
+        read = self.makes_reader() if self.makes_reader else self.read
+
+        def samples(message: Any) -> list[tuple[str, Sample]]:
+            return [(body if self.per_body else name, sample) for name, sample in read(message)]
+
+        return samples
 
     def message_class(self) -> Any:
         """Return the class of the messages.

@@ -167,6 +167,8 @@ class SafetyStepper:
         for mocap, bridge in self._robots:
             mocap.look_around()
             bridge.look_around()
+            if mocap.reckoning and (news := mocap.reckoning.news()):
+                self._warn(f'robot {mocap.robot} {news}, by wheel odometry')
 
     def _paused(self) -> str:
         """Return why all robots are paused; empty if they are not."""
@@ -185,7 +187,7 @@ class SafetyStepper:
         for mocap, bridge in self._robots:
             track = mocap.track
             V, omega = self._motion.allowed(bridge.robot, bridge.V, bridge.omega)
-            trouble = self._receiver.trouble(mocap.body) or track.trouble
+            trouble = self._receiver.trouble(mocap.body) or mocap.trouble
             yield (
                 mocap.robot,
                 Situation(

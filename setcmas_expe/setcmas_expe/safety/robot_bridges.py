@@ -14,6 +14,7 @@ from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import IGNORES_ZERO, SLOWS_WITHIN_OVER_RADIO_S, Obedience
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
+from setcmas_expe.mocap.on_board import DeadReckoning
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
@@ -51,6 +52,7 @@ class MocapBridge:
         ages: Times in s from the stamp of each sample, on the camera's clock, to its publication,
             on this one, since they were last cleared.
         camera: Machine of motion capture; empty if unknown.
+        reckoning: Places poses that count from the start; None if they do not.
     """
 
     def __init__(self, node: Node, robot: LabRobot, lab: Lab) -> None:
@@ -62,6 +64,8 @@ class MocapBridge:
         self.body = robot.mocap_name
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = self.turn_rate = 0.0
+        start = robot.start if lab.mocap.source.from_start else None
+        self.reckoning = DeadReckoning(start) if start else None
         self._filter = VelocityFilter()
         self._odometry = Odometry(child_frame_id=topics.robot_frame(robot.number))
         self._odometry.header.frame_id = topics.WORLD_FRAME
@@ -72,6 +76,8 @@ class MocapBridge:
     def take(self, sample: Sample) -> None:
         """Judge a measurement (Z-up), and publish it if it is good."""
         now = time.monotonic()
+        if self.reckoning:
+            sample = self.reckoning.placed(sample, now)
         if not self.track.take(sample, now):
             return
         self.speed, self.turn_rate = self._filter.update(sample, now)
@@ -85,6 +91,11 @@ class MocapBridge:
         self._publisher.publish(out)
         if sample.stamp:
             self.ages.append(1e-9 * messages.now_ns() - sample.stamp)
+
+    @property
+    def trouble(self) -> str:
+        """Why its poses cannot be used, for messages; empty if they can."""
+        return self.track.trouble or (self.reckoning.trouble if self.reckoning else '')
 
     def look_around(self) -> None:
         """Look where motion capture runs."""

@@ -152,3 +152,19 @@ def test_the_type_and_the_namespace_of_the_robot_are_followed(start, peer, tmp_p
     let_go(lab)
     for message in ('all robots listen now', 'no cmd_vel_guard on robots 1-2'):
         peer.wait_for(lambda message=message: message in process.output())
+
+
+def test_wheel_odometry_begins_at_the_measured_start_poses(start, peer, lab, tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text(
+        'robots:\n- {number: 1, start: [1.0, 0.5, 1.57]}\n- {number: 2, start: [-1, 0, 0]}\n'
+        "mocap: {preset: wheel_odometry, topic: '/qualisys/{name}/odom'}\n"
+    )
+    odometry = peer.listen(Odometry, '/mocap/tb3_1/odom')
+    start(*BRIDGES, '--lab', str(path))
+    lab.poses.update({1: (7.0, 5.0, 0.3), 2: (5.0, 7.0, 0.5)})  # since they were switched on
+    lab.wanted.update({1: (0.1, 0.2), 2: (0.05, 0.0)})
+    lab.let_go({1: (0.1, 0.2), 2: (0.05, 0.0)})
+
+    place = odometry[-1].pose.pose.position
+    assert (place.x, place.y) == pytest.approx((1.0, 0.5))

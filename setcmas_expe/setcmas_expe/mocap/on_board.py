@@ -1,0 +1,117 @@
+"""Poses from the robots' own sensors: wheel odometry from measured start poses, and AMCL."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from setcmas_expe.mocap.sample import Pose, Sample
+from setcmas_expe.mocap.sources import sample_of
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle, yaw_of_quaternion
+
+MOST_DRIFT_M = 0.15
+"""Estimated error in m at which a robot stops."""
+LONGEST_S = 180.0
+"""Time in s after which it stops whatever the estimate."""
+
+_PER_METRE = 0.01  # of the way: radii of wheels
+_TURN_PER_METRE = 0.005  # rad
+_TURN_PER_TURN = 0.01  # rad per rad: base of wheels
+_STEP_M = 0.05
+_OLDEST_S = 0.5
+_MAP, _ODOM, _BASES = 'map', 'odom', ('base_footprint', 'base_link')
+
+
+class DeadReckoning:
+    """Places wheel odometry at a measured start pose, and estimates how far it has drifted.
+
+    Errors of the wheels' radii and base add up, as in J. Borenstein and L. Feng, Measurement and
+    correction of systematic odometry errors in mobile robots, IEEE Trans. Robot. Autom. 12(6),
+    1996; the rates are those of a calibrated TurtleBot3 on a hard floor.
+
+    Attributes:
+        drift: Estimated error of the position in m.
+        way: Way in m since the start.
+    """
+
+    def __init__(self, start: Pose) -> None:
+        """Begin at x, y in m and heading in rad."""
+        self.drift = self.way = 0.0
+        self._start = start
+        self._first: Pose | None = None
+        self._last: Pose | None = None
+        self._turn_error = 0.0
+        self._moving_since: float | None = None
+        self._time = 0.0
+        self._said = 0.0
+
+    def placed(self, sample: Sample, now: float) -> Sample:
+        """Return a sample of wheel odometry in the frame of the start pose; now is in s."""
+        pose = sample.planar()
+        if not all(map(math.isfinite, pose)):
+            return sample  # rejected by the checks of all poses
+        if self._first is None or self._last is None:
+            self._first = self._last = pose
+        step = math.dist(pose[:2], self._last[:2])
+        turned = abs(float(wrap_angle(pose[2] - self._last[2])))
+        self._last = pose
+        if self._moving_since is None and step + turned > 0:
+            self._moving_since = now
+        self._time = 0.0 if self._moving_since is None else now - self._moving_since
+        self.way += step
+        self._turn_error += _TURN_PER_METRE * step + _TURN_PER_TURN * turned
+        self.drift += (_PER_METRE + self._turn_error) * step
+        offset = complex(pose[0] - self._first[0], pose[1] - self._first[1])
+        angle = self._start[2] - self._first[2]
+        offset *= complex(math.cos(angle), math.sin(angle))
+        z, w = quaternion_of_yaw(pose[2] + angle)
+        x, y = self._start[0] + offset.real, self._start[1] + offset.imag
+        return replace(sample, position=(x, y, 0.0), orientation=(0.0, 0.0, z, w))
+
+    @property
+    def trouble(self) -> str:
+        """Why its poses are not good enough any more; empty while they are."""
+        if self.drift <= MOST_DRIFT_M and self._time <= LONGEST_S:
+            return ''
+        return (
+            f'wheel odometry may be {100 * self.drift:.0f} cm off after {self.way:.1f} m and '
+            f'{self._time:.0f} s: put the robots at their start poses, and start again'
+        )
+
+    def news(self) -> str:
+        """Return a line for each further 5 cm of drift; empty otherwise."""
+        if self.drift - self._said < _STEP_M:
+            return ''
+        self._said = self.drift
+        return f'may be {100 * self.drift:.0f} cm off after {self.way:.1f} m'
+
+
+class MapPose:
+    """Reads a robot's tf2_msgs/TFMessage: AMCL's map -> odom, with the robot's odom -> base.
+
+    Poses come with the robot's odometry, at its rate. Without news of AMCL there are none: Nav2
+    repeats its transform with each scan.
+    """
+
+    def __init__(self) -> None:
+        self._map: tuple[Pose, float] | None = None
+
+    def __call__(self, message: Any) -> Iterator[tuple[str, Sample]]:
+        """Yield a sample for each odom -> base; frames may have a prefix, such as tb3_1/odom."""
+        for one in message.transforms:
+            both = one.header.frame_id, one.child_frame_id
+            frames = [frame.rpartition('/')[2] for frame in both]
+            p, q = one.transform.translation, one.transform.rotation
+            sample = sample_of(one.header, p, q)
+            pose = (p.x, p.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+            if frames == [_MAP, _ODOM]:
+                self._map = pose, sample.stamp
+            elif frames[0] == _ODOM and frames[1] in _BASES and self._map:
+                (x, y, theta), stamp = self._map
+                if sample.stamp - stamp <= _OLDEST_S:
+                    offset = complex(p.x, p.y) * complex(math.cos(theta), math.sin(theta))
+                    z, w = quaternion_of_yaw(theta + pose[2])
+                    place = (x + offset.real, y + offset.imag, 0.0)
+                    yield '', replace(sample, position=place, orientation=(0.0, 0.0, z, w))

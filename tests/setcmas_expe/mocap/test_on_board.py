@@ -1,0 +1,114 @@
+"""Poses from the robots' own sensors: placed at their start, and stopped before they are wrong."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from setcmas_expe.mocap.mocap_presets import AMCL, WHEEL_ODOMETRY
+from setcmas_expe.mocap.on_board import LONGEST_S, MOST_DRIFT_M, DeadReckoning
+from setcmas_expe.mocap.sample import Sample
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+
+
+def sample(x, y, theta, stamp=0.0):
+    z, w = quaternion_of_yaw(theta)
+    return Sample((x, y, 0.0), (0.0, 0.0, z, w), stamp)
+
+
+def test_odometry_counts_from_the_start_pose():
+    reckoning = DeadReckoning((2.0, 1.0, math.pi / 2))
+
+    first = reckoning.placed(sample(5.0, 5.0, math.pi), 0.0)
+    ahead = reckoning.placed(sample(4.0, 5.0, math.pi / 2), 1.0)
+
+    assert first.planar() == pytest.approx((2.0, 1.0, math.pi / 2))
+    assert ahead.planar() == pytest.approx((2.0, 2.0, 0.0))
+    assert reckoning.way == 1.0
+
+
+def test_drift_grows_with_the_way_until_the_robot_must_stop():
+    straight, round_and_round = DeadReckoning((0, 0, 0)), DeadReckoning((0, 0, 0))
+    lines = []
+    for step in range(200):
+        straight.placed(sample(0.01 * step, 0.0, 0.0), 0.1 * step)
+        round_and_round.placed(sample(0.01 * step, 0.0, 0.1 * step), 0.1 * step)
+        lines += [round_and_round.news()] * bool(round_and_round.drift)
+
+    assert 0.02 < straight.drift < 0.04  # of 2 m
+    assert round_and_round.drift > 3 * straight.drift
+    assert straight.trouble == ''
+    assert 'may be 5 cm off after 0.9 m' in lines
+
+    step = 200
+    while not straight.trouble:
+        step += 1
+        straight.placed(sample(0.01 * step, 0.0, 0.0), 20.0)
+    assert straight.drift == pytest.approx(MOST_DRIFT_M, abs=0.002)
+    assert 'put the robots at their start poses' in straight.trouble
+
+
+def test_time_is_limited_from_the_first_move_on():
+    reckoning = DeadReckoning((0, 0, 0))
+    for now in (0.0, 1000.0):
+        reckoning.placed(sample(0.0, 0.0, 0.0), now)
+    assert not reckoning.trouble  # a robot at rest does not drift
+
+    reckoning.placed(sample(0.01, 0.0, 0.0), 1001.0)
+    reckoning.placed(sample(0.01, 0.0, 0.0), 1002.0 + LONGEST_S)
+    assert reckoning.trouble.startswith('wheel odometry may be')
+
+
+def test_invalid_odometry_is_left_to_the_checks_of_all_poses():
+    reckoning = DeadReckoning((0, 0, 0))
+    invalid = sample(math.nan, 0.0, 0.0)
+
+    assert reckoning.placed(invalid, 0.0) is invalid
+    assert reckoning.placed(sample(0.0, 0.0, 0.0), 0.1).planar() == (0.0, 0.0, 0.0)
+
+
+def transforms(*given):
+    found = []
+    for parent, child, (x, y, theta), stamp in given:
+        z, w = quaternion_of_yaw(theta)
+        found.append(
+            SimpleNamespace(
+                header=SimpleNamespace(
+                    frame_id=parent, stamp=SimpleNamespace(sec=stamp, nanosec=0)
+                ),
+                child_frame_id=child,
+                transform=SimpleNamespace(
+                    translation=SimpleNamespace(x=x, y=y, z=0.0),
+                    rotation=SimpleNamespace(x=0.0, y=0.0, z=z, w=w),
+                ),
+            )
+        )
+    return SimpleNamespace(transforms=found)
+
+
+def test_amcl_corrects_odometry():
+    read, other = AMCL.reader_of('tb3_1'), AMCL.reader_of('tb3_2')
+    base = ('odom', 'base_footprint', (1.0, 0.0, 0.5), 10)
+
+    assert read(transforms(base)) == []  # nothing is known of the map yet
+    assert read(transforms(('map', 'odom', (2.0, 1.0, math.pi / 2), 11))) == []
+    [(name, found)] = read(transforms(base))
+
+    assert name == 'tb3_1'
+    assert found.planar() == pytest.approx((2.0, 2.0, math.pi / 2 + 0.5))
+    assert found.stamp == 10.0
+    assert other(transforms(base)) == []
+    assert AMCL.topic_of('tb3_1') == '/tb3_1/tf'
+
+
+def test_without_amcl_there_are_no_poses():
+    read = AMCL.reader_of('tb3_1')
+    read(transforms(('tb3_1/map', 'tb3_1/odom', (0.0, 0.0, 0.0), 11)))
+
+    assert read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 11)))
+    assert not read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 12)))
+
+
+def test_wheel_odometry_has_a_topic_for_each_robot():
+    assert WHEEL_ODOMETRY.topic_of('tb3_3') == '/tb3_3/odom'
+    assert WHEEL_ODOMETRY.from_start
