@@ -37,8 +37,8 @@ KINDS = {
     'camera: tag turned by 180 degrees': _fault('backwards', 'robot 1'),
     'camera: tag of another size': _fault('tag_size', 'its side measures'),
     'camera: camera bumped': _fault('bumped', 'was moved'),
+    'camera: a tenth of the light': _fault('dark', 'no good pose'),
     'camera: no more pictures': _fault('stuck', 'no good pose'),
     'camera: printed at 97 percent': _goes_on('shrunk'),
     'camera: ten pictures a second': _goes_on('ten_frames'),
-    'camera: a tenth of the light': _goes_on('dark'),
 } | {f'camera: {name}': replace(kind, options=OPTIONS) for name, kind in mocap.KINDS.items()}

@@ -32,6 +32,8 @@ def _from_the_start(kind: str, line: str) -> Kind:
         r.peer.wait_for(lambda: 'paused: robot' in r.output())
         r.peer.spin(_RESTS_S)
         rolled = [truth for truth in r.truth[1] if truth.stamp >= fault and truth.rolls]
+        if not rolled:  # another robot showed it first
+            return [Stop(0.0, 0.0)]
         metres = sum(
             after.rolls * (after.stamp - before.stamp)
             for before, after in itertools.pairwise(rolled)

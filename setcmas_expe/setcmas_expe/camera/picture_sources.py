@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -21,7 +22,6 @@ FOLDER_HZ = 10.0
 """Pictures a second from a folder."""
 _SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp')
 _OLDEST_STAMP_S = 1.0
-_SILENT_S = 2.0
 
 Shot = tuple[float, Picture]
 """Time of the exposure in s since 1970, and the picture."""
@@ -117,7 +117,7 @@ def open_source(
     Args:
         source: Number or path of a device, a video file, a folder, or a topic.
         size: Width and height in px.
-        topic: Returns the source for the name of a topic; None where there is no ROS.
+        topic: Returns the source for the name of a topic; by default a node of its own listens.
 
     Raises:
         SetcmasError: It cannot be opened.
@@ -128,6 +128,11 @@ def open_source(
         return Recording(Path(source))
     if source.startswith('/') and topic:
         return topic(source)
+    if source.startswith('/') and find_spec('rclpy'):
+        # Imported late: other sources need no ROS.
+        from setcmas_expe.camera.camera_node import listened_topic
+
+        return listened_topic(source)
     raise SetcmasError(
         f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, a "
         'video file, a folder of pictures, or a topic, such as /camera/image_raw'
@@ -168,21 +173,18 @@ class NewestPicture:
         self._source = source
         self._newest: Shot | None = None
         self._error: SetcmasError | None = None
-        self._since = time.monotonic()
         threading.Thread(target=self._read, daemon=True).start()
 
     def take(self) -> Shot | None:
         """Return the newest picture, once; None if there is no new one.
 
         Raises:
-            SetcmasError: The source failed, is silent, or its pictures have another size.
+            SetcmasError: The source failed, or its pictures have another size.
         """
         if self._error:
             raise self._error
         shot, self._newest = self._newest, None
-        now = time.monotonic()
         if shot:
-            self._since = now
             height, width = shot[1].shape[:2]
             if (width, height) != self.camera.lens.size:
                 expected = ' x '.join(map(str, self.camera.lens.size))
@@ -191,10 +193,6 @@ class NewestPicture:
                     f'lens was calibrated with {expected} px'
                 )
         return shot
-
-    def silence(self) -> float:
-        """Return the time in s since the last picture."""
-        return time.monotonic() - self._since
 
     def _read(self) -> None:
         try:

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip('rclpy')
 from camera_scene import camera, cv2, renderer, scene
 from geometry_msgs.msg import PoseStamped
+from processes import SETCMAS
 from rclpy.time import Time
 from sensor_msgs.msg import Image
 
@@ -84,3 +85,28 @@ def test_a_camera_without_pose_is_refused(start, tmp_path):
 
     assert node.wait() == 2
     assert "camera 'left' has no pose: run setcmas camera" in node.output()
+
+
+def test_a_floor_is_calibrated_by_a_topic(start, peer, tmp_path):
+    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, '/image_raw'), '--calibrate', 'floor')
+    images = peer.publisher(Image, '/image_raw', qos=qos.SENSOR)
+    picture = renderer(scene()).picture(ROBOTS)
+    height, width = picture.shape
+    image = Image(height=height, width=width, encoding='mono8', step=width)
+    image.data = picture.tobytes()
+
+    def has_enough():
+        images.publish(image)
+        return floor.popen.poll() is not None
+
+    peer.wait_for(has_enough)
+    assert floor.wait() == 0, floor.output()
+    assert 'left: at x = ' in floor.output()
+
+
+@pytest.mark.nightly
+def test_a_silent_topic_is_an_error(start, tmp_path):
+    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, '/nothing'), '--calibrate', 'floor')
+
+    assert floor.wait() == 2
+    assert "no picture arrived on '/nothing'" in floor.output()
