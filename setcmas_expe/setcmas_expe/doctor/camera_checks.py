@@ -151,7 +151,7 @@ def _of_arena(expected: list[Accuracy | None]) -> list[Finding]:
     pixels = min(one.pixels_per_tag for one in known)
     position, heading = max(one.position for one in known), max(one.heading for one in known)
     is_good = position <= _WORST_M and heading <= _WORST_RAD and pixels >= _FEWEST_PX
-    text = f'{1e3 * position:.0f} mm and {np.degrees(heading):.1f} degrees at worst; '
+    text = f'{1e3 * position:.1f} mm and {np.degrees(heading):.1f} degrees at worst; '
     text += f'tags have {pixels:.0f} px or more'
     advice = '' if is_good else 'print larger tags, hang the camera lower, or add another one'
     return [*findings, Finding(OK if is_good else NOTE, 'accuracy', text, advice)]
