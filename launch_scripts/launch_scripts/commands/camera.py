@@ -31,7 +31,8 @@ from launch_scripts.processes.node_commands import (
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
-    from setcmas_expe.camera.picture_sources import PictureSource, Shot
+    from setcmas_expe.camera.picture_sources import PictureSource
+    from setcmas_expe.camera.tag_detection import Shot
 
 _NB_PICTURES = 30
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2

@@ -6,9 +6,6 @@ Run as `ros2 run setcmas_expe camera_node camera.yaml`.
 from __future__ import annotations
 
 import argparse
-import atexit
-import contextlib
-import functools
 import sys
 import time
 from pathlib import Path
@@ -16,69 +13,22 @@ from pathlib import Path
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.publisher import Publisher
-from sensor_msgs.msg import CompressedImage, Image
 
 from setcmas_expe.camera.camera_file import CameraFile, load_cameras
 from setcmas_expe.camera.camera_poses import CameraPoses, Pose
-from setcmas_expe.camera.picture_sources import NewestPicture, Shot, decoded, open_source
+from setcmas_expe.camera.picture_sources import NewestPicture, open_source
+from setcmas_expe.camera.picture_topics import PictureTopic
 from setcmas_expe.camera.tag_sheets import FIRST_FLOOR_TAG
 from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, ros_process
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
 _STEP_HZ = 100.0
 _REPORT_S = 5.0
-_LOOK_S = 0.002
-_PATIENCE_S = 10.0
-
-
-class PictureTopic:
-    """Pictures of a topic: sensor_msgs/CompressedImage if its name ends so, else Image."""
-
-    def __init__(self, node: FleetNode, name: str, process: RosProcess | None = None) -> None:
-        """Listen; with a process, until it stops or no picture arrives for a while."""
-        self._name = name
-        self._process = process
-        self._messages: list[Image | CompressedImage] = []
-        kind = CompressedImage if name.endswith('/compressed') else Image
-        self._topic = PolledTopic(node, kind, name, self._messages.append, qos.SENSOR)
-
-    def read(self) -> Shot | None:
-        """Wait for the next picture; its time is the stamp that the camera's driver gave it."""
-        since = time.monotonic()
-        while not self._messages:
-            time.sleep(_LOOK_S)
-            self._topic.take()
-            if self._process and self._process.stopping:
-                raise KeyboardInterrupt
-            if self._process and time.monotonic() - since > _PATIENCE_S:
-                raise SetcmasError(f"no picture arrived on '{self._name}': check its camera")
-        message = self._messages[-1]
-        self._messages.clear()
-        stamp = message.header.stamp
-        return stamp.sec + 1e-9 * stamp.nanosec, decoded(message)
-
-
-@functools.cache
-def _listening() -> tuple[RosProcess, FleetNode]:
-    """Return the node that listens to all topics of this process, until the process ends."""
-    stack = contextlib.ExitStack()
-    atexit.register(stack.close)
-    process = stack.enter_context(ros_process())
-    node = FleetNode('camera_pictures')
-    process.add(node)
-    return process, node
-
-
-def listened_topic(name: str) -> PictureTopic:
-    """Return the pictures of a topic, for a program that is no node."""
-    process, node = _listening()
-    return PictureTopic(node, node.name_in_fleet(name), process)
 
 
 class CameraNode(FleetNode):

@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from setcmas_expe.camera.camera_file import Camera
-from setcmas_expe.camera.tag_detection import Picture
+from setcmas_expe.camera.tag_detection import Shot
 from setcmas_simu.errors import SetcmasError, needs
 
 with needs('camera'):
@@ -22,9 +22,6 @@ FOLDER_HZ = 10.0
 """Pictures a second from a folder."""
 _SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp')
 _OLDEST_STAMP_S = 1.0
-
-Shot = tuple[float, Picture]
-"""Time of the exposure in s since 1970, and the picture."""
 
 
 class PictureSource(Protocol):
@@ -130,37 +127,13 @@ def open_source(
         return topic(source)
     if source.startswith('/') and find_spec('rclpy'):
         # Imported late: other sources need no ROS.
-        from setcmas_expe.camera.camera_node import listened_topic
+        from setcmas_expe.camera.picture_topics import listened_topic
 
         return listened_topic(source)
     raise SetcmasError(
         f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, a "
         'video file, a folder of pictures, or a topic, such as /camera/image_raw'
     )
-
-
-def decoded(message: Any) -> Picture:
-    """Return the picture of a sensor_msgs/Image or CompressedImage.
-
-    Raises:
-        SetcmasError: Its encoding is not known.
-    """
-    data = np.frombuffer(message.data, np.uint8)
-    if hasattr(message, 'format'):
-        picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
-        if picture is None:
-            raise SetcmasError(f'compressed pictures cannot be read: {message.format}')
-        return np.asarray(picture, np.uint8)
-    depths = {'mono8': 1, 'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4}
-    depth = depths.get(message.encoding)
-    if depth is None:
-        raise SetcmasError(
-            f"pictures have the encoding '{message.encoding}'; it must be one of "
-            f'{", ".join(depths)}'
-        )
-    rows = data.reshape(message.height, message.step)[:, : depth * message.width]
-    picture = rows.reshape(message.height, message.width, depth)
-    return picture[:, :, 0] if depth == 1 else np.ascontiguousarray(picture[:, :, :3])
 
 
 class NewestPicture:

@@ -19,6 +19,9 @@ with needs('camera'):
 
 Picture = NDArray[np.uint8]
 
+Shot = tuple[float, Picture]
+"""Time of the exposure in s since 1970, and the picture."""
+
 MODULES = 8
 """Squares across the black square of a tag of the family 36h11."""
 MARGIN = 1

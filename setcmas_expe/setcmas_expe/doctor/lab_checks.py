@@ -73,7 +73,9 @@ def other_presets(graph: Graph, preset: str) -> list[Finding]:
     graph = list(graph)
     presets: dict[str, list[str]] = {}
     for name, source in MOCAP_SOURCES.usable(lambda _: None).items():
-        if name != preset and (received := received_by(source, graph)):
+        if name == preset or source.from_start:  # all robots send odometry
+            continue
+        if received := received_by(source, graph):
             presets.setdefault(received, []).append(name)
     return [
         Finding(

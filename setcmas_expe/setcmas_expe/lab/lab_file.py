@@ -138,7 +138,7 @@ def _robot(entry: Entry, source: sources.MocapSource) -> LabRobot:
 
 
 def _start(entry: Entry) -> tuple[float, float, float]:
-    values = [float(Number(finite=True).of(item)) for item in entry.items()]
+    values = [item.number() for item in entry.items()]
     if len(values) != 3:
         raise entry.mistake('x, y in m and the heading in rad, such as [0.5, -1.0, 1.57]')
     return values[0], values[1], values[2]

@@ -2,37 +2,13 @@
 
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from camera_scene import camera, cv2, renderer, scene
 
-from setcmas_expe.camera.picture_sources import FOLDER_HZ, NewestPicture, decoded, open_source
+from setcmas_expe.camera.picture_sources import FOLDER_HZ, NewestPicture, open_source
 from setcmas_simu.errors import SetcmasError
-
-PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
-
-
-def message(encoding, picture, padding=0):
-    rows = np.pad(picture.reshape(2, -1), ((0, 0), (0, padding)))
-    size = {'height': 2, 'width': 3, 'step': rows.shape[1]}
-    return SimpleNamespace(encoding=encoding, data=rows.tobytes(), **size)
-
-
-@pytest.mark.parametrize('padding', [0, 5])
-def test_images_are_decoded(padding):
-    assert (decoded(message('bgr8', PICTURE, padding)) == PICTURE).all()
-    assert (decoded(message('mono8', PICTURE[:, :, 0], padding)) == PICTURE[:, :, 0]).all()
-    with pytest.raises(SetcmasError, match="the encoding 'bayer'; it must be one of mono8"):
-        decoded(message('bayer', PICTURE))
-
-
-def test_compressed_images_are_decoded():
-    data = cv2.imencode('.png', PICTURE)[1].tobytes()
-    assert (decoded(SimpleNamespace(format='png', data=data)) == PICTURE).all()
-    with pytest.raises(SetcmasError, match='cannot be read: jpeg'):
-        decoded(SimpleNamespace(format='jpeg', data=b'no picture'))
 
 
 def test_a_folder_is_read_in_order_at_its_rate(tmp_path):
