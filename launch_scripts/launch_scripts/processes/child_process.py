@@ -12,10 +12,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar, cast
 
-from setcmas_expe.pause.console import Status
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Report, Stuck, encode
+from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Stuck, encode
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 SILENT_S = 3.0
@@ -92,9 +91,6 @@ class ScriptCalls:
             self._failed[call] = None
 
 
-ChildReport = Report | Status
-"""What a process may report."""
-
 AnyReport = TypeVar('AnyReport', bound=Message)
 
 
@@ -147,7 +143,7 @@ class Child:
         self.needed = needed
         self.has_output = False
         self.shown = True
-        self.on_report: Callable[[ChildReport], None] = lambda _: None
+        self.on_report: Callable[[Message], None] = lambda _: None
         self._reported: dict[type[Message], Message] = {}
         reports, pipe = os.pipe()
         self.reports = os.fdopen(reports, 'rb', buffering=0)
@@ -180,7 +176,7 @@ class Child:
         with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
             os.write(self.process.stdin.fileno(), encode(message))
 
-    def take(self, report: ChildReport) -> None:
+    def take(self, report: Message) -> None:
         """Take a report of the process."""
         self.has_output = True
         self._reported[type(report)] = report

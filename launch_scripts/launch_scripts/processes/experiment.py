@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child, ChildReport
+from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import (
@@ -25,7 +25,7 @@ from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
-from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports.reports import Message, Report, Started
 from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -86,7 +86,7 @@ class Experiment:
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
         flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
         pause = node_command(PAUSE, [*of_lab, *flags])
-        self._pause = supervisor.start('pause', pause, listens=True)
+        self._pause = supervisor.start('pause', pause, listens=True, reports=Report | Status)
         self._pause.on_report = self._on_report
         if joystick:
             supervisor.start('joystick', joystick, needed=False)
@@ -144,7 +144,7 @@ class Experiment:
         """Stop the emulated lab, after its recorder."""
         self._supervisor.stop(*self._emulated)
 
-    def _on_report(self, report: ChildReport) -> None:
+    def _on_report(self, report: Message) -> None:
         if isinstance(report, Status):
             self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
             self.on_status(report)

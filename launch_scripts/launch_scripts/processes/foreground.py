@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
 from collections.abc import Sequence
 from functools import partial
+from typing import NoReturn
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment
 from launch_scripts.processes.node_commands import EMULATED_LAB, node_command, stop_robots_of
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervisor import STOP_SIGNALS, StoppedError, Supervisor
+from launch_scripts.terminal.keyboard import kept_terminal
 from setcmas_simu.reports.reports import Ready
 
 
@@ -16,7 +21,25 @@ def run_in_foreground(
     name: str, command: Sequence[str], companions: Sequence[tuple[str, Sequence[str]]] = ()
 ) -> int:
     """Run a process, and its companions if any, until Ctrl-C; return the exit status."""
+    if not companions:
+        _become_supervisor(name, command)
+    return _supervise(name, command, companions)
+
+
+def _become_supervisor(name: str, command: Sequence[str]) -> NoReturn:
+    """Replace this process: what checked the command would keep 18 MB until the end."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)  # they wait for the supervisor
+    supervisor = node_command('launch_scripts.processes.foreground', [name, *command])
+    os.execv(supervisor[0], supervisor)
+
+
+def _supervise(
+    name: str, command: Sequence[str], companions: Sequence[tuple[str, Sequence[str]]] = ()
+) -> int:
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
         child = supervisor.start(name, command)
         child.on_hang = partial(stop_robots_of, supervisor, child)
         for companion, its_command in companions:
@@ -44,3 +67,8 @@ def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Chil
     lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
     supervisor.run(until=lambda: lab.reported(Ready) is not None)
     return lab
+
+
+if __name__ == '__main__':
+    with kept_terminal():
+        sys.exit(_supervise(sys.argv[1], sys.argv[2:]))

@@ -18,7 +18,6 @@ from launch_scripts.processes.child_process import (
     SILENT_S,
     Child,
     ChildDiedError,
-    ChildReport,
     known_signals,
     prepare_child,
 )
@@ -29,7 +28,7 @@ from launch_scripts.terminal.terminal_output import (
     Stream,
     write_line,
 )
-from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Recording
+from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
 from setcmas_tools.offline.fork_server import adopt_orphans, children, end_orphans
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
@@ -94,7 +93,12 @@ class Supervisor:
             _handled(own)
 
     def start(
-        self, name: str, command: Sequence[str], needed: bool = True, listens: bool = False
+        self,
+        name: str,
+        command: Sequence[str],
+        needed: bool = True,
+        listens: bool = False,
+        reports: Any = Report,
     ) -> Child:
         """Start a process and show its output.
 
@@ -103,13 +107,14 @@ class Supervisor:
             command: Program and arguments.
             needed: Whether `run` ends when it ends.
             listens: Whether it reads what `Child.send` sends.
+            reports: The kinds of its reports.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
         child = Child(name, command, self._environment, needed, listens, mistake)
         self.children.append(child)
         self._watch(child.process.stdout, self._printer(child, self.stdout))
         self._watch(child.process.stderr, self._printer(child, self.stderr))
-        self._watch(child.reports, _report_reader(child))
+        self._watch(child.reports, _report_reader(child, reports))
         return child
 
     def run(
@@ -256,8 +261,8 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.wait()
 
 
-def _report_reader(child: Child) -> Callable[[bytes], None]:
-    decoder: LineDecoder[ChildReport] = LineDecoder(ChildReport)
+def _report_reader(child: Child, kinds: Any) -> Callable[[bytes], None]:
+    decoder: LineDecoder[Message] = LineDecoder(kinds)
 
     def take(data: bytes) -> None:
         for report in decoder.feed(data):

@@ -48,19 +48,18 @@ class Controller:
         filtered: bool = False,
     ) -> None:
         """Create the topics of a robot's law; in lockstep they are published on demand."""
-        profile, always = _profile(in_lockstep), not in_lockstep
+        profile = _profile(in_lockstep)
         self.law = law
         self.robot = law.robot
         topic = partial(topics.robot_topic, law.robot)
         self.wanted = self.allowed = _NONE
         self._publisher = OnDemandPublisher(
-            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile), always
+            node.create_publisher(Point32, topic(topics.CMD_CART_VEL), profile)
         )
         self._allowed: OnDemandPublisher | None = None
         if filtered:
             self._allowed = OnDemandPublisher(
-                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile),
-                always,
+                node.create_publisher(Point32, topic(topics.CMD_CART_VEL_ALLOWED), profile)
             )
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:

@@ -164,7 +164,10 @@ class VirtualRobot:
             node.create_publisher(PoseStamped, topic(topics.POSE), profile),
             node.create_publisher(Marker, topic(topics.MARKER), profile),
         ]
-        self._publishers = [OnDemandPublisher(one, not in_lockstep) for one in publishers]
+        self._publishers = [
+            OnDemandPublisher(publishers[0], not in_lockstep),
+            *map(OnDemandPublisher, publishers[1:]),
+        ]
 
     def _located(self) -> list[LocatedMessage]:
         """Return the messages with its state, in the order of _TOPICS."""

@@ -18,7 +18,6 @@ import sysconfig
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from importlib.metadata import distributions
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -114,6 +113,8 @@ def readable() -> tuple[list[Path], list[Path]]:
 
 def _hidden(packages: Iterable[Path]) -> Iterator[Path]:
     """Yield the files in folders of packages that scripts must not read."""
+    from importlib.metadata import distributions  # 2 MB that supervisors do not need
+
     entries = [entry for one in distributions() for entry in one.entry_points]
     plugins = {e.module.partition('.')[0] for e in entries if e.group.startswith('setcmas.')}
     for folder in packages:
