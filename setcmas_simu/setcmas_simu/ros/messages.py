@@ -29,13 +29,15 @@ POSE = '=7d'
 TWIST = '=6d'
 """Format of geometry_msgs/Twist: velocities in m/s, turn rates in rad/s."""
 
-_OURS = serialize_message(Twist())[:2]  # the encoding of this machine
 _ORIGIN = 4  # bytes of the header of the encoding, from which on fields are aligned
+_HEADER = serialize_message(Twist())[:_ORIGIN]
+_OURS = _HEADER[:2]  # the encoding of this machine
 _STAMP_SIZE = 8
 _LENGTH = struct.Struct('=I')
 _STAMP = struct.Struct(STAMP)
 _POSE = struct.Struct(POSE)
 _TWIST = struct.Struct(TWIST)
+_POINT = struct.Struct(f'={_ORIGIN}s3f')
 _COVARIANCE_SIZE = 36 * 8
 _MOST_FORMS = 2**24  # bytes that foreign nodes can make this process unpack
 _NOT_FORMS = (
@@ -104,20 +106,22 @@ def _after_texts(data: bytes, nb_texts: int) -> int:
 
 
 class LocatedMessage:
-    """An encoded message with stamp, pose and perhaps velocities of a robot."""
+    """An encoded message with stamp, and pose or velocities of a robot, or both."""
 
-    def __init__(self, data: bytes, stamp: int, pose: int, twist: int | None = None) -> None:
+    def __init__(
+        self, data: bytes, stamp: int, pose: int | None = None, twist: int | None = None
+    ) -> None:
         """Take an encoded message, and where in it stamp, pose and velocities begin."""
         self._data = bytearray(data)
         self._places = stamp, pose, twist
 
     @classmethod
-    def of(cls, message: Any, pose: str, twist: str = '') -> LocatedMessage:
+    def of(cls, message: Any, pose: str = '', twist: str = '') -> LocatedMessage:
         """Return the form of a message whose header has the stamp, by the names of its fields."""
         return cls(
             serialize_message(message),
             _offset(message, 'header.stamp.sec', 'i'),
-            _offset(message, f'{pose}.position.x', 'd'),
+            _offset(message, f'{pose}.position.x', 'd') if pose else None,
             _offset(message, f'{twist}.linear.x', 'd') if twist else None,
         )
 
@@ -131,10 +135,16 @@ class LocatedMessage:
         stamp, pose, twist = self._places
         x, y, z, w, V, left, omega = state
         _STAMP.pack_into(self._data, stamp, *divmod(stamp_ns, 10**9))
-        _POSE.pack_into(self._data, pose, x, y, 0.0, 0.0, 0.0, z, w)
+        if pose is not None:
+            _POSE.pack_into(self._data, pose, x, y, 0.0, 0.0, 0.0, z, w)
         if twist is not None:
             _TWIST.pack_into(self._data, twist, V, left, 0.0, 0.0, 0.0, omega)
         return bytes(self._data)
+
+
+def encode_point(x: float, y: float, z: float) -> bytes:
+    """Return an encoded geometry_msgs/Point32."""
+    return _POINT.pack(_HEADER, x, y, z)
 
 
 def _offset(message: Any, field: str, kind: str) -> int:

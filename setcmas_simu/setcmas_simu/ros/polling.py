@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import struct
+import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -115,21 +117,31 @@ class PolledServices:
                 service.send_response(answer, sender)
 
 
+_LOOK_EVERY_S = 0.02
+
+
 class OnDemandPublisher:
-    """Publishes messages for those who subscribe: asking takes a hundredth of publishing."""
+    """Publishes messages for those who subscribe: asking takes a hundredth of publishing.
+
+    It asks at most every 0.02 s, as a simulation in lockstep may make hundreds of steps a second.
+    """
 
     def __init__(self, publisher: Publisher, always: bool = False) -> None:
         """Publish through a publisher; `always` publishes without subscribers, too."""
         self.publisher = publisher
         self._always = always
         self._nb_subscribers = 0
+        self._looked = -math.inf
 
     def publish(self, encode: Callable[[], Any]) -> None:
         """Publish the message that a function returns, encoded or not."""
         if self._always:
             self.publisher.publish(encode())
             return
-        self._nb_subscribers = self.publisher.get_subscription_count()
+        now = time.monotonic()
+        if now - self._looked >= _LOOK_EVERY_S:
+            self._looked = now
+            self._nb_subscribers = self.publisher.get_subscription_count()
         if self._nb_subscribers:
             self.publisher.publish(encode())
 

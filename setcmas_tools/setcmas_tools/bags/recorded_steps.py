@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point32, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
@@ -15,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import NO_STAMP
+from setcmas_simu.ros.messages import NO_STAMP, LocatedMessage, encode_point
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.simulator.lockstep import Answer, Commands, States
 from setcmas_simu.simulator.lockstep_topics import Answerer, AnswerTopic, StatesTopic
@@ -61,7 +62,8 @@ class RecordedSteps:
 
     def _on_states(self, states: States) -> None:
         self._stamp = states.stamp
-        clock = serialize_message(Clock(clock=_time(states.stamp)))
+        seconds, nanoseconds = divmod(states.stamp, 10**9)
+        clock = serialize_message(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
         self._pass(self._states, topics.CLOCK, 'rosgraph_msgs/msg/Clock', clock)
         rows = {int(row[0]): row[1:] for row in states.table.tolist()}
         for name, form in self._states.forms.items():
@@ -90,20 +92,18 @@ def _messages(robots: tuple[int, ...], commands: Commands) -> Iterator[tuple[str
         yield from _point(robot, topics.CMD_CART_VEL_ALLOWED, row[5:8])
     for robot, (V, left, omega, *_) in rows:
         if not math.isnan(V):
-            message = TwistStamped()
-            message.header.stamp = _time(commands.stamp)
-            message.header.frame_id = topics.robot_frame(robot)
-            twist = message.twist
-            twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-            yield topics.robot_topic(robot, topics.CMD_VEL), serialize_message(message)
+            state = (0.0, 0.0, 0.0, 0.0, V, left, omega)
+            data = _command(robot).at(commands.stamp, state)
+            yield topics.robot_topic(robot, topics.CMD_VEL), data
 
 
 def _point(robot: int, topic: str, xyz: tuple[float, ...]) -> Iterator[tuple[str, bytes]]:
     if not math.isnan(xyz[0]):
-        x, y, z = xyz
-        yield topics.robot_topic(robot, topic), serialize_message(Point32(x=x, y=y, z=z))
+        yield topics.robot_topic(robot, topic), encode_point(*xyz)
 
 
-def _time(stamp: int) -> Any:
-    seconds, nanoseconds = divmod(stamp, 10**9)
-    return Time(sec=seconds, nanosec=nanoseconds)
+@functools.cache
+def _command(robot: int) -> LocatedMessage:
+    message = TwistStamped()
+    message.header.frame_id = topics.robot_frame(robot)
+    return LocatedMessage.of(message, twist='twist')
