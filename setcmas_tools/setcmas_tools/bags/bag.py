@@ -171,6 +171,7 @@ class Bag:
     """A bag that is open for reading.
 
     Attributes:
+        path: As the user gave it.
         topics: Those with messages whose type is known, sorted by name.
         count: Number of messages of these topics.
         start_ns: Time of the first message in ns.
@@ -187,7 +188,7 @@ class Bag:
         if not full:
             losses = [notice for source in sources for notice in source.notices]
             raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
-        self._path = path
+        self.path = path
         self._compressed = compressed
         self._sources = sorted(full, key=lambda source: source.extent.start_ns)
         self._left_out: list[str] = []
@@ -218,9 +219,7 @@ class Bag:
                 data = _decompressed(content) if self._compressed else content
                 left -= len(data)
                 if left < 0:
-                    raise too_large(
-                        self._path, 'more bytes of messages than its size allows', most
-                    )
+                    raise too_large(self.path, 'more bytes of messages than its size allows', most)
                 if topic := by_id[connection.id]:
                     yield topic, time_ns, data
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, count
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import Bag, Message, open_bag
+from setcmas_tools.bags.bag import Bag, BagTopic, Message, Progress, Taker, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, parts_of_rows
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_info import ParameterChange
@@ -101,30 +106,120 @@ def _write_files(
 ) -> ConversionReport:
     topics = [topic for topic in bag.topics if not topic.derived]
     names = file_names(topic.name for topic in topics)
+    paths = {t: unfinished / name for t, name in zip(topics, names, strict=True)}
     samples = RunSamples(topics, odometry_topic)
-    files = {
-        topic: TopicTable(unfinished / name, parts_of_rows(topic.type.store, topic.type.name))
-        for topic, name in zip(topics, names, strict=True)
-    }
-    takers = {topic: [file.add, *samples.collectors(topic)] for topic, file in files.items()}
+    collectors = {topic: samples.collectors(topic) for topic in topics}
     zero_ns = bag.first_command(samples.names)
-    undecodable = bag.deliver(takers, zero_ns, partial(_with_progress, bag.count))
-    written = [file for file in files.values() if file.nb_rows]
-    for file in written:
-        file.finish()
+    # Meanwhile another process writes the tables of topics that the run does not need.
+    apart = {topic: paths.pop(topic) for topic in _plain(collectors)}
+    other_process = _second_process(_write_apart, bag.path, apart, zero_ns)
+    with other_process if apart else nullcontext(lambda: _Written({}, [])) as others:
+        shown = partial(_with_progress, bag.count)
+        written = _write_topics(bag, paths, collectors, zero_ns, shown).with_those_of(others())
     if tables := samples.tables():
         write_tables(tables, unfinished)
     for path in sorted(unfinished.iterdir()):
         path.replace(folder / path.name)
     return ConversionReport(
         folder,
-        [folder / file.path.name for file in written],
+        [folder / name for name in names if written.nb_rows.get(name)],
         folder / FLEET.name if tables else None,
-        sum(file.nb_rows for file in written),
+        sum(written.nb_rows.values()),
         (bag.end_ns - bag.start_ns) / 1e9,
-        bag.notices + undecodable + samples.notices,
+        bag.notices + written.undecodable + samples.notices,
         samples.parameters_set(),
     )
+
+
+class _Written(NamedTuple):
+    """Numbers of rows by name of the file, and lines on messages that cannot be decoded."""
+
+    nb_rows: dict[str, int]
+    undecodable: list[str]
+
+    def with_those_of(self, other: _Written) -> _Written:
+        undecodable = sorted(self.undecodable + other.undecodable)  # by topic
+        return _Written(self.nb_rows | other.nb_rows, undecodable)
+
+
+def _write_topics(
+    bag: Bag,
+    paths: Mapping[BagTopic, Path],
+    collectors: Mapping[BagTopic, Sequence[Taker]],
+    zero_ns: int,
+    shown: Progress = iter,
+) -> _Written:
+    """Write the tables of some topics, and hand their messages to functions."""
+    tables = {
+        topic: TopicTable(path, parts_of_rows(topic.type.store, topic.type.name))
+        for topic, path in paths.items()
+    }
+    takers = {topic: [table.add, *collectors.get(topic, ())] for topic, table in tables.items()}
+    undecodable = bag.deliver(takers, zero_ns, shown)
+    for table in tables.values():
+        if table.nb_rows:
+            table.finish()
+    return _Written({table.path.name: table.nb_rows for table in tables.values()}, undecodable)
+
+
+_WORTH_A_PROCESS = 5_000  # messages: about 0.1 s
+
+
+def _plain(collectors: Mapping[BagTopic, Sequence[Taker]]) -> list[BagTopic]:
+    """Return the topics without collectors, if they are worth a process of their own."""
+    plain = [topic for topic, own in collectors.items() if not own]
+    has_cores = sys.platform == 'linux' and len(os.sched_getaffinity(0)) > 1
+    worth = has_cores and sum(topic.count for topic in plain) >= _WORTH_A_PROCESS
+    return plain if worth else []
+
+
+def _write_apart(path: Path, paths: Mapping[BagTopic, Path], zero_ns: int) -> _Written:
+    """Write the tables of some topics of a bag that another process reads, too."""
+    of_name = {(topic.name, topic.type.name): path for topic, path in paths.items()}
+    with open_bag(path) as bag:
+        own = {topic: of_name.get((topic.name, topic.type.name)) for topic in bag.topics}
+        return _write_topics(bag, {t: path for t, path in own.items() if path}, {}, zero_ns)
+
+
+_Result = TypeVar('_Result')
+
+
+@contextmanager
+def _second_process(work: Callable[..., _Result], *args: Any) -> Iterator[Callable[[], _Result]]:
+    """Run a function in a fork of this process; yield a function that waits for its result.
+
+    Its exceptions are raised here. The process does not outlive the block.
+    """
+    context = get_context('fork')
+    results, sent = context.Pipe(duplex=False)
+
+    def send_result() -> NoReturn:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
+        with suppress(BrokenPipeError):
+            try:
+                sent.send((work(*args), None))
+            except Exception as error:
+                sent.send((None, error))
+        os._exit(0)  # another thread of the parent may have held a lock of the output
+
+    def result() -> _Result:
+        try:
+            value, error = results.recv()
+        except EOFError:
+            raise SetcmasError('a process of the conversion was killed: out of memory?') from None
+        if error:
+            raise error
+        return cast(_Result, value)
+
+    process = context.Process(target=send_result)
+    process.start()
+    sent.close()
+    try:
+        yield result
+    finally:
+        process.kill()
+        process.join()
+        results.close()
 
 
 def file_names(topics: Iterable[str]) -> list[str]:
