@@ -37,6 +37,7 @@ MODEL = (
 
 
 @pytest.mark.nightly
+@pytest.mark.alone
 def test_latency_of_robots_whose_clock_is_3_s_behind(domain, tmp_path):
     model = tmp_path / 'model.yaml'
     model.write_text(MODEL)
