@@ -338,7 +338,8 @@ def _plotted(_: Answer, page: _Page) -> Answer:
     from setcmas_tools.page.run_facts import Pair, plot_pictures
 
     pair = Pair('run', _run_made(), warn=page.warn)
-    return {'plots': [{'name': one.name, 'picture': one.url} for one in plot_pictures(pair)]}
+    pictures = plot_pictures(pair)
+    return {'plots': [{'name': p.name, 'picture': p.url, 'share': p.share} for p in pictures]}
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
