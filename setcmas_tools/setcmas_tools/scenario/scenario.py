@@ -239,6 +239,8 @@ class Scenario:
     def notes(self) -> list[str]:
         """Notes for the user, such as on scripts to be filled in; may raise SetcmasError."""
         laws = self.law.scripts().notes if self.law.is_scripts else []
+        if self.nb_robots == 1 and self.law.is_scripts and self.law.scripts().use_network:
+            laws.append('the fleet has one robot, which has no neighbours; add --nb-robots 5')
         conditions = self.communication.found(self.law.exercise).notes
         return [*laws, *conditions]
 
