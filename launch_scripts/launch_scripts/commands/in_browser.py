@@ -148,7 +148,8 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
         if str(error.name).partition('.')[0] in _LATER:
             answer['needs'] = 'matplotlib'
     except BaseException as error:  # a script may have changed anything
-        answer = _refusal(f'the script has broken the simulation itself: {summarise(error)}')
+        reason = f'the script has broken the simulation itself: {summarise(error)}'
+        answer = {**_refusal(reason), 'broken': True}
     page.end()
     return json.dumps(answer, separators=(',', ':'), allow_nan=False)
 

@@ -254,6 +254,26 @@ def test_a_call_that_never_comes_back_to_python_is_ended(page):
     assert 'has not answered for 15 s' in page.text('#problem')
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ('harm', 'problem'),
+    [
+        ('import os; os._exit(1)', 'terminated with exit(1)'),
+        ('import sys; sys.setprofile = sys.settrace = None; raise GeneratorExit', ''),
+        ('import sys; sys.modules.clear()', ''),
+    ],
+)
+def test_a_script_that_harms_python_costs_one_run_at_most(page, harm, problem):
+    page.write(LAW.replace('x =', f'{harm}\n    x ='))
+    page.run()
+    assert problem in page.text('#problem')
+
+    page.write(LAW)
+    page.run()
+    assert page.text('#problem') == ''
+    assert page.text('#run-outcome') == 'complete'
+
+
 ATTACK = """
 import js
 
