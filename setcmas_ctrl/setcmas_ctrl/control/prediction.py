@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple
@@ -16,7 +16,11 @@ from setcmas_simu.arrays import Floats
 _NOTHING = 1e-6  # rounding leaves 1e-8 of a double eigenvalue 0
 
 PREDICT = 'predict'
-"""Name of the function in a control script that predicts figures of a run."""
+"""Name of the function in a control script that predicts figures of a run.
+
+It returns a linear law, from which all metrics of consensus follow, or values `Predicted` by names
+of metrics, such as 'consensus.convergence_rate_1_s'.
+"""
 
 DOUBTS = 'doubts'
 """Name of the function that returns texts: why the law may not do what it should."""
@@ -220,12 +224,6 @@ class LinearLaw:
             )
         return doubts
 
-
-Prediction = LinearLaw | Mapping[str, Predicted]
-"""A linear law, from which all metrics of consensus follow, or figures by names of metrics,
-such as 'consensus.convergence_rate_1_s'."""
-
-Predict = Callable[[RunConditions], Prediction]
 
 Doubts = Callable[[Conditions], Iterable[str] | str | None]
 
