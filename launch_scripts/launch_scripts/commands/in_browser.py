@@ -180,7 +180,7 @@ def _simulated(asked: Answer, page: _Page) -> Answer:
     _last = None
     scenario = _scenario(asked)
     scenario.check()
-    for note in (*scenario.notes, *scenario.safety.notes):
+    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
         page.warn(note)
     duration = scenario.time.duration
     begin = time.perf_counter()
