@@ -119,12 +119,10 @@ async function call(name, asked, show) {
   try {
     status(python.started ? 'Running ...' : 'Loading Python ...');
     const found = await python.call(name, asked, name === 'run' || name === 'check' ? SILENCE_MS : Infinity);
-    if (found.broken) throw new Error(found.error);
     if (found.ok === false) { showError(found.error, found.line); status('Stopped: see the message.'); } else { status('Ready.'); show(found); }
   } catch (error) {
     if (error.message !== 'stopped') showError(endedText(error.message));
     status(error.message === 'stopped' ? 'Stopped.' : 'Stopped: see the message.');
-    python.end('stopped');  // what the script has left of it may answer nothing any more
     prepare();
   }
   setBusy(false);
