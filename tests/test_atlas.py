@@ -99,7 +99,7 @@ def test_without_an_undirected_connected_graph_finite_time_consensus_has_no_boun
     (tmp_path / 'graph.yaml').write_text(f'edges: [{edges}]\n')
     run = simulate('finite_time_consensus', 4, 2.0, graph=str(tmp_path / 'graph.yaml'))
 
-    assert 'prediction' not in run.metrics()
+    assert not run.metrics()['prediction'].figures
     assert 'failed' not in capsys.readouterr().out
 
 
@@ -121,7 +121,8 @@ def test_more_rebels_than_expected_lead_honest_robots_away():
     rebels = {'REBELS': [1, 2], 'F': 1, 'RADIUS': 9.0}
     metrics = simulate('resilient_consensus', 6, 60.0, set=rebels, **THEORY).metrics()
 
-    assert 'prediction' not in metrics
+    assert not metrics['prediction'].figures
+    assert 'F = 1, but robots [1, 2] disobey' in str(metrics)
     assert metrics['honest'].largest_exit_m > 1.0
 
 
@@ -166,7 +167,9 @@ def test_links_that_are_longer_than_d_may_break():
     run = simulate('rendezvous', 4, 2.0)
     short = simulate('consensus', 4, 8.0, range=11.0, set={'K': -0.1})  # they drive apart
 
-    assert 'prediction' not in run.metrics()
+    assert not run.metrics()['prediction'].figures
+    wide = simulate('rendezvous', 8, 2.0, range=4.0, random_poses='auto')  # its D is 6 m
+    assert 'the law predicts nothing' in str(wide.metrics())
     assert short.metrics()['messages'].broken_links > 0
 
 
@@ -191,10 +194,12 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
         ('laplacian_consensus', {'set': {'K': 3}}, 'too large for a sampling period of 0.2 s'),
         ('laplacian_consensus', {'graph': 'two.yaml'}, 'no directed spanning tree'),
         ('containment', {'graph': 'two.yaml'}, 'no leader reaches robots [4]'),
+        ('containment', {'set': {'K': 5}}, 'too large for a sampling period of 0.2 s'),
         ('cyclic_pursuit', {'nb_robots': 2}, 'needs at least three robots'),
         ('cyclic_pursuit', {'graph': 'path'}, 'robots [4] do not receive the robot that they'),
         ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
         ('finite_time_consensus', {'graph': 'two.yaml'}, 'at the start is not connected'),
+        ('finite_time_consensus', {'set': {'K': 2}}, 'robots stay about 0.64 m apart'),
         ('resilient_consensus', {'graph': 'ring'}, 'a robot has fewer than 3 neighbours'),
         ('resilient_consensus', {'set': {'K': 6}}, 'K must be 5 1/s at most'),
         ('leader_election', {'graph': 'two.yaml'}, 'the graph is not strongly connected'),
@@ -218,9 +223,22 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
 def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, options, line):
     (tmp_path / 'two.yaml').write_text('edges: [1 - 2, 2 - 3]\n')
     monkeypatch.chdir(tmp_path)
-    simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
+    run = simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
 
     assert capsys.readouterr().out.count(line) == 1
+    assert line in str(run.metrics())
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize(
+    ('graph', 'count', 'apart'),
+    [('complete', 2, 0.16), ('complete', 4, 0.64), ('ring', 6, 0.64), ('star', 5, 1.0)],
+)
+def test_sampled_finite_time_consensus_stays_as_far_apart_as_it_says(graph, count, apart):
+    options = {'rate': 5.0, 'robot_rate': 5.0, 'set': {'K': 2.0, 'SLOW': 0.0}}
+    run = simulate('finite_time_consensus', count, 100.0, graph=graph, **{**THEORY, **options})
+
+    assert np.ptp(run.poses[-50:, :2], axis=2).max() == pytest.approx(apart)
 
 
 @pytest.mark.parametrize(
@@ -235,7 +253,7 @@ def test_a_setting_that_cannot_be_stops_the_robots_and_predicts_nothing(law, giv
 
     assert run.failed_robots == [1, 2, 3]
     assert (run.velocities == 0).all()
-    assert 'prediction' not in run.metrics()
+    assert not run.metrics()['prediction'].figures
     assert 'failed' not in capsys.readouterr().out
 
 

@@ -91,6 +91,14 @@ def test_two_circling_robots_lock_with_the_predicted_lag(options, difference):
         assert np.ptp(run.poses[-1, 2]) == pytest.approx(lag.predicted, rel=0.02)
 
 
+@pytest.mark.parametrize(('count', 'difference'), [(3, 0.2), (5, 0.1), (8, 0.3), (6, 0.35)])
+def test_more_robots_lock_with_the_lags_of_theory(count, difference):
+    run = simulate('kuramoto', count, 200.0, set={'DW': difference}, **THEORY)
+    lag = figures(run)[LAG]
+
+    assert lag.measured == pytest.approx(lag.predicted, rel=0.01)
+
+
 @pytest.mark.parametrize(('graph', 'count', 'least'), [('complete', 2, 0.1), ('path', 3, 0.15)])
 @pytest.mark.parametrize('share', [0.95, 1.05])
 def test_circling_robots_lock_from_the_least_coupling_on(graph, count, least, share, capsys):

@@ -70,7 +70,7 @@ def plots(request: str = '{}', say: Say = str) -> str:
 
 
 def report_html(request: str, say: Say = str) -> str:
-    """Return the page of the last run to hand in, with title, names and answers."""
+    """Return the page of the last run to hand in, with title and names."""
     return _answered(_reported, request, say)
 
 
@@ -91,7 +91,6 @@ class _Page(io.TextIOBase):
         self._printed = ''
         self._letters = 0
         self._next = 0.0
-        self.said: list[str] = []
 
     def write(self, text: str) -> int:
         """Print a text; what exceeds a limit is not shown."""
@@ -103,7 +102,6 @@ class _Page(io.TextIOBase):
 
     def warn(self, message: str) -> None:
         """Show a message."""
-        self.said.append(message)
         self.end()
         self.send(warn=message)
 
@@ -150,9 +148,10 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
         if str(error.name).partition('.')[0] in _LATER:
             answer['needs'] = 'matplotlib'
     except BaseException as error:  # a script may have changed anything
-        answer = _refusal(f'the script has broken the simulation itself: {summarise(error)}')
+        reason = f'the script has broken the simulation itself: {summarise(error)}'
+        answer = {**_refusal(reason), 'broken': True}
     page.end()
-    return json.dumps({**answer, 'said': page.said}, separators=(',', ':'), allow_nan=False)
+    return json.dumps(answer, separators=(',', ':'), allow_nan=False)
 
 
 def _refusal(message: str) -> Answer:
@@ -181,7 +180,7 @@ def _simulated(asked: Answer, page: _Page) -> Answer:
     _last = None
     scenario = _scenario(asked)
     scenario.check()
-    for note in (*scenario.notes, *scenario.safety.notes):
+    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
         page.warn(note)
     duration = scenario.time.duration
     begin = time.perf_counter()
@@ -310,7 +309,6 @@ def _checked(asked: Answer, page: _Page) -> Answer:
         'unfilled': marks.unfilled,
         'hint': hints[0] if hints else '',
         'scenarios': scenarios,
-        'text': str(found),
         'picture': found.picture_url() if any(one.paths for one in marks.scenarios) else '',
     }
 
@@ -323,7 +321,6 @@ def _scenario_entry(mark: Any) -> Answer:
             'points': one.points,
             'of': one.max_points,
             'full': one.is_full,
-            'metric': one.metric,
             'reached': one.reached_text,
             'wanted': one.wanted,
             'hint': one.hint,
@@ -338,17 +335,14 @@ def _plotted(_: Answer, page: _Page) -> Answer:
     from setcmas_tools.page.run_facts import Pair, plot_pictures
 
     pair = Pair('run', _run_made(), warn=page.warn)
-    return {'plots': [{'name': one.name, 'picture': one.url} for one in plot_pictures(pair)]}
+    pictures = plot_pictures(pair)
+    return {'plots': [{'name': p.name, 'picture': p.url, 'share': p.share} for p in pictures]}
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
     from setcmas_tools.page.report_file import Cover, loaded_pair, report_page
 
-    answers = None
-    if asked.get('answers'):
-        answers = Path('answers.md')
-        answers.write_text(asked['answers'], encoding='utf-8', errors='replace')
-    cover = Cover(asked.get('title') or '', asked.get('name') or '', answers)
+    cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
     return {'html': report_page(loaded_pair([_saved()], page.warn), cover)}
 
 

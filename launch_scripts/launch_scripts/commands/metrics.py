@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     target = source.folder / f'{source.stem}{FILE_NAME}'
     evaluation = evaluate(run, metrics_file=target, warn=_warn)
     print(evaluation)
-    if run.references is None:
+    if run.references is None and not any(one.option == 'algo' for one in run.inputs):
         tasks = ','.join(TASKS.plugins())
         print(
             f'the task is unknown, so task errors are missing; add --task {{{tasks}}} and --algo '

@@ -58,7 +58,7 @@ def main(args: argparse.Namespace) -> int:
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
     scenario.start_poses()
-    for note in (*scenario.notes, *scenario.safety.notes):
+    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
         warn(f'setcmas offline: {note}')
     scenario = scenario.found()
     inputs = inputs_of(scenario)

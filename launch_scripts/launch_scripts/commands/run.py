@@ -71,7 +71,7 @@ def main(args: argparse.Namespace) -> int:
     """Do the whole job; return the exit status."""
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
-    for note in scenario.notes:
+    for note in scenario.notes_on_simulation:
         warn(f'setcmas run: {note}')
     lab = _emulated_lab(args, scenario)
     if lab:

@@ -9,8 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, names_to_set, summary_of
-from setcmas_simu import __version__
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, names_to_set
 from setcmas_simu.options.group import default_of
 from setcmas_simu.options.kinds import Number, Whole
 from setcmas_simu.options.option import Option, plain
@@ -26,9 +25,6 @@ _OFFERED = (
 )  # fmt: skip
 """Options of the page, in order; the others need ROS, a solver, or files."""
 
-_FOR_TOOLS = ('task', 'exercise')
-"""Names of scripts that are no settings of the law."""
-
 
 def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
     """Return what a page offers, as JSON has it.
@@ -42,7 +38,6 @@ def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> d
     """
     exercises = (name for name in _names(EXERCISES) if _has_rubric(name))
     return {
-        'version': __version__,
         'laws': [_law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS)],
         'exercises': [_exercise(name, rubric_of_exercise(name)) for name in exercises],
         'rubrics': [_rubric(one.stem, read_rubric(one)) for one in rubrics],
@@ -67,9 +62,8 @@ def _has_rubric(name: str) -> bool:
 def _law(name: str, file: Path) -> dict[str, Any]:
     return {
         'name': name,
-        'summary': summary_of(file) or '',
         'text': file.read_text(encoding='utf-8'),
-        'settings': [one for one in names_to_set(file) if one not in _FOR_TOOLS],
+        'settings': [one for one in names_to_set(file) if one.isupper()],  # others are state
     }
 
 
@@ -103,20 +97,15 @@ def _scenario(file: Path) -> dict[str, Any]:
 
 
 def _options() -> list[dict[str, Any]]:
-    found = {
-        one.name: _option(one, kind.TITLE)
-        for kind in Scenario.PARTS.values()
-        for one in fields(kind)
-    }
-    return [found[name] for name in _OFFERED]
+    found = {one.name: one for kind in Scenario.PARTS.values() for one in fields(kind)}
+    return [_option(found[name]) for name in _OFFERED]
 
 
-def _option(one: Field[Any], group: str) -> dict[str, Any]:
+def _option(one: Field[Any]) -> dict[str, Any]:
     option: Option = one.metadata['option']
     kind = option.kind
     return {
         'name': one.name,
-        'group': group,
         'help': option.help,
         'must_be': kind.must_be,
         'input': _input(option),
@@ -124,7 +113,6 @@ def _option(one: Field[Any], group: str) -> dict[str, Any]:
         'default_text': option.default_text,
         'unit': getattr(kind, 'unit', ''),
         'choices': [*(MODELS.plugins() if one.name == 'model' else kind.choices)],
-        **{bound: _finite(getattr(kind, bound, None)) for bound in ('above', 'least', 'most')},
     }
 
 

@@ -31,12 +31,13 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def doubts(conditions):
-    """Return which robots no leader reaches."""
+    """Yield which robots no leader reaches, and why robots may overshoot."""
     reached = network.reachable(conditions.adjacency)
     leaders = [leader - 1 for leader in LEADERS if leader <= len(reached)]
     apart = [i + 1 for i in range(len(reached)) if not reached[i, leaders].any()]
-    doubt = f'no leader reaches robots {apart}: they may not converge to the leaders'
-    return [doubt] if apart else []
+    if apart:
+        yield f'no leader reaches robots {apart}: they may not converge to the leaders'
+    yield from predict(conditions).doubts(conditions.period, meet=False)
 
 
 def predict(conditions):

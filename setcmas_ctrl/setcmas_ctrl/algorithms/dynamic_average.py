@@ -67,7 +67,7 @@ def doubts(conditions):
 def predict(conditions):
     """Return the distance from the mean in the long run, and the mean at the end."""
     count = len(conditions.adjacency)
-    if count < 2 or not keeps_mean(conditions.adjacency):
+    if count < 2 or list(doubts(conditions)):
         return {}
     drifts = np.resize(DRIFTS, (count, 2))
     apart = np.linalg.norm(np.linalg.pinv(K * conditions.laplacian) @ drifts) / np.sqrt(count)

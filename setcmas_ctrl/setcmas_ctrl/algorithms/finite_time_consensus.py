@@ -36,19 +36,24 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def doubts(conditions):
-    """Return why robots may not meet at their mean by the predicted time."""
-    if (conditions.adjacency != conditions.adjacency.T).any():
-        return ['the graph is directed: robots may miss their mean and the predicted time']
-    if not network.reachable(conditions.adjacency).all():
-        return ['the graph at the start is not connected: robots do not all meet']
-    return []
+    """Yield why robots may not meet at their mean by the predicted time."""
+    L, h = conditions.laplacian, conditions.period
+    if not 0 < ALPHA < 1:
+        return
+    if (L != L.T).any():
+        yield 'the graph is directed: robots may miss their mean and the predicted time'
+    elif not network.reachable(conditions.adjacency).all():
+        yield 'the graph at the start is not connected: robots do not all meet'
+    swing = max(h * K * np.linalg.norm(L, 2) / 2, 0) ** (1 / (1 - ALPHA))
+    known = conditions.starts[:2, np.isfinite(conditions.starts[0])]
+    if swing > 0.02 * np.ptp(known, axis=1).max():
+        yield f'K is too large for calls every {h:g} s: robots stay about {swing:.2g} m apart'
 
 
 def predict(conditions):
     """Return a bound of the settling time, for an undirected connected graph."""
     places, weights = conditions.starts[:2], conditions.adjacency
-    is_suitable = (weights == weights.T).all() and network.reachable(weights).all()
-    if len(weights) < 2 or not is_suitable or not 0 < ALPHA < 1 or K <= 0:
+    if len(weights) < 2 or not 0 < ALPHA < 1 or K <= 0 or list(doubts(conditions)):
         return {}
     weights = weights ** (2 / (1 + ALPHA))
     second = np.linalg.eigvalsh(np.diag(weights.sum(axis=1)) - weights)[1]

@@ -7,7 +7,8 @@ Each robot keeps a phase theta_i, at first its heading, sends it, and drives in 
 with rates w_i evenly from W - DW/2 (robot 1) to W + DW/2 (robot N). Two robots lock if and only
 if DW <= K, with the lag asin(DW/K). More robots lock in an undirected connected graph if
 pinv(K L/N) w differs by less than 1 along each link: exact for trees, nearly so for others. With
-DW = 0 the phases of the complete graph converge at the rate K.
+DW = 0 the phases of the complete graph converge at the rate K; otherwise theta_i is ahead of the
+mean phase by asin((w_i - W)/(K r)), with the mean r of the cosines of these lags.
 Source: Sepulchre, Paley and Leonard, Stabilization of planar collective motion: all-to-all
 communication, IEEE Transactions on Automatic Control 52(5), 2007; the condition: Doerfler,
 Chertkov and Bullo, Synchronization in complex oscillator networks and smart grids, PNAS, 2013.
@@ -55,12 +56,16 @@ def doubts(conditions):
 
 
 def predict(conditions):
-    """Return the lag of two robots, or the rate of a complete graph with DW = 0."""
+    """Return the rate of a complete graph with DW = 0; otherwise its lags, if robots lock."""
     count, h = len(conditions.adjacency), conditions.period
-    complete = count > 1 and (conditions.adjacency == 1 - np.eye(count)).all()
-    if complete and DW == 0 and 0 < h * K < 1:
+    if count < 2 or (conditions.adjacency != 1 - np.eye(count)).any() or not 0 < h * K < 1:
+        return {}
+    if DW == 0:
         return {'alignment.convergence_rate_1_s': Predicted(-np.log(1 - h * K) / h, 'K, sampled')}
-    if complete and count == 2 and 0 < abs(DW) <= K:
-        lag = Predicted(np.arcsin(abs(DW) / K), 'asin(DW / K)')
-        return {'alignment.spread_of_directions_at_end_rad': lag}
-    return {}
+    sines, r = np.linspace(-DW, DW, count) / (2 * K), 1.0
+    for _ in range(200):
+        if np.max(sines) > r:  # they do not lock
+            return {}
+        r = np.mean(np.sqrt(1 - (sines / r) ** 2))
+    lag = Predicted(2 * np.arcsin(abs(DW) / (2 * K * r)), 'lags asin((w_i - W) / (K r))')
+    return {'alignment.spread_of_directions_at_end_rad': lag}

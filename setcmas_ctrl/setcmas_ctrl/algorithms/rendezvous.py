@@ -55,7 +55,7 @@ def doubts(conditions):
 
 
 def predict(conditions):
-    """Return that no link breaks if all are shorter than D at the start."""
-    if conditions.period > H or longest(conditions) >= D:
+    """Return that no link breaks if all are shorter than D, which is in range."""
+    if conditions.period > H or longest(conditions) >= D or conditions.range < D:
         return {}
     return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

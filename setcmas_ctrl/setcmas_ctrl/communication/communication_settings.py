@@ -121,7 +121,7 @@ class CommunicationOptions(Options):
     def notes(self) -> list[str]:
         """Notes for the user: a condition that is not filled in yet, or nothing arrives."""
         unfilled = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
-        silent = 'loss is 1: no message arrives, so each robot knows its own pose only'
+        silent = 'loss is 1: no message arrives, so robots know the others as they started'
         return [note for note in (unfilled, silent if self.loss == 1.0 else '') if note]
 
 

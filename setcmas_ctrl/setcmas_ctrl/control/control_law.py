@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import DOUBTS, Conditions, Doubts
+from setcmas_ctrl.control.prediction import DOUBTS, Conditions, Doubts, texts_of
 from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
@@ -140,8 +140,8 @@ class ControlLaw:
         if t > start:
             self._doubts = None
             period = max(round(t - start, 3), 0.001)  # over ROS calls are not evenly spaced
-            found = doubts(Conditions(starts, network.adjacency(), period, inf)) or ()
-            for doubt in [found] if isinstance(found, str) else found:
+            conditions = Conditions(starts, network.adjacency(), period, inf)
+            for doubt in texts_of(doubts, conditions):
                 print(f'{self.path.stem}: {doubt}')
 
     @property

@@ -56,6 +56,11 @@ class LawScripts:
         return hiding + list(filter(None, map(unfilled_note, self.paths)))
 
     @property
+    def use_network(self) -> bool:
+        """Whether scripts import the communication network."""
+        return any(b'import network' in path.read_bytes() for path in self.paths)
+
+    @property
     def text(self) -> str:
         """Value of `--algo` for these scripts that works in any folder."""
         if not self._by_robot:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,11 @@ from setcmas_simu.arrays import Floats
 _NOTHING = 1e-6  # rounding leaves 1e-8 of a double eigenvalue 0
 
 PREDICT = 'predict'
-"""Name of the function in a control script that predicts figures of a run."""
+"""Name of the function in a control script that predicts figures of a run.
+
+It returns a linear law, from which all metrics of consensus follow, or values `Predicted` by names
+of metrics, such as 'consensus.convergence_rate_1_s'.
+"""
 
 DOUBTS = 'doubts'
 """Name of the function that returns texts: why the law may not do what it should."""
@@ -23,33 +28,44 @@ DOUBTS = 'doubts'
 
 @dataclass(frozen=True)
 class Conditions:
-    """The conditions of a run that theory needs.
+    """The conditions of a run that `doubts` gets.
 
     Attributes:
         starts: Rows x (m), y (m) and theta (rad) of the robots when the laws are first called,
-            shape (3, N); for `doubts` NaN for robots that robot 1 does not know.
+            shape (3, N); while it runs, NaN for robots that robot 1 does not know.
         adjacency: Weights of the graph at the start, shape (N, N): row i receives from column j.
         period: Time between two calls of the laws, in s.
         duration: Length of the run, in s; inf while it runs.
-        delay: Delay of messages, in s.
-        noise: Standard deviation of the noise on received positions, in m.
-        threshold: Distance from the last position sent at which a robot sends its state, in m;
-            0 if it sends every state.
     """
 
     starts: Floats
     adjacency: Floats
     period: float
     duration: float
-    delay: float = 0.0
-    noise: float = 0.0
-    threshold: float = 0.0
 
     @property
     def laplacian(self) -> Floats:
         """L = diag(sum_j a_ij) - A, shape (N, N)."""
         laplacian: Floats = np.diag(self.adjacency.sum(axis=1)) - self.adjacency
         return laplacian
+
+
+@dataclass(frozen=True)
+class RunConditions(Conditions):
+    """The conditions of a finished run, which `predict` gets.
+
+    Attributes:
+        delay: Delay of messages, in s.
+        noise: Standard deviation of the noise on received positions, in m.
+        threshold: Distance from the last position sent at which a robot sends its state, in m;
+            0 if it sends every state.
+        range: Distance beyond which robots have no link, in m.
+    """
+
+    delay: float = 0.0
+    noise: float = 0.0
+    threshold: float = 0.0
+    range: float = inf
 
 
 class Predicted(NamedTuple):
@@ -91,7 +107,7 @@ class LinearLaw:
         robot = np.arange(len(self.matrix)) % count
         return np.where(robot[:, None] != robot, self.matrix, 0.0)
 
-    def positions(self, conditions: Conditions) -> tuple[Floats, Floats]:
+    def positions(self, conditions: RunConditions) -> tuple[Floats, Floats]:
         """Return the times of the calls and the end, and the positions then.
 
         Velocities are constant between two calls, so z(k + 1) = z(k) - h M (z(k) - offsets), with
@@ -147,7 +163,7 @@ class LinearLaw:
             conditions.period * received,
         )
 
-    def spread_by_noise(self, conditions: Conditions) -> float:
+    def spread_by_noise(self, conditions: RunConditions) -> float:
         """Return the RMS distance to the centre that noise causes in the long run, in m.
 
         Errors e are independent for each link, so their covariance P = B P B' + S. The result is
@@ -164,7 +180,7 @@ class LinearLaw:
             P, B = P + B @ P @ B.conj().T, B @ B
         return float(np.sqrt(2.0 * np.trace(P).real / count))
 
-    def spread_by_events(self, conditions: Conditions) -> float:
+    def spread_by_events(self, conditions: RunConditions) -> float:
         """Return an upper bound of the RMS distance to the centre at the end, in m.
 
         Errors e are at most the threshold of each robot: |delta(k + 1)| <= |B| |delta| + |G e|.
@@ -209,10 +225,10 @@ class LinearLaw:
         return doubts
 
 
-Prediction = LinearLaw | Mapping[str, Predicted]
-"""A linear law, from which all metrics of consensus follow, or figures by names of metrics,
-such as 'consensus.convergence_rate_1_s'."""
-
-Predict = Callable[[Conditions], Prediction]
-
 Doubts = Callable[[Conditions], Iterable[str] | str | None]
+
+
+def texts_of(doubts: Doubts, conditions: Conditions) -> list[str]:
+    """Return the texts of a law's function `doubts`."""
+    found = doubts(conditions) or ()
+    return [found] if isinstance(found, str) else [*found]

@@ -67,7 +67,7 @@ class Options:
         for one in fields(self):
             value = getattr(self, one.name)
             kept: Option = one.metadata['option']
-            if not kept.is_several and (value is not None or one.default is not None):
+            if value is not None or one.default is not None:
                 kept.check(one.name, value)
         self.check()
 

@@ -75,7 +75,7 @@ class Kind:
 
     def spread(self, value: Any) -> Iterable[Any]:
         """Return the values that `gathered` joins."""
-        return tuple(value)
+        return value if isinstance(value, (tuple, list)) else [value]
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         """Replace the files that a YAML value names by their paths."""

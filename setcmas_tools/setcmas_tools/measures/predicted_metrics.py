@@ -10,8 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.control.prediction import PREDICT, Conditions, LinearLaw, Predict, Predicted
+from setcmas_ctrl.control.prediction import (
+    DOUBTS,
+    PREDICT,
+    LinearLaw,
+    Predicted,
+    RunConditions,
+    texts_of,
+)
 from setcmas_ctrl.scripts.loader import ALGORITHMS, load_script
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
@@ -19,7 +27,7 @@ from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.consensus_metrics import CONSENSUS, ConsensusMetrics, consensus
 from setcmas_tools.measures.metric import Measured, words_and_unit
 from setcmas_tools.measures.motion_metrics import largest_speed
-from setcmas_tools.run.run import Run, models_of
+from setcmas_tools.run.run import Run, channel_of, models_of
 
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
@@ -68,6 +76,8 @@ class Comparison(Measured):
             words, unit = words_and_unit(name.rpartition('.')[2])
             unit = f' {unit}' if unit else ''
             lines.append(f'  {words} {_number(one.measured, unit)}{predicted}')
+        if not lines:
+            lines.append('theory: the law predicts nothing for these conditions')
         if self.figures and self.differs:
             lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
         return lines
@@ -105,13 +115,9 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     conditions = found and conditions_of(run)
     if not (found and conditions):
         return None
-    predict, title = found
-    result = predict(conditions)
-    figures: dict[str, Figure] = {}
-    doubts: list[str] = []
+    law, title = found
+    result = getattr(law, PREDICT)(conditions)
     if isinstance(result, LinearLaw):
-        meet = _is_consensus(run) and not _graph_changes(run)
-        doubts = result.doubts(conditions.period, meet)
         figures = _of_linear(run, result, conditions, parts)
     elif isinstance(result, Mapping) and all(isinstance(v, Predicted) for v in result.values()):
         figures = _figures(result, parts)
@@ -119,13 +125,25 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         raise InvalidPluginError(
             f'{PREDICT} of {title} must return a LinearLaw or values Predicted by metric'
         )
-    theirs = {'delay': isinstance(result, LinearLaw), 'noise': _SPREAD in figures}
+    delay_counts = isinstance(result, LinearLaw) and conditions.delay > 0.0
+    theirs = {'delay': delay_counts, 'noise': _SPREAD in figures}
     differs = left_out(run, {name for name, known in theirs.items() if known})
-    return Comparison(figures, tuple(differs), tuple(doubts)) if figures or doubts else None
+    return Comparison(figures, tuple(differs), tuple(_doubts(run, law, result, conditions)))
 
 
-def _law(run: Run) -> tuple[Predict, str] | None:
-    """Return the predictions of the run's law, and its name.
+def _doubts(run: Run, law: ModuleType, result: object, conditions: RunConditions) -> list[str]:
+    """Return what the law needs, and these conditions do not give.
+
+    Where the graph changes, that at the start decides nothing about a linear law.
+    """
+    own, changes = getattr(law, DOUBTS, None), _graph_changes(run)
+    if isinstance(result, LinearLaw) and (changes or not own):
+        return result.doubts(conditions.period, _is_consensus(run) and not changes)
+    return texts_of(own, conditions) if own else []
+
+
+def _law(run: Run) -> tuple[ModuleType, str] | None:
+    """Return the run's law if it predicts, and its name.
 
     Raises:
         InvalidPluginError: The run's settings do not fit its law.
@@ -139,8 +157,8 @@ def _law(run: Run) -> tuple[Predict, str] | None:
         except SetcmasError:  # that of another package is damaged
             continue
         if path.read_bytes() == scripts[0].contents[0]:
-            predict = getattr(_loaded(path, run.parameters.get('set') or {}), PREDICT, None)
-            return (predict, name) if callable(predict) else None
+            law = _loaded(path, run.parameters.get('set') or {})
+            return (law, name) if callable(getattr(law, PREDICT, None)) else None
     return None
 
 
@@ -154,7 +172,7 @@ def _loaded(path: Path, settings: object) -> ModuleType:
         raise InvalidPluginError(f'skipped: {error}') from error
 
 
-def conditions_of(run: Run) -> Conditions | None:
+def conditions_of(run: Run) -> RunConditions | None:
     """Return the conditions of a run; None if they are unknown, or the run is too large."""
     grid, rate = run.counted_grid, float(run.parameters.get('rate') or 0.0)
     if not rate > 0.0 or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
@@ -169,17 +187,27 @@ def conditions_of(run: Run) -> Conditions | None:
         if len(adjacency) != count:
             return None
     starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
-    given = run.parameters
-    delay, noise = (float(given.get(name) or 0.0) for name in ('delay', 'noise'))
+    given, channel = run.parameters, channel_of(run, count)
+    delay, noise = (
+        _of_all(getattr(channel, name), adjacency) if channel else 0.0
+        for name in ('delay', 'noise')
+    )
     if robot_rate := float(given.get('robot_rate') or 0.0):  # only whole steps are sent
         delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
     threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
-    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, noise, threshold)
+    reach = float(given.get('range') or np.inf)
+    return RunConditions(starts, adjacency, 1.0 / rate, duration, delay, noise, threshold, reach)
+
+
+def _of_all(values: Floats, adjacency: Floats) -> float:
+    """Return the value of all links; 0 if they differ."""
+    found = np.unique(values[adjacency > 0])
+    return float(found[0]) if len(found) == 1 else 0.0
 
 
 def _of_linear(
-    run: Run, law: LinearLaw, conditions: Conditions, parts: Mapping[str, Measured]
+    run: Run, law: LinearLaw, conditions: RunConditions, parts: Mapping[str, Measured]
 ) -> dict[str, Figure]:
     """Return the positions at the end, and of consensus its rate, centre and spread."""
     t, positions = law.positions(conditions)
@@ -213,7 +241,7 @@ def _of_linear(
 
 
 def _spreads(
-    law: LinearLaw, conditions: Conditions, found: ConsensusMetrics
+    law: LinearLaw, conditions: RunConditions, found: ConsensusMetrics
 ) -> dict[str, Predicted]:
     """Return the disagreement that noise causes, and a bound of that which events cause."""
     spreads = {}
@@ -254,7 +282,7 @@ def left_out(run: Run, known: Collection[str] = ()) -> list[str]:
 
     `known` are the properties of messages, 'delay' or 'noise', that it includes.
     """
-    given, found = run.parameters, []
+    found = []
     if any(motion_of(model) is not Motion.FREE for model in models_of(run).values()):
         found.append('turning before driving')
     if run.commands is not None:
@@ -271,8 +299,9 @@ def left_out(run: Run, known: Collection[str] = ()) -> list[str]:
             found.append('event-triggered communication')
         if _graph_changes(run):
             found.append('changes of the graph')
-    late_or_noisy = [name for name in ('delay', 'noise') if name not in known and given.get(name)]
-    found += [f'{name} of messages' for name in late_or_noisy]
+    if channel := channel_of(run, len(run.robots)):
+        ignored = [name for name in ('delay', 'noise') if name not in known]
+        found += [f'{name} of messages' for name in ignored if getattr(channel, name).any()]
     if run.commands is not None and run.commands.allowed is not None:
         found.append('the safety filter')
     return found

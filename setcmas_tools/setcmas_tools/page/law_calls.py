@@ -10,11 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.communication_settings import (
-    CommunicationOptions,
-    chosen_communication,
-)
-from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import value_in_words
 from setcmas_ctrl.filter.safety_filter import Verdict
@@ -28,7 +23,7 @@ from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
 from setcmas_tools.run.law_output import MOVING
-from setcmas_tools.run.run import Run
+from setcmas_tools.run.run import Run, channel_of
 
 _MOST_CALLS = 6_000
 """Of all robots; of longer runs the page has each second, fifth, ... call."""
@@ -227,7 +222,7 @@ class Knowledge:
     def _played(self, robot: int, record: CommunicationRecord) -> tuple[Floats, Floats] | str:
         """Return the poses that a robot received, shape (C, 3, N), at the C calls of its law."""
         run, size = self._history.run, self._size
-        channel = _channel(run, size)
+        channel = channel_of(run, size)
         if channel is None:
             return _CHANNEL
         if channel.is_random and run.info.started:
@@ -289,21 +284,6 @@ def _sent(run: Run, record: CommunicationRecord) -> Iterator[_Event]:
     starts = np.flatnonzero(np.diff(t, prepend=-np.inf) > 0)
     for first, last in zip(starts, [*starts[1:], len(t)], strict=True):
         yield float(t[first]), _SENT, np.unique(robots[first:last]) - 1
-
-
-def _channel(run: Run, size: int) -> Channel | None:
-    """Return delay, loss and noise of the links; None if the run does not record them."""
-    names = ('graph', 'delay', 'loss', 'noise')
-    values = {name: run.parameters[name] for name in names if name in run.parameters}
-    files = [given.path for given in run.inputs if given.option == 'graph']
-    if files:
-        values['graph'] = files[0]
-    if not values:
-        return None
-    try:
-        return chosen_communication(size, CommunicationOptions(**values), run.info.seed).channel
-    except (SetcmasError, TypeError):
-        return None
 
 
 def _agrees(links: Links, robot: int, record: CommunicationRecord) -> bool:

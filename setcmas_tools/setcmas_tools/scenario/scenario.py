@@ -242,6 +242,13 @@ class Scenario:
         conditions = self.communication.found(self.law.exercise).notes
         return [*laws, *conditions]
 
+    @property
+    def notes_on_simulation(self) -> list[str]:
+        """The same, and that a simulated robot is alone; may raise SetcmasError."""
+        is_alone = self.nb_robots == 1 and self.law.is_scripts and self.law.scripts().use_network
+        alone = 'the fleet has one robot, which has no neighbours; add --nb-robots 5'
+        return [*self.notes, *([alone] if is_alone else [])]
+
     def start_poses(self) -> Floats:
         """Return the start poses of a simulation: x, y in m and theta in rad, (3, nb_robots).
 

@@ -47,18 +47,18 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
         inside = set(line.rows)
         rows = [[row for row in group.rows if row in inside] for group in study.groups(by)]
         low, middle, high = np.array([_spread(study, metric, one, success) for one in rows]).T
-        if _is_scale(study, by):
-            name = str(line)
-            if predicted(metric) in study.metrics:
-                name = name or 'measured'
-                theory = [median(study.numbers(predicted(metric))[one]) for one in rows]
-                axes.plot(places, theory, color='0.8', linewidth=6, label=_THEORY)
+        is_scale, name = _is_scale(study, by), str(line)
+        if predicted(metric) in study.metrics:
+            name = name or 'measured'
+            theory = [median(study.numbers(predicted(metric))[one]) for one in rows]
+            look = '-' if is_scale else '_'
+            axes.plot(places, theory, look, color='0.8', lw=6, ms=30, mew=6, label=_THEORY)
+        if is_scale:
             axes.plot(places, middle, 'o-', color=colour, label=name)
             axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
         else:
-            axes.errorbar(
-                places, middle, _bars(low, middle, high), None, 'o', color=colour, label=str(line)
-            )
+            bars = _bars(low, middle, high)
+            axes.errorbar(places, middle, bars, None, 'o', color=colour, label=name)
             places = [place + _BETWEEN_BARS for place in places]
     if metric == SUCCESS:
         axes.set_ylim(-0.02, 1.02)

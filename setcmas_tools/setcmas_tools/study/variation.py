@@ -73,7 +73,7 @@ def checked_name(name: str, script_names: Collection[str]) -> str:
         return name
     known = [*OPTIONS, *script_names]
     raise SetcmasError(
-        f'--vary {name}: unknown name{did_you_mean(own, known, 2)} options are '
+        f'--vary {name}: unknown name{did_you_mean(own, known, 2) or ";"} options are '
         f'{", ".join(OPTIONS)}; names of the script: {", ".join(sorted(script_names)) or "none"}'
     )
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from setcmas_tools.run.run import Run
 
-_MOST_TIMES = 200
+_MOST_TIMES, _MOST_M = 200, 1e6
 _POINTS, _PIXELS = 60, 400  # along each side of the box
 
 
@@ -31,8 +31,8 @@ def box(value: Any) -> list[list[float]]:
         ValueError: It is not; the message says what it must be.
     """
     corners = points(value)
-    if len(corners) != 2 or not (np.diff(corners, axis=0) > 0).all():
-        raise ValueError('it must be the corners [[left, bottom], [right, top]] of a box')
+    if len(corners) != 2 or not (np.diff(corners, axis=0) > 0).all() or np.max(corners) > _MOST_M:
+        raise ValueError('it must be the corners [[left, bottom], [right, top]] of a box (m)')
     return corners
 
 

@@ -5,6 +5,7 @@ import pytest
 import yaml
 from processes import refuses, run_here
 
+from setcmas_tools import simulate
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import write_fleet
@@ -69,6 +70,12 @@ def test_the_script_counts_as_it_was_in_the_run(run):
     assert result.returncode == 0, result.stderr
     content = yaml.safe_load((run / 'metrics.yaml').read_text())
     assert content['waypoints']['reached_at_s'][1][0] == 9.0
+
+
+def test_a_law_without_a_task_is_not_asked_for_one(tmp_path):
+    simulate('containment', 4, 1.0).save(tmp_path / 'out')
+
+    assert 'the task is unknown' not in run_here('metrics', 'out', cwd=tmp_path).stdout
 
 
 def test_another_table_has_its_name_before_that_of_the_file(tmp_path):

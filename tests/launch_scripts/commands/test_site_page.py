@@ -98,6 +98,13 @@ def test_the_run_is_played_and_scrubbed(page):
     page.click('#do-plots')
     page.wait()
     assert page.script("return document.querySelectorAll('#plots img').length") > 1
+    wait_for(lambda: page.script('return [...document.images].every(one => one.complete)'))
+    widths = page.script(
+        """const box = document.querySelector('.plots').getBoundingClientRect();
+        return [box, ...[...document.images].map(one => one.getBoundingClientRect())]
+          .map(one => one.width);"""
+    )
+    assert widths[0] >= max(widths[1:]) > 200
 
 
 @pytest.mark.nightly
@@ -247,6 +254,26 @@ def test_a_call_that_never_comes_back_to_python_is_ended(page):
     assert 'has not answered for 15 s' in page.text('#problem')
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ('harm', 'problem'),
+    [
+        ('import os; os._exit(1)', 'terminated with exit(1)'),
+        ('import sys; sys.setprofile = sys.settrace = None; raise GeneratorExit', ''),
+        ('import sys; sys.modules.clear()', ''),
+    ],
+)
+def test_a_script_that_harms_python_costs_one_run_at_most(page, harm, problem):
+    page.write(LAW.replace('x =', f'{harm}\n    x ='))
+    page.run()
+    assert problem in page.text('#problem')
+
+    page.write(LAW)
+    page.run()
+    assert page.text('#problem') == ''
+    assert page.text('#run-outcome') == 'complete'
+
+
 ATTACK = """
 import js
 
@@ -333,7 +360,30 @@ def test_it_fits_a_phone(page):
     page.browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
     try:
         page.open().run()
+        top = "return document.getElementById('results').getBoundingClientRect().top"
+        assert abs(page.script(top)) < 50  # the robots are in view
+        page.click('#do-plots')
+        page.wait()
+        wait_for(lambda: page.script('return [...document.images].every(one => one.complete)'))
         assert page.script('return document.documentElement.scrollWidth') <= 390
         assert page.find('#do-run').rect['height'] >= 38
     finally:
         page.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
+
+
+@pytest.mark.nightly
+def test_without_pyodide_the_page_says_so_once(tmp_path):
+    if not shutil.which('chromium'):
+        pytest.skip('chromium is missing')
+    for path, content in site(['consensus'], [], 'http://127.0.0.1:9/').items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(content)
+    with served(tmp_path) as address, open_browser(1280, 900) as browser:
+        page = Page(browser, address, tmp_path, []).open()
+        wait_for(lambda: page.text('#problem'))
+
+        assert 'cannot be loaded: there is no network' in page.text('#problem')
+        assert page.text('#status') == 'Stopped: see the message.'
+        page.run()
+        assert 'cannot be loaded: there is no network' in page.text('#problem')
+        assert page.text('#status') == 'Stopped: see the message.'

@@ -1,9 +1,10 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from setcmas_ctrl.control.prediction import Conditions, LinearLaw, Predicted
+from setcmas_ctrl.control.prediction import LinearLaw, Predicted, RunConditions
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.measures import predicted_metrics
@@ -41,6 +42,20 @@ def test_what_the_theory_leaves_out_is_said():
         assert note in lines
     assert 'noise' not in lines
     assert 'received positions 0.1 s old' in lines
+
+
+def test_links_with_properties_of_their_own_are_left_out(tmp_path):
+    (tmp_path / 'graph.yaml').write_text('edges: [1 - 2]\nlinks: [{link: 1 <- 2, delay: 1}]\n')
+    options = {'graph': str(tmp_path / 'graph.yaml'), 'set': {'SLOW': 0.0}, **THEORY}
+    one_way = simulate('laplacian_consensus', 2, 20.0, **options).metrics()['prediction']
+    (tmp_path / 'graph.yaml').write_text(
+        'edges: [1 - 2]\nlinks: [{link: 1 <- 2, delay: 1}, {link: 2 <- 1, delay: 1}]\n'
+    )
+    both = simulate('laplacian_consensus', 2, 20.0, **options).metrics()['prediction']
+
+    assert one_way.differs == ('delay of messages',)
+    assert both.differs == ()
+    assert both.figures['distance_from_predicted_end_m'].measured < 1e-6
 
 
 def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
@@ -109,7 +124,8 @@ def test_values_of_a_nonlinear_law(monkeypatch):
         assert conditions.starts.shape == (3, 3)
         return {'separation.least_separation_m': Predicted(0.5, 'd / 2')}
 
-    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (predict, 'mine'))
+    law = SimpleNamespace(predict=predict)
+    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (law, 'mine'))
     metrics = simulate('consensus', 3, 5.0).metrics()
 
     assert metrics['prediction'].lines()[0] == 'predicted by d / 2:'
@@ -120,7 +136,8 @@ def test_values_of_a_nonlinear_law(monkeypatch):
 
 @pytest.mark.parametrize('result', [3, {RATE: 0.5}])
 def test_another_result_is_reported(monkeypatch, capsys, result):
-    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (lambda _: result, 'mine'))
+    law = SimpleNamespace(predict=lambda _: result)
+    monkeypatch.setattr(predicted_metrics, '_law', lambda _: (law, 'mine'))
 
     assert 'prediction' not in simulate('consensus', 3, 5.0).metrics()
     assert 'predict of mine must return a LinearLaw or values Predicted' in capsys.readouterr().out
@@ -129,7 +146,7 @@ def test_another_result_is_reported(monkeypatch, capsys, result):
 def test_a_formation_predicts_its_rate_only():
     starts = np.array([[0.0, 1.0, 3.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
     adjacency = 1.0 - np.eye(3)
-    conditions = Conditions(starts, adjacency, period=0.1, duration=3.0)
+    conditions = RunConditions(starts, adjacency, period=0.1, duration=3.0)
     offsets = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 0.0]])
     law = LinearLaw(0.2 * conditions.laplacian, 'K L', offsets)
     t, positions = law.positions(conditions)

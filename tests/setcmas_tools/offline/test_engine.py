@@ -125,6 +125,9 @@ def test_start_poses_that_make_no_sense_are_refused(arguments):
         ({'loss': 1.1}, r'loss is 1\.1; it must be from 0 to 1'),
         ({'noise': np.nan}, 'noise is nan; it must be at least 0 m and finite'),
         ({'range': 0}, 'range is 0; it must be above 0 m'),
+        ({'pose': 5}, 'pose is 5; it must be a text'),
+        ({'pose': {1: (0, 0)}}, r'pose is \{1: \(0, 0\)\}; it must be a text'),
+        ({'set': 5}, 'set is 5; it must be a mapping from names .*'),
         ({'ctc': lambda: 0}, 'ctc needs event_triggered; add it'),
     ],
 )

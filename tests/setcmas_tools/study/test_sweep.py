@@ -112,6 +112,16 @@ def test_the_summary_has_each_column_once_and_what_is_predicted_next_to_it(study
     assert kinds[place : place + 2] == ['median', 'predicted']
 
 
+def test_what_is_predicted_is_drawn_for_names_as_well_as_for_numbers(tmp_path):
+    vary = {'graph': ['ring', 'complete']}
+    study = sweep('laplacian_consensus', 4, 20.0, vary=vary, output=tmp_path / 'graphs', jobs=1)
+    axes = study.plot('convergence_rate', by='graph').axes[0]
+    theory = next(one for one in axes.get_lines() if one.get_label() == 'predicted')
+
+    assert [*theory.get_xdata()] == [0, 1]
+    assert [*theory.get_ydata()] == [*study.numbers('prediction_consensus_convergence_rate_1_s')]
+
+
 def test_shares_medians_and_plots(study):
     successes = study.successes()
     settled = study.numbers('settling_time')
@@ -150,10 +160,10 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
     )
 
-    assert not study.plot('disagreement', paper='column').axes[0].get_legend()
-    axes = study.plot('disagreement').axes[0]
+    assert not study.plot('path_length', paper='column').axes[0].get_legend()
+    axes = study.plot('path_length').axes[0]
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
-    assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
+    assert axes.get_lines()[0].get_ydata().tolist() == study['path_length'].tolist()
     assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
     with pytest.raises(SetcmasError, match='no trade-off to draw'):
         study.plot('tradeoff')

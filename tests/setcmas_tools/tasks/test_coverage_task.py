@@ -26,7 +26,9 @@ def test_a_robot_that_is_missing_at_times_costs_nothing_then():
     assert 'coverage' not in measure(table((T, 0, np.nan)), references=BOX)
 
 
-@pytest.mark.parametrize('box', [3, [[0, 0]], [[0, 0], [1, 0]], [[1, 1], [0, 0]]])
+@pytest.mark.parametrize(
+    'box', [3, [[0, 0]], [[0, 0], [1, 0]], [[1, 1], [0, 0]], [[0, 0], [1e200, 1]]]
+)
 def test_a_box_has_two_corners(box):
     with pytest.raises(SetcmasError, match=r'BOX is .*must be'):
         checked_references('coverage', {'BOX': box}, 'law.py')

@@ -113,7 +113,7 @@ async function call(name, asked, show) {
   if (name === 'run' || name === 'check') {
     showError('');
     find('printed').textContent = '';
-    find('warnings').replaceChildren();
+    for (const id of ['warnings', 'check-marks']) find(id).replaceChildren();
     find('output').hidden = true;
   }
   try {
@@ -129,7 +129,7 @@ async function call(name, asked, show) {
 }
 function prepare() {
   python.start().then(() => { if (find('do-stop').disabled) status('Ready.'); }, error => {
-    if (error.message !== 'stopped') showError(error.message);
+    if (error.message !== 'stopped') { showError(error.message); status('Stopped: see the message.'); }
   });
 }
 const lawOf = () => ({script: text(), name: find('file-name').value.trim()});
@@ -140,6 +140,7 @@ function run() {
     showRun(found);
     const [failure] = found.failures;
     markLine(failure?.line || 0);
+    if (matchMedia('(max-width: 59.9rem)').matches) find('results').scrollIntoView();  // they are below the editor
     if (!matchMedia('(prefers-reduced-motion: reduce)').matches) play(true);
   });
 }

@@ -71,7 +71,11 @@ export class Python {
       const answer = await this.send({does: 'call', name, request: JSON.stringify(request)});
       if (typeof answer !== 'string') return answer;
       const found = JSON.parse(answer);
+      if (found.broken) throw new Error(found.error);
       if (!found.needs) return found;
+    } catch (error) {
+      this.end(error.message);  // what the script has left of it may answer nothing any more
+      throw error;
     } finally { clearInterval(watch); }
     this.hear({loading: 'plots'});
     await this.send({does: 'load', contents: await contentsOf(this.parts.later), packages: this.parts.later_packages});

@@ -34,7 +34,6 @@ export function showRun({page, title, outcome, well, links, failures, metrics, s
   open(page);
   section('failures', '', ...failures.map(failureBox));
   section('metrics', 'Metrics', ...metrics.lines.map(line => element('p', line)), table(metrics));
-  section('check-marks', '');
   showPlots(null);
   find('took').textContent = `Simulated in ${seconds.toFixed(2)} s.`;
 }
@@ -60,13 +59,15 @@ function table({headers, rows}) {
   return box;
 }
 
-function picture(source, alt) {  // of this form only: no other address is asked for one
-  return Object.assign(new Image(), {src: /^data:image\/png;base64,/.test(source) ? source : '', alt});
+function picture(source, alt, share = 1) {  // of this form only: no other address is asked for one
+  const made = Object.assign(new Image(), {src: /^data:image\/png;base64,/.test(source) ? source : '', alt});
+  made.style.setProperty('--share', share);
+  return made;
 }
 export function showPlots(plots) {
   find('do-plots').hidden = plots !== null || find('results').classList.contains('empty');
-  const box = element('div', '', 'plots');
-  if (plots) box.append(...plots.map(one => picture(one.picture, one.name)));
+  const box = element('div', '', 'plots scroll');
+  if (plots) box.append(...plots.map(one => picture(one.picture, one.name, one.share)));
   section('plots', plots ? 'Plots' : '', ...(plots ? [box] : []));
 }
 
