@@ -12,11 +12,11 @@ from processes import SETCMAS
 from rclpy.time import Time
 from sensor_msgs.msg import Image
 
-from setcmas_expe.camera.camera_file import write_cameras
-from setcmas_expe.camera.picture_rendering import PlacedTag
+from setcmas_expe.emulation.emulated_camera import PlacedTag
+from setcmas_expe.mocap.camera_file import write_cameras
 from setcmas_simu.ros import qos
 
-NODE = [sys.executable, '-m', 'setcmas_expe.camera.camera_node']
+NODE = [sys.executable, '-m', 'setcmas_expe.mocap.camera_node']
 ROBOTS = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(7, 0.4, 0.0, 2.0)]
 
 
