@@ -17,7 +17,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.processes.environment import require_ros
+from launch_scripts.processes.environment import lab_environment, require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
     CAMERA,
@@ -25,6 +25,7 @@ from launch_scripts.processes.node_commands import (
     node_command,
     ros_arguments,
 )
+from setcmas_simu.errors import SetcmasError
 
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2
 
@@ -56,7 +57,11 @@ def main(args: argparse.Namespace) -> int:
         require_ros()
         load_cameras(args.file)  # report mistakes before anything starts
         arguments = [str(args.file), *ros_arguments(args)]
-        return run_in_foreground('camera', node_command(CAMERA, arguments))
+        # Poses must reach the experiment, which may run on another machine.
+        where = lab_environment((), '')
+        return run_in_foreground(
+            'camera', node_command(CAMERA, arguments), environment=where, may_end=True
+        )
     return 0
 
 
@@ -67,6 +72,8 @@ def _calibrate_lens(path: Path, name: str, source: str) -> None:
     file = camera_file.CameraFile(camera_file.RobotTags(_TAG_SIZE, _TAG_HEIGHT))
     if path.exists():
         file = camera_file.load_cameras(path, least=0)
+    elif not path.parent.is_dir():
+        raise SetcmasError(f"'{path}' cannot be written: there is no folder '{path.parent}'")
     print('hold the board still, flat, in many places of the picture; Ctrl-C ends', flush=True)
     lens = calibrated_lens(source, lambda line: print(line, flush=True))
     others = tuple(camera for camera in file.cameras if camera.name != name)

@@ -13,10 +13,18 @@ from setcmas_simu.reports.reports import Ready
 
 
 def run_in_foreground(
-    name: str, command: Sequence[str], companions: Sequence[tuple[str, Sequence[str]]] = ()
+    name: str,
+    command: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+    environment: dict[str, str] | None = None,
+    may_end: bool = False,
 ) -> int:
-    """Run a process, and its companions if any, until Ctrl-C; return the exit status."""
-    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
+    """Run a process, and its companions if any, until Ctrl-C; return the exit status.
+
+    By default, topics stay on this machine, and the process must not end by itself.
+    """
+    own = environment or local_environment()
+    with Supervisor(own, prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
         child.on_hang = partial(stop_robots_of, supervisor, child)
         for companion, its_command in companions:
@@ -29,6 +37,8 @@ def run_in_foreground(
                 stop_robots_of(supervisor, child)
             return child.exit_status
         except ChildDiedError as death:
+            if may_end and child.process.returncode == 0:
+                return 0
             stop_robots_of(supervisor, child)
             return supervisor.report_death(death)
     return 0

@@ -102,6 +102,7 @@ def _watch(process: RosProcess, args: argparse.Namespace) -> None:
 
     def step(now: float) -> None:
         if not node.step(now):
+            node.get_logger().info('the pictures have ended')
             process.stop()
 
     StepLoop(process, 1 / _STEP_HZ, step).run()

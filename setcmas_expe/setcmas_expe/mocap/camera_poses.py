@@ -35,6 +35,7 @@ _SURE_AFTER_S = 0.2
 _EDGE_PX = 100.0
 """Distance from the picture's edge up to which a camera's weight falls."""
 _LEAST_WEIGHT = 1e-3
+_QUIET_S = 5.0
 _MOST_SIZE_ERROR = 0.04
 _MOST_SHAPE_ERROR = 0.05
 """Largest distance of a corner from its place in a square, relative to the tag's size."""
@@ -134,15 +135,18 @@ class CameraPoses:
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
         self._fused = FusedPoses()
         self._newest: dict[int, float] = {}
-        self._reported: set[str] = set()
+        self._now = 0.0
+        self._reported: dict[int, float] = {}
 
     def news(self) -> list[str]:
-        """Return the fault and the reasons that were not returned before."""
-        lines = {f'robot {i}: {why}' for seen in self.reasons.values() for i, why in seen.items()}
-        lines |= {self.fault} - {''}
-        new = sorted(lines - self._reported)
-        self._reported = lines
-        return new
+        """Return the fault and the reasons of robots that had none for some seconds."""
+        whys = {
+            i: f'robot {i}: {why}' for seen in self.reasons.values() for i, why in seen.items()
+        }
+        lines = whys | ({0: self.fault} if self.fault else {})
+        new = [i for i in lines if self._now - self._reported.get(i, -math.inf) > _QUIET_S]
+        self._reported |= dict.fromkeys(lines, self._now)
+        return [lines[i] for i in new]
 
     def look(self, camera: str, t: float, picture: Picture) -> dict[int, Pose]:
         """Return x, y in m and heading in rad at t of the robots in a picture.
@@ -152,6 +156,7 @@ class CameraPoses:
             t: Time of the exposure in s, on a clock that all cameras share.
             picture: Its picture, grey or with three colours, in the size of its lens.
         """
+        self._now = t
         corners, twice = self._detector.corners(picture)
         watch = self._watches[camera]
         watch.look(t, corners)

@@ -76,6 +76,7 @@ def _device(source: str, size: Size) -> Iterator[Shot]:
 
     Their time is the kernel's, of the first data of the frame.
     """
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     capture = cv2.VideoCapture(int(source) if source.isdecimal() else source, cv2.CAP_V4L2)
     if not capture.isOpened():
         raise SetcmasError(

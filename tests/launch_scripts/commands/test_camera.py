@@ -65,3 +65,8 @@ def test_mistakes_are_one_line(folder):
     lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', 'pictures')
     refuses(*lens, message='the board was seen in 0 places: 15 more views', cwd=folder)
     assert not (folder / 'new.yaml').exists()
+    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', 'pictures')
+    refuses(*lens, message="there is no folder 'no'", cwd=folder)
+    absent = replace(camera(), source='99')
+    write(folder, cameras=(absent,))
+    refuses(*floor, message="camera '99' cannot be opened", cwd=folder)

@@ -10,7 +10,7 @@ from camera_scene import camera, cv2, renderer, scene
 from geometry_msgs.msg import PoseStamped
 from processes import SETCMAS
 from rclpy.time import Time
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 
 from setcmas_expe.emulation.emulated_camera import PlacedTag
 from setcmas_expe.mocap.camera_file import write_cameras
@@ -87,13 +87,17 @@ def test_a_camera_without_pose_is_refused(start, tmp_path):
     assert "camera 'left' has no pose: run setcmas camera" in node.output()
 
 
-def test_a_floor_is_calibrated_by_a_topic(start, peer, tmp_path):
-    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, '/image_raw'), '--calibrate', 'floor')
-    images = peer.publisher(Image, '/image_raw', qos=qos.SENSOR)
+@pytest.mark.parametrize('topic', ['/image_raw', '/image_raw/compressed'])
+def test_a_floor_is_calibrated_by_a_topic(start, peer, tmp_path, topic):
+    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, topic), '--calibrate', 'floor')
     picture = renderer(scene()).picture(ROBOTS)
-    height, width = picture.shape
-    image = Image(height=height, width=width, encoding='mono8', step=width)
-    image.data = picture.tobytes()
+    if topic == '/image_raw':
+        height, width = picture.shape
+        image = Image(height=height, width=width, encoding='mono8', step=width)
+        image.data = picture.tobytes()
+    else:
+        image = CompressedImage(format='jpeg', data=cv2.imencode('.jpg', picture)[1].tobytes())
+    images = peer.publisher(type(image), topic, qos=qos.SENSOR)
 
     def has_enough():
         images.publish(image)

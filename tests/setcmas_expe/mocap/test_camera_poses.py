@@ -144,6 +144,18 @@ def test_two_equal_tags_are_no_robot():
     assert poses.news() == ['robot 1: two tags have its number; each robot needs its own']
 
 
+def test_a_reason_is_reported_once_until_it_was_gone_for_seconds():
+    poses = CameraPoses(FILE, 2)
+    twins = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(1, 0.4, 0.0, 2.0)]
+    pictures = {True: renderer(FILE).picture(twins), False: renderer(FILE).picture(twins[:1])}
+    reported = []
+    for t, is_wrong in ((0.0, True), (0.1, True), (0.2, False), (0.3, True), (9.0, True)):
+        poses.look('left', t, pictures[is_wrong])
+        reported.append(len(poses.news()))
+
+    assert reported == [1, 0, 0, 0, 1]
+
+
 def test_equal_tags_in_two_cameras_are_no_robot():
     file = replace(FILE, cameras=(camera(), replace(camera(), name='right')))
     poses = CameraPoses(file, 1)
