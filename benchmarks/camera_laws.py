@@ -1,8 +1,8 @@
 """Runs the classic laws in the emulated lab by camera and by Qualisys, and compares both.
 
-Prints the distance between the robots' true ways, after the shift in time that fits best, and the
-stops that no fault explains. Run in the environment that setcmas is installed in, on a quiet
-machine; it takes some 15 minutes:
+Prints the distance of the robots' true ways from those of a run by Qualisys, after the shift in
+time that fits best, and the stops that no fault explains. Run in the environment that setcmas is
+installed in, on a quiet machine; it takes some 15 minutes:
 
     python benchmarks/camera_laws.py [--seconds 30] [--repeat 2] [--only consensus]
 """
@@ -91,11 +91,11 @@ def main():
     rows = []
     for law in args.only or LAWS:
         reference, stops = ways(law, 'qualisys', 0, args.seconds)
-        rows.append((law, 'qualisys', '', '', '', len(stops), *stops[:1]))
-        for seed in range(args.repeat):
-            found, stops = ways(law, 'camera', seed, args.seconds)
-            rows.append((law, 'camera', *distances(reference, found), len(stops), *stops[:1]))
-        print(*rows[-1 - args.repeat :], sep='\n', flush=True)
+        rows.append((law, 'qualisys', 0.0, 0.0, 0.0, len(stops), *stops[:1]))
+        for mocap, seed in [('qualisys', 1), *(('camera', seed) for seed in range(args.repeat))]:
+            found, stops = ways(law, mocap, seed, args.seconds)
+            rows.append((law, mocap, *distances(reference, found), len(stops), *stops[:1]))
+            print(rows[-1], flush=True)
     headers = ['law', 'mocap', 'RMS m', 'most m', 'shift s', 'stops', 'first stop']
     print(tabulate(rows, headers, floatfmt='.3f'))
 

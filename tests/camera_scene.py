@@ -5,7 +5,7 @@ import pytest
 
 cv2 = pytest.importorskip('cv2')
 
-from setcmas_expe.emulation.emulated_camera import PictureQuality, PictureRenderer  # noqa: E402
+from setcmas_expe.emulation.emulated_camera import PictureRenderer  # noqa: E402
 from setcmas_expe.mocap.camera_file import (  # noqa: E402
     Camera,
     CameraFile,
@@ -37,6 +37,6 @@ def scene(*cameras, size=0.12, height=0.2):
     return CameraFile(RobotTags(size, height), cameras or (camera(),), FLOOR_TAGS)
 
 
-def renderer(file, number=0, quality=None, seed=1):
+def renderer(file, number=0, seed=1, **options):
     """Return a renderer of one of the cameras."""
-    return PictureRenderer(file.cameras[number], file, quality or PictureQuality(), seed)
+    return PictureRenderer(file.cameras[number], file, seed, **options)

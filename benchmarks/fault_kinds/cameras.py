@@ -1,12 +1,9 @@
-"""Cameras as motion capture: faults of tags and cameras, and the other faults of poses."""
+"""Cameras as motion capture: faults of tags and cameras; `--mocap camera` adds other faults."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from rehearsal import STANDS_S, Rehearsal, Stop, stop_of
 
-from fault_kinds import mocap
 from fault_kinds.kind import Kind, Outcome
 
 OPTIONS = ('--mocap', 'camera', '--arena=-1.4,2.6,-1.5,1.5')
@@ -41,4 +38,5 @@ KINDS = {
     'camera: no more pictures': _fault('stuck', 'no good pose'),
     'camera: printed at 97 percent': _goes_on('shrunk'),
     'camera: ten pictures a second': _goes_on('ten_frames'),
-} | {f'camera: {name}': replace(kind, options=OPTIONS) for name, kind in mocap.KINDS.items()}
+    'camera: tag fallen off': _fault('fallen', 'its side measures'),
+}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from setcmas_expe.emulation import faults
 from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens, RobotTags
-from setcmas_expe.mocap.camera_poses import CameraPoses, Picture, tag_family
+from setcmas_expe.mocap.camera_poses import TAG_CORNERS, CameraPoses, Picture, tag_family
 from setcmas_expe.mocap.tag_sheets import FIRST_FLOOR_TAG
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
@@ -23,7 +23,6 @@ with needs('camera'):
     import cv2
 
 Greys = NDArray[np.float32]
-Corner = NDArray[np.int64]
 
 Seen = tuple[float, int, float, float, float]
 """Time of the exposure in s, index of a robot, x, y in m and heading in rad."""
@@ -54,24 +53,13 @@ _TEXTURE_PX = 8
 _FINER = 3
 """How many times finer than a pixel tags are drawn, along each axis."""
 _BLUR_STEPS = 5
+_EXPOSURE_S = 0.01
+_NOISE = 4.0  # grey levels, standard deviation
 _FLOORS = 4
 """Pictures of the floor, with different noise."""
+_DARKEST = 0.6
+"""Brightness at the right edge of a picture, relative to the left edge."""
 _FLOOR_GREY, _BLACK, _WHITE = 120, 25, 230
-
-
-@dataclass(frozen=True)
-class PictureQuality:
-    """Faults of a picture.
-
-    Attributes:
-        noise: Standard deviation of a pixel in grey levels.
-        exposure: Time in s during which moving tags blur.
-        light: Brightness at the right edge relative to the left edge; 1 is even light.
-    """
-
-    noise: float = 4.0
-    exposure: float = 0.01
-    light: float = 0.6
 
 
 @dataclass(frozen=True)
@@ -101,77 +89,66 @@ class PlacedTag:
 
 
 class PictureRenderer:
-    """Renders pictures of one camera; the floor and its tags are rendered once."""
+    """Renders pictures of one camera, with distortion, blur, noise and uneven light."""
 
-    def __init__(
-        self, camera: Camera, file: CameraFile, quality: PictureQuality, seed: int
-    ) -> None:
+    def __init__(self, camera: Camera, file: CameraFile, seed: int, noise: float = _NOISE) -> None:
         self._camera = camera
         self._tags = file.tags
-        self._quality = quality
         self._random = np.random.default_rng(seed)
         width, height = camera.lens.size
-        self._light = np.linspace(1.0, quality.light, width, dtype=np.float32)
-        self._noise = self._random.normal(0, quality.noise, (height, width)).astype(np.float32)
-        floor_tags = [
-            PlacedTag(number, x, y, 0.0, lift=-file.tags.height)
-            for number, (x, y) in file.floor_tags.items()
-        ]
-        bare = self._pixels(_FLOOR_GREY * self._light + self._noise)
-        self._floors = [self._drawn(np.roll(bare, i, axis=1), floor_tags) for i in range(_FLOORS)]
+        self._light = np.linspace(1.0, _DARKEST, width, dtype=np.float32)
+        self._noise = self._random.normal(0, noise, (height, width)).astype(np.float32)
+        places = file.floor_tags.items()
+        tags = [PlacedTag(tag, *xy, 0.0, lift=-file.tags.height) for tag, xy in places]  # type: ignore[call-arg, misc]
+        bare = _pixels(_FLOOR_GREY * self._light + self._noise)
+        self._floors = [self._drawn(np.roll(bare, i, axis=1), tags) for i in range(_FLOORS)]
 
     def picture(self, tags: Sequence[PlacedTag], brightness: float = 1.0) -> Picture:
         """Return a picture of robots' tags, grey, shape (height, width).
 
         The tags are where they are in the middle of the exposure.
         """
-        floor = self._floors[self._random.integers(_FLOORS)]
-        drawn = self._drawn(floor.copy(), tags)
-        return drawn if brightness == 1.0 else self._pixels(drawn * np.float32(brightness))
+        drawn = self._drawn(self._floors[self._random.integers(_FLOORS)].copy(), tags)
+        return drawn if brightness == 1.0 else _pixels(drawn * np.float32(brightness))
 
     def _drawn(self, picture: Picture, tags: Sequence[PlacedTag]) -> Picture:
         """Draw tags into a picture, each as the mean of several moments of the exposure."""
+        last = np.array(picture.shape[::-1]) - 1
         for tag in tags:
-            half = self._quality.exposure / 2 if tag.vx or tag.vy or tag.turn else 0.0
+            half = _EXPOSURE_S / 2 if tag.vx or tag.vy or tag.turn else 0.0
             moments = np.linspace(-half, half, _BLUR_STEPS if half else 1)
             corners = np.array([self._corners(tag, t) for t in moments])
-            last = np.array(picture.shape[::-1]) - 1
             low = np.clip(np.floor(corners.min((0, 1))) - 2, 0, last).astype(int)
-            high = np.clip(np.ceil(corners.max((0, 1))) + 3, 0, last + 1).astype(int)
-            if (high - low >= 2).all():
-                layers = [_warped(tag.number, own - low, high - low) for own in corners]
-                self._blend(picture, np.mean(layers, axis=0), low, high)
+            size = np.clip(np.ceil(corners.max((0, 1))) + 3, 0, last + 1).astype(int) - low
+            if (size < 2).any():
+                continue
+            # The grey of the tag times its coverage, and the coverage.
+            layers = np.mean([_warped(tag.number, own - low, size) for own in corners], axis=0)
+            here = np.s_[low[1] : low[1] + size[1], low[0] : low[0] + size[0]]
+            cover = layers[:, :, 1]
+            noise = cover * self._random.permutation(self._noise[here])
+            drawn = layers[:, :, 0] * self._light[here[1]] + noise
+            picture[here] = _pixels(picture[here] * (1 - cover) + drawn)
             if tag.covered is not None:
                 middle = corners.mean((0, 1)).round().astype(int).tolist()
-                cv2.circle(picture, middle, int(0.3 * (high - low).max()), tag.covered, cv2.FILLED)
+                cv2.circle(picture, middle, int(0.3 * size.max()), tag.covered, cv2.FILLED)
         return picture
-
-    def _blend(self, picture: Picture, layers: Greys, low: Corner, high: Corner) -> None:
-        """Blend a tag's grey times its coverage, and its coverage, with noise, into a part."""
-        part = picture[low[1] : high[1], low[0] : high[0]]
-        (rows, columns), (height, width) = part.shape, self._noise.shape
-        y = self._random.integers(height - rows + 1)
-        x = self._random.integers(width - columns + 1)
-        noise = self._noise[y : y + rows, x : x + columns]
-        grey, cover = layers[:, :, 0], layers[:, :, 1]
-        tag = grey * self._light[low[0] : high[0]] + cover * noise
-        part[:] = self._pixels(part * (1 - cover) + tag)
-
-    @staticmethod
-    def _pixels(greys: Greys) -> Picture:
-        pixels: Picture = np.clip(greys, 0, 255).round().astype(np.uint8)
-        return pixels
 
     def _corners(self, tag: PlacedTag, t: float) -> Floats:
         """Return the pixels (4, 2) of the corners of a tag with its white margin after t s."""
         x, y, heading = tag.after(t)
-        half = tag.scale * self._tags.size * (0.5 + _MARGIN / _MODULES)
-        turned = half * np.exp(1j * heading) * np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j])
+        side = tag.scale * self._tags.size * (1 + 2 * _MARGIN / _MODULES)
+        turned = side * np.exp(1j * heading) * TAG_CORNERS
         height = np.full(4, self._tags.height + tag.lift)
         return self._camera.pixels(np.column_stack([x + turned.real, y + turned.imag, height]))
 
 
-def _warped(number: int, corners: Floats, size: Corner) -> Greys:
+def _pixels(greys: Greys) -> Picture:
+    pixels: Picture = np.clip(greys, 0, 255).round().astype(np.uint8)
+    return pixels
+
+
+def _warped(number: int, corners: Floats, size: NDArray[np.int64]) -> Greys:
     """Return a tag's grey times its coverage, and its coverage, in a part of a picture.
 
     Args:
@@ -182,9 +159,9 @@ def _warped(number: int, corners: Floats, size: Corner) -> Greys:
     texture = _texture(number)
     side = len(texture)
     # The centre of a pixel has whole coordinates; its edges are half a pixel away.
-    edges = np.array([[0, 0], [side, 0], [side, side], [0, side]], np.float32) - 0.5
-    places = ((corners + 0.5) * _FINER - 0.5).astype(np.float32)
-    turn = cv2.getPerspectiveTransform(edges.astype(np.float32), places)
+    edges = np.array([[0, 0], [side, 0], [side, side], [0, side]]) - 0.5
+    places = (corners + 0.5) * _FINER - 0.5
+    turn = cv2.getPerspectiveTransform(np.float32(edges), np.float32(places))
     layers = cv2.warpPerspective(texture, turn, (size * _FINER).tolist(), flags=cv2.INTER_LINEAR)
     return np.asarray(cv2.resize(layers, size.tolist(), interpolation=cv2.INTER_AREA), np.float32)
 
@@ -246,13 +223,11 @@ class EmulatedCamera:
         self._arena = arena
         self._nb_robots = nb_robots
         self._seed = seed
-        self._renderers = {False: self._put_up(0.0)}
-        self._poses = CameraPoses(self.file, nb_robots)
+        self._put_up(is_bumped=False)
         self._thread = ThreadPoolExecutor(max_workers=1)
         self._pending: Future[list[Seen]] | None = None
         self._taken = -math.inf
         self._tags: list[PlacedTag] = []
-        self._was_bumped = False
 
     def expose(self, poses: Floats, since: Faults, now: float) -> list[Seen]:
         """Take pictures at a time now (s), if it is time; return what earlier ones show.
@@ -270,15 +245,10 @@ class EmulatedCamera:
         rate = _SLOW_HZ if faults.TEN_FRAMES in kinds else RATE_HZ
         if self._pending or faults.STUCK in kinds or now - self._taken < 0.98 / rate:
             return seen
-        is_bumped = faults.BUMPED in kinds
-        if self._was_bumped and not is_bumped:  # calibrated again
-            self._poses = CameraPoses(self.file, self._nb_robots)
-        self._was_bumped = is_bumped
         tags = [self._tag(index, since, now, *pose) for index, pose in enumerate(poses.T.tolist())]
         moving = _with_velocities(tags, self._tags or tags, now - self._taken)
         self._tags, self._taken = tags, now
-        brightness = _DARK if faults.DARK in kinds else 1.0
-        self._pending = self._thread.submit(self._look, moving, is_bumped, brightness, now)
+        self._pending = self._thread.submit(self._look, moving, kinds, now)
         return seen
 
     def _tag(
@@ -297,20 +267,23 @@ class EmulatedCamera:
             covered=next((_COVERS[kind] for kind in kinds & _COVERS.keys()), None),
         )
 
-    def _put_up(self, tilt: float) -> list[PictureRenderer]:
-        return [
-            PictureRenderer(one, self.file, PictureQuality(), self._seed + index)
-            for index, one in enumerate(cameras_over(self._arena, tilt).cameras)
-        ]
+    def _put_up(self, is_bumped: bool) -> None:
+        """Hang the cameras; calibrate them unless they were bumped."""
+        self._is_bumped = is_bumped
+        self._renderers = {
+            one.name: PictureRenderer(one, self.file, self._seed + index)
+            for index, one in enumerate(cameras_over(self._arena, _BUMP * is_bumped).cameras)
+        }
+        if not is_bumped:
+            self._poses = CameraPoses(self.file, self._nb_robots)
 
-    def _look(
-        self, tags: Sequence[PlacedTag], is_bumped: bool, brightness: float, now: float
-    ) -> list[Seen]:
-        if is_bumped not in self._renderers:
-            self._renderers[is_bumped] = self._put_up(_BUMP)
+    def _look(self, tags: Sequence[PlacedTag], kinds: set[str], now: float) -> list[Seen]:
+        if self._is_bumped != (faults.BUMPED in kinds):
+            self._put_up(not self._is_bumped)
+        brightness = _DARK if faults.DARK in kinds else 1.0
         found: dict[int, Seen] = {}
-        for camera, renderer in zip(self.file.cameras, self._renderers[is_bumped], strict=True):
-            poses = self._poses.look(camera.name, now, renderer.picture(tags, brightness))
+        for camera, renderer in self._renderers.items():
+            poses = self._poses.look(camera, now, renderer.picture(tags, brightness))
             found |= {robot: (now, robot - 1, *pose) for robot, pose in poses.items()}
         return list(found.values())
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +18,8 @@ from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 with needs('camera'):
     import cv2
 
+Shape = TypeVar('Shape')
+
 CORNER_ERROR_PX = 0.15
 """Standard deviation of a detected corner in px, as measured in rendered pictures."""
 
@@ -26,12 +27,17 @@ _LAST_TAG = 586  # of the family 36h11; the first is 0
 _MOST_PX, _MOST_M = 20_000, 100
 
 
+def _numbers(count: int, least: float = -math.inf, most: float = math.inf) -> Any:
+    """Return a field of a list of numbers within bounds; 0 is a single number."""
+    return field(metadata={'numbers': (count, least, most)})
+
+
 @dataclass(frozen=True)
 class RobotTags:
     """Tags on the robots: side of the black square and height above the floor in m."""
 
-    size: float
-    height: float
+    size: float = _numbers(0, 0.01, 2)
+    height: float = _numbers(0, 0, 2)
 
 
 @dataclass(frozen=True)
@@ -46,11 +52,11 @@ class Lens:
         error: Root mean square error of the calibration in px.
     """
 
-    size: tuple[int, int]
-    focal: tuple[float, float]
-    centre: tuple[float, float]
-    distortion: tuple[float, ...]
-    error: float
+    size: tuple[int, int] = _numbers(2, 1, _MOST_PX)
+    focal: tuple[float, float] = _numbers(2, 1, _MOST_PX)
+    centre: tuple[float, float] = _numbers(2)
+    distortion: tuple[float, ...] = _numbers(5)
+    error: float = _numbers(0, 0, _MOST_PX)
 
     @property
     def matrix(self) -> Floats:
@@ -70,9 +76,9 @@ class CameraPose:
         error: Standard deviation of positions on the floor that the calibration leaves, in m.
     """
 
-    position: tuple[float, ...]
-    rotation: tuple[float, ...]
-    error: float
+    position: tuple[float, ...] = _numbers(3)
+    rotation: tuple[float, ...] = _numbers(3)
+    error: float = _numbers(0, 0, _MOST_M)
 
 
 @dataclass(frozen=True)
@@ -188,23 +194,21 @@ def load_cameras(path: Path, least: int = 1) -> CameraFile:
         SetcmasError: The file has a mistake; the message names file and line.
     """
     content = read_entries(path)
-    fields = _fields(content, CameraFile, ('tags',))
-    sizes = _fields(fields['tags'], RobotTags)
-    tags = RobotTags(_number(sizes['size'], 0.01, 2), _number(sizes['height'], 0, 2))
+    found = _fields(content, CameraFile, 'tags')
+    tags = _read(found['tags'], RobotTags)
     cameras: dict[str, Camera] = {}
-    for item in fields['cameras'].items() if 'cameras' in fields else ():
+    for item in found['cameras'].items() if 'cameras' in found else ():
         camera = _camera(item, tags.height)
         if camera.name in cameras:
             raise item.error(f"two cameras have the name '{camera.name}'; each needs its own")
         cameras[camera.name] = camera
     if len(cameras) < least:
         raise content.error('there is no camera; begin with setcmas camera --calibrate lens')
-    return CameraFile(
-        tags,
-        tuple(cameras.values()),
-        _floor_tags(fields['floor_tags']) if 'floor_tags' in fields else {},
-        _distances(fields['floor_distances']) if 'floor_distances' in fields else {},
-    )
+    places = {
+        _tag(key, item): _checked(item, 2) for key, item in _mapping(found.get('floor_tags'))
+    }
+    distances = dict(_distance(*one) for one in _mapping(found.get('floor_distances')))
+    return CameraFile(tags, tuple(cameras.values()), places, distances)
 
 
 def write_cameras(content: CameraFile, path: Path) -> None:
@@ -214,12 +218,8 @@ def write_cameras(content: CameraFile, path: Path) -> None:
         SetcmasError: It cannot be written.
     """
     written = asdict(content)
-    written['floor_distances'] = {
-        f'{a}-{b}': distance for (a, b), distance in content.floor_distances.items()
-    }
-    for camera in written['cameras']:
-        if camera['pose'] is None:
-            del camera['pose']
+    distances = content.floor_distances.items()
+    written['floor_distances'] = {f'{a}-{b}': distance for (a, b), distance in distances}
     try:
         write_yaml(written, path)
     except OSError as error:
@@ -227,55 +227,26 @@ def write_cameras(content: CameraFile, path: Path) -> None:
 
 
 def _camera(entry: Entry, tag_height: float) -> Camera:
-    fields = _fields(entry, Camera, ('name', 'source', 'lens'))
-    name, source = fields['name'].text(), str(fields['source'].value)
+    found = _fields(entry, Camera, 'name', 'source', 'lens')
+    name, source = found['name'].text(), str(found['source'].value)
     if not name:
-        raise fields['name'].mistake('a name, such as left')
-    pose = _pose(fields['pose'], tag_height) if 'pose' in fields else None
-    return Camera(name, source, _lens(fields['lens']), pose)
+        raise found['name'].mistake('a name, such as left')
+    lens, pose = _read(found['lens'], Lens), None
+    if 'pose' in found and found['pose'].value is not None:
+        pose = _read(found['pose'], CameraPose)
+        if pose.position[2] <= tag_height:
+            raise found['pose'].error(
+                f'the camera is {pose.position[2]:g} m above the floor, but the tags are '
+                f'{tag_height:g} m above it'
+            )
+    return Camera(name, source, lens, pose)
 
 
-def _lens(entry: Entry) -> Lens:
-    fields = _fields(entry, Lens)
-    width, height = _numbers(fields['size'], 2, 1, _MOST_PX)
-    return Lens(
-        (int(width), int(height)),
-        _numbers(fields['focal'], 2, 1, _MOST_PX),
-        _numbers(fields['centre'], 2),
-        _numbers(fields['distortion'], 5),
-        _number(fields['error'], 0, _MOST_PX),
-    )
-
-
-def _pose(entry: Entry, tag_height: float) -> CameraPose:
-    fields = _fields(entry, CameraPose)
-    position = _numbers(fields['position'], 3)
-    if position[2] <= tag_height:
-        must_be = f'x, y and z in m, with z above the {tag_height:g} m of the tags'
-        raise fields['position'].mistake(must_be)
-    return CameraPose(
-        position, _numbers(fields['rotation'], 3), _number(fields['error'], 0, _MOST_M)
-    )
-
-
-def _floor_tags(entry: Entry) -> dict[int, tuple[float, ...]]:
-    return {_tag(key, item): _numbers(item, 2) for key, item in _mapping(entry, '501: [0.0, 1.5]')}
-
-
-def _distances(entry: Entry) -> dict[tuple[int, int], float]:
-    found = {}
-    for key, item in _mapping(entry, '501-502: 3.0'):
-        first, dash, second = key.partition('-')
-        if not dash or first == second:
-            raise item.error(f"'{key}' is not a pair of tags, such as 501-502")
-        found[_tag(first, item), _tag(second, item)] = _number(item, 0.01, _MOST_M)
-    return found
-
-
-def _mapping(entry: Entry, example: str) -> Iterable[tuple[str, Entry]]:
-    if not isinstance(entry.value, dict):
-        raise entry.mistake(f'a mapping such as {{{example}}}')
-    return entry.value.items()
+def _distance(key: str, entry: Entry) -> tuple[tuple[int, int], float]:
+    first, dash, second = key.partition('-')
+    if not dash or first == second:
+        raise entry.error(f"'{key}' is not a pair of tags, such as 501-502")
+    return (_tag(first, entry), _tag(second, entry)), _checked(entry, 0, 0.01, _MOST_M)
 
 
 def _tag(text: str, entry: Entry) -> int:
@@ -284,27 +255,33 @@ def _tag(text: str, entry: Entry) -> int:
     return int(text)
 
 
-def _numbers(
-    entry: Entry, count: int, least: float = -math.inf, most: float = math.inf
-) -> tuple[Any, ...]:
-    if not isinstance(entry.value, list) or len(entry.value) != count:
+def _mapping(entry: Entry | None) -> Iterable[tuple[str, Entry]]:
+    if entry and not isinstance(entry.value, dict):
+        raise entry.mistake('a mapping, such as {501: [0.0, 1.5]} or {501-502: 3.0}')
+    return entry.value.items() if entry else ()
+
+
+def _read(entry: Entry, shape: type[Shape]) -> Shape:
+    """Return a dataclass of numbers."""
+    forms = {one.name: one.metadata['numbers'] for one in fields(shape)}  # type: ignore[arg-type]
+    found = _fields(entry, shape, *forms)
+    return shape(**{name: _checked(found[name], *form) for name, form in forms.items()})
+
+
+def _checked(entry: Entry, count: int, least: float = -math.inf, most: float = math.inf) -> Any:
+    """Return a list of numbers, or one number if the count is 0."""
+    if count and (not isinstance(entry.value, list) or len(entry.value) != count):
         raise entry.mistake(f'a list of {count} numbers')
-    return tuple(_number(item, least, most) for item in entry.value)
-
-
-def _number(entry: Entry, least: float, most: float) -> float:
-    number = entry.number()
-    if not least <= number <= most:
+    if count:
+        return tuple(_checked(item, 0, least, most) for item in entry.value)
+    if not least <= entry.number() <= most:
         raise entry.mistake(f'from {least:g} to {most:g}')
-    return number
+    return entry.plain()
 
 
-def _fields(
-    entry: Entry, shape: type[Any], needed: Iterable[str] | None = None
-) -> dict[str, Entry]:
+def _fields(entry: Entry, shape: type, *needed: str) -> dict[str, Entry]:
     """Return the entries of a mapping, which has the keys of a dataclass."""
-    keys = [one.name for one in dataclasses.fields(shape)]
-    fields = entry.fields(keys)
-    if missing := [key for key in needed or keys if key not in fields]:
+    found = entry.fields(one.name for one in fields(shape))
+    if missing := [key for key in needed if key not in found]:
         raise entry.error(f'{entry.name or "this file"} has no {missing[0]}; add it')
-    return fields
+    return found

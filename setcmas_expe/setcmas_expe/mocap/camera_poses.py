@@ -39,7 +39,7 @@ _QUIET_S = 5.0
 _MOST_SIZE_ERROR = 0.04
 _MOST_SHAPE_ERROR = 0.05
 """Largest distance of a corner from its place in a square, relative to the tag's size."""
-_CORNERS = np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j]) / 2
+TAG_CORNERS = np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j]) / 2
 """Corners of a tag with side 1 and heading 0, as x + iy, in the order of the detector."""
 
 
@@ -98,12 +98,12 @@ def tag_pose(camera: Camera, tags: RobotTags, corners: Floats) -> TagPose | str:
     if not np.isfinite(centre):
         return 'the camera does not look down on it'
     # Least squares for a turned and scaled square; the sum of the corners' squares is 2.
-    turned = (np.conj(_CORNERS) * (points - centre)).sum() / 2
+    turned = (np.conj(TAG_CORNERS) * (points - centre)).sum() / 2
     size = abs(turned)
     if abs(size / tags.size - 1) > _MOST_SIZE_ERROR:
         expected = f'{1e3 * tags.size:.0f} mm at {tags.height:g} m above the floor'
         return f'its side measures {1e3 * size:.0f} mm; it must be {expected}'
-    if np.abs(points - centre - turned * _CORNERS).max() > _MOST_SHAPE_ERROR * size:
+    if np.abs(points - centre - turned * TAG_CORNERS).max() > _MOST_SHAPE_ERROR * size:
         return 'it is not a square; it must be flat, level and not covered'
     edge = float(np.minimum(corners, np.array(camera.lens.size) - 1 - corners).min())
     return TagPose(centre.real, centre.imag, float(np.angle(turned)), edge)

@@ -29,7 +29,11 @@ def test_a_file_is_read_back_as_it_was_written(path):
         ('[960, 600]', '[960]', 'a list of 2 numbers'),
         ('[960, 600]', '[960, 0]', 'lens.size[1] is 0'),
         ('name: right', 'name: left', "two cameras have the name 'left'"),
-        ('position: [0.0, 0.3, 2.0]', 'position: [0.0, 0.3, 0.1]', 'z above the 0.2 m'),
+        (
+            'position: [0.0, 0.3, 2.0]',
+            'position: [0.0, 0.3, 0.1]',
+            'but the tags are 0.2 m',
+        ),
         ('0.0005', '.nan', 'lens.distortion[2] is nan'),
         ('height: 0.2', 'height: -1', 'tags.height is -1'),
     ],
@@ -68,5 +72,5 @@ def test_a_file_may_wait_for_its_calibration(tmp_path):
 
     assert load_cameras(path) == begun
     path.write_text(path.read_text().replace('501-502', '501'))
-    with pytest.raises(SetcmasError, match="line 12: '501' is not a pair of tags"):
+    with pytest.raises(SetcmasError, match="line 13: '501' is not a pair of tags"):
         load_cameras(path)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from camera_scene import FLOOR_TAGS, camera, renderer, scene
 
-from setcmas_expe.emulation.emulated_camera import PictureQuality, PlacedTag
+from setcmas_expe.emulation.emulated_camera import PlacedTag
 from setcmas_expe.mocap.camera_file import RobotTags
 from setcmas_expe.mocap.camera_poses import (
     OLDEST_S,
@@ -198,7 +198,7 @@ def test_poses_are_those_of_the_tags(speed):
 def test_the_expected_accuracy_is_that_of_many_pictures():
     file = scene()
     expected = file.cameras[0].accuracy(file.tags, 0.6, 0.3)
-    camera_pictures = renderer(file, quality=PictureQuality(noise=6.0))
+    camera_pictures = renderer(file, noise=6.0)
     tag = PlacedTag(1, 0.6, 0.3, 0.4)
     found = []
     for _ in range(12):
