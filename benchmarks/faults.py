@@ -124,7 +124,7 @@ def _line(output: str, kind: Kind) -> str:
 def row(repeat: int, mocap: str, name: str) -> tuple[str, ...]:
     """Measure a fault several times; returns a line of the table with the worst values."""
     try:
-        results = [in_a_process(partial(measured, mocap), name) for _ in range(repeat)]
+        results = [in_a_process(measured, mocap, name) for _ in range(repeat)]
     except (AssertionError, NoNetworkError):
         traceback.print_exc()
         return name, 'not measured', '', '', '', 'NO'

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
@@ -84,63 +83,38 @@ def _of_camera(view: _View, file: CameraFile) -> list[Finding]:
     shifts = floor_shifts(view.camera, file.floor_tags, view.corners)
     worst = max(shifts.values(), default=np.inf)
     seen = f'{len(shifts)} seen, at most {1e3 * worst:.0f} mm from their places'
+    back = 'uncover them and put them back, or run setcmas camera with --calibrate floor'
     contrast = min((_contrast(view.picture, one) for one in view.corners.values()), default=0.0)
+    rates, ages = f'{rate:.0f} pictures/s', f'{1e3 * latency:.0f} ms from exposure to this program'
+    greys = f'tags differ by {contrast:.0f} grey levels'
+    port = 'use a USB 3 port of this machine, without a hub'
     return [
+        _judged(rate >= _FEWEST_HZ, NOTE, name, rates, 'more light, or a shorter exposure'),
+        _judged(latency <= _LATEST_S, NOTE, name, ages, port),
+        _judged(worst <= MOST_SHIFT_M, PROBLEM, 'floor tags', seen if shifts else 'none', back),
         _judged(
-            rate >= _FEWEST_HZ,
-            Finding(NOTE, name, f'{rate:.0f} pictures/s', 'more light, or a shorter exposure'),
-        ),
-        _judged(
-            latency <= _LATEST_S,
-            Finding(
-                NOTE,
-                name,
-                f'{1e3 * latency:.0f} ms from exposure to this program',
-                'use a USB 3 port of this machine, without a hub',
-            ),
-        ),
-        _judged(
-            worst <= MOST_SHIFT_M,
-            Finding(
-                PROBLEM,
-                'floor tags',
-                seen if shifts else 'none seen',
-                'uncover them and put them back, or run setcmas camera with --calibrate floor',
-            ),
-        ),
-        _judged(
-            contrast >= _LEAST_CONTRAST,
-            Finding(
-                NOTE,
-                'light',
-                f'tags differ by {contrast:.0f} grey levels',
-                'more light, no glare, and a matt print',
-            ),
+            contrast >= _LEAST_CONTRAST, NOTE, 'light', greys, 'more light, no glare, a matt print'
         ),
     ]
-
-
-def _judged(is_well: bool, finding: Finding) -> Finding:
-    """Return a finding, without its advice if all is well."""
-    return Finding(OK, finding.what, finding.found) if is_well else finding
 
 
 def _of_arena(seen: list[Accuracy], nb_places: int) -> list[Finding]:
-    share = len(seen) / nb_places
+    share = f'{100 * len(seen) / nb_places:.0f} % of it is seen'
     advice = 'hang the camera higher, add another one, or set a smaller arena in the lab file'
-    coverage = Finding(PROBLEM, 'arena', f'{100 * share:.0f} % of it is seen', advice)
-    if not seen:
-        return [coverage]
-    pixels = min(one.pixels_per_tag for one in seen)
-    position, heading = max(one.position for one in seen), max(one.heading for one in seen)
-    text = f'{1e3 * position:.1f} mm and {np.degrees(heading):.1f} degrees at worst; '
-    text += f'tags have {pixels:.0f} px or more'
-    advice = 'print larger tags, hang the camera lower, or add another one'
-    is_good = position <= _WORST_M and heading <= _WORST_RAD and pixels >= _FEWEST_PX
-    return [
-        _judged(share == 1, coverage),
-        _judged(is_good, Finding(NOTE, 'accuracy', text, advice)),
-    ]
+    findings = [_judged(len(seen) == nb_places, PROBLEM, 'arena', share, advice)]
+    if seen:
+        pixels = min(one.pixels_per_tag for one in seen)
+        position, heading = max(one.position for one in seen), max(one.heading for one in seen)
+        is_good = position <= _WORST_M and heading <= _WORST_RAD and pixels >= _FEWEST_PX
+        text = f'{1e3 * position:.1f} mm and {np.degrees(heading):.1f} degrees at worst; '
+        text += f'tags have {pixels:.0f} px or more'
+        advice = 'print larger tags, hang the camera lower, or add another one'
+        findings.append(_judged(is_good, NOTE, 'accuracy', text, advice))
+    return findings
+
+
+def _judged(is_well: bool, level: str, what: str, found: str, advice: str) -> Finding:
+    return Finding(OK, what, found) if is_well else Finding(level, what, found, advice)
 
 
 def _contrast(picture: Picture, corners: Floats) -> float:
@@ -153,8 +127,14 @@ def _contrast(picture: Picture, corners: Floats) -> float:
 def _draw(view: _View, across: Floats, up: Floats, errors: Floats, path: Path) -> None:
     """Write a picture: what the camera sees, and the expected error over the arena in mm."""
     figure = Figure(figsize=(13, 4.8), layout='constrained')
-    seen, place = figure.subplots(1, 2, width_ratios=(3, 2))
-    _draw_picture(seen, view)
+    shown, place = figure.subplots(1, 2, width_ratios=(3, 2))
+    if view.picture is not None:
+        shown.imshow(view.picture[..., ::-1] if view.picture.ndim == 3 else view.picture, 'gray')
+    for tag, corners in view.corners.items():
+        shown.fill(*corners.T, fill=False, color='tab:orange', linewidth=1.5)
+        x, y = corners[:, 0].mean(), corners[:, 1].min() - 4
+        shown.text(x, y, str(tag), color='tab:orange', fontsize=9, ha='center', va='bottom')
+    shown.set(title=f'{view.camera.name}: {len(view.corners)} tags', xticks=[], yticks=[])
     most = np.max(errors, initial=1.0, where=np.isfinite(errors))
     mesh = place.contourf(across, up, errors, np.linspace(0, most, 11), cmap='viridis_r')
     figure.colorbar(mesh, ax=place, label='expected error of positions [mm]')
@@ -162,13 +142,3 @@ def _draw(view: _View, across: Floats, up: Floats, errors: Floats, path: Path) -
     place.set(aspect='equal', xlabel='x [m]', ylabel='y [m]', title='Arena')
     place.legend(loc='upper right')
     figure.savefig(path, dpi=110)
-
-
-def _draw_picture(axes: Axes, view: _View) -> None:
-    if view.picture is not None:
-        axes.imshow(view.picture[..., ::-1] if view.picture.ndim == 3 else view.picture, 'gray')
-    for tag, corners in view.corners.items():
-        axes.fill(*corners.T, fill=False, color='tab:orange', linewidth=1.5)
-        x, y = corners[:, 0].mean(), corners[:, 1].min() - 4
-        axes.text(x, y, str(tag), color='tab:orange', fontsize=9, ha='center', va='bottom')
-    axes.set(title=f'{view.camera.name}: {len(view.corners)} tags', xticks=[], yticks=[])

@@ -144,8 +144,7 @@ class PictureRenderer:
 
 
 def _pixels(greys: Greys) -> Picture:
-    pixels: Picture = np.clip(greys, 0, 255).round().astype(np.uint8)
-    return pixels
+    return np.asarray(np.clip(greys, 0, 255).round(), np.uint8)
 
 
 def _warped(number: int, corners: Floats, size: NDArray[np.int64]) -> Greys:

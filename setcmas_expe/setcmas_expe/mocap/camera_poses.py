@@ -18,7 +18,7 @@ from setcmas_simu.errors import needs
 with needs('camera'):
     import cv2
 
-Picture = NDArray[np.uint8]
+Picture = cv2.typing.MatLike
 Shot = tuple[float, Picture]
 """Time of the exposure in s since 1970, and the picture."""
 

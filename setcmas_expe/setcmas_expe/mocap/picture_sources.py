@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-
 from setcmas_expe.mocap.camera_poses import Picture, Shot
 from setcmas_simu.errors import SetcmasError, needs
 
@@ -92,7 +90,7 @@ def _device(source: str, size: Size) -> Iterator[Shot]:
         if not arrived:
             raise SetcmasError(f"camera '{source}' sends no pictures: check its cable")
         age = time.monotonic() - 1e-3 * capture.get(cv2.CAP_PROP_POS_MSEC)
-        yield time.time() - (age if 0 <= age < _OLDEST_STAMP_S else 0.0), _bytes(picture)
+        yield time.time() - (age if 0 <= age < _OLDEST_STAMP_S else 0.0), picture
 
 
 def _recording(path: Path) -> Iterator[Shot]:
@@ -108,7 +106,7 @@ def _recording(path: Path) -> Iterator[Shot]:
     for count, picture in enumerate(recorded, 1):
         t = begin + (count - 1) / rate
         time.sleep(max(0.0, t - time.time()))
-        yield t, _bytes(picture)
+        yield t, picture
     if not count:
         raise SetcmasError(f"'{path}' has no pictures ({', '.join(_SUFFIXES)}, or a video)")
 
@@ -119,18 +117,14 @@ def _folder(path: Path) -> Iterator[Picture]:
             picture = cv2.imread(str(one))
             if picture is None:
                 raise SetcmasError(f"'{one}' is not a picture")
-            yield _bytes(picture)
+            yield picture
 
 
 def _frames(video: cv2.VideoCapture) -> Iterator[Picture]:
     arrived, picture = video.read()
     while arrived:
-        yield _bytes(picture)
+        yield picture
         arrived, picture = video.read()
-
-
-def _bytes(picture: object) -> Picture:
-    return np.asarray(picture, np.uint8)
 
 
 class NewestPicture:

@@ -75,7 +75,7 @@ def decoded(message: Any) -> Picture:
         picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
         if picture is None:
             raise SetcmasError(f'compressed pictures cannot be read: {message.format}')
-        return np.asarray(picture, np.uint8)
+        return picture
     depth = _DEPTHS.get(message.encoding)
     if depth is None:
         must_be = f'it must be one of {", ".join(_DEPTHS)}'

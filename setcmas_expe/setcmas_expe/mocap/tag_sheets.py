@@ -86,7 +86,7 @@ def sheets(nb_robots: int, nb_floor_tags: int, size: float, paper: str) -> Itera
     across, down = np.array(BOARD) * _SQUARE_MM
     x, y = (PAPERS[paper][0] - across) / 2, (PAPERS[paper][1] - down + _RULER_MM) / 2
     pixels = (round(across * _PX_PER_MM), round(down * _PX_PER_MM))
-    _draw(page, np.asarray(board().generateImage(pixels), np.uint8), x, y, float(across))
+    _draw(page, board().generateImage(pixels), x, y, float(across))
     yield figure
 
 
@@ -131,7 +131,7 @@ def _draw_tag(page: Axes, x: float, y: float, size: float, tag: int) -> None:
     across = size * (1 + 2 * _MARGIN)
     _draw_cut_marks(page, x, y, across, across + _STRIP_MM)
     pixels = tag_family().generateImageMarker(tag, round(size * _PX_PER_MM))
-    _draw(page, np.asarray(pixels, np.uint8), x + _MARGIN * size, y + _MARGIN * size, size)
+    _draw(page, pixels, x + _MARGIN * size, y + _MARGIN * size, size)
     middle, is_floor = y + across + _STRIP_MM / 2, tag >= FIRST_FLOOR_TAG
     name, size_pt = 'floor' if is_floor else 'robot', 9 if size >= 40 else 6
     page.text(x + 2, middle, f'{name} {tag}', va='center', fontsize=size_pt)

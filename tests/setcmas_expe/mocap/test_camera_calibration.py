@@ -94,7 +94,7 @@ def test_a_floor_tag_in_a_wrong_place_is_named():
     file = replace(scene(), floor_tags=FIVE)
     wrong = FIVE | {502: (0.9, -0.5)}
 
-    with pytest.raises(SetcmasError, match='floor tag 502 is not where the file says'):
+    with pytest.raises(SetcmasError, match='do not fit the picture, that of 502 least, by'):
         floor_pose(camera(), wrong, floor_corners(file))
     with pytest.raises(SetcmasError, match='501, 502, 503, 504 do not fit the picture'):
         floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(scene()))
