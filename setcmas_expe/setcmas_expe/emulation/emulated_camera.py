@@ -12,9 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_expe.emulation import faults
-from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens, RobotTags
+from setcmas_expe.mocap.camera_file import (
+    FIRST_FLOOR_TAG,
+    Camera,
+    CameraFile,
+    CameraPose,
+    Lens,
+    RobotTags,
+)
 from setcmas_expe.mocap.camera_poses import TAG_CORNERS, CameraPoses, Picture, tag_family
-from setcmas_expe.mocap.tag_sheets import FIRST_FLOOR_TAG
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.robots.arena import Arena

@@ -23,6 +23,9 @@ Shape = TypeVar('Shape')
 CORNER_ERROR_PX = 0.15
 """Standard deviation of a detected corner in px, as measured in rendered pictures."""
 
+FIRST_FLOOR_TAG = 501
+"""Number of the first tag on the floor; robots have the numbers below it."""
+
 _LAST_TAG = 586  # of the family 36h11; the first is 0
 _MOST_PX, _MOST_M = 20_000, 100
 

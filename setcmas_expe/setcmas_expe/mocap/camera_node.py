@@ -14,13 +14,12 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.publisher import Publisher
 
-from setcmas_expe.mocap.camera_file import CameraFile, load_cameras
+from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG, CameraFile, load_cameras
 from setcmas_expe.mocap.camera_poses import CameraPoses
 from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_expe.mocap.picture_sources import NewestPicture, check_size, is_topic, pictures
 from setcmas_expe.mocap.picture_topics import PictureTopic
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.mocap.tag_sheets import FIRST_FLOOR_TAG
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos

@@ -113,8 +113,6 @@ class CameraPoses:
     """Finds the robots in the pictures of the cameras of a file.
 
     Attributes:
-        fault: Why no pose may be used, in words; empty while they may. It stays until the cameras
-            are calibrated again.
         reasons: Why robots whose tag a camera sees have no pose, by camera.
         nb_tags: Number of tags in the last picture of each camera.
     """
@@ -125,7 +123,6 @@ class CameraPoses:
         Raises:
             SetcmasError: A camera has no pose.
         """
-        self.fault = ''
         self.reasons: dict[str, dict[int, str]] = {}
         self.nb_tags: dict[str, int] = {}
         self._tags = file.tags
@@ -137,6 +134,11 @@ class CameraPoses:
         self._newest: dict[int, float] = {}
         self._now = 0.0
         self._reported: dict[int, float] = {}
+
+    @property
+    def fault(self) -> str:
+        """Why no pose may be used, in words; empty while they may."""
+        return next((watch.fault for watch in self._watches.values() if watch.fault), '')
 
     def news(self) -> list[str]:
         """Return the fault and the reasons of robots that had none for some seconds."""
@@ -160,7 +162,6 @@ class CameraPoses:
         corners, twice = self._detector.corners(picture)
         watch = self._watches[camera]
         watch.look(t, corners)
-        self.fault = self.fault or watch.fault
         self.nb_tags[camera] = len(corners)
         robots = range(1, self._nb_robots + 1)
         two = 'two tags have its number; each robot needs its own'
@@ -236,12 +237,13 @@ class FloorWatch:
     """Compares the floor tags that a camera sees with their places.
 
     Attributes:
-        fault: Why the camera's poses must not be used, in words; empty while they may.
+        fault: Why the camera's poses must not be used, in words; empty while they may. That it was
+            moved stays until it is calibrated again.
         is_right: Whether the floor tags in the last picture were in their places.
     """
 
     def __init__(self, camera: Camera, floor_tags: Mapping[int, tuple[float, ...]]) -> None:
-        self.fault = ''
+        self.fault = self._moved = ''
         self.is_right = True
         self._camera = camera
         self._places = {
@@ -257,13 +259,13 @@ class FloorWatch:
         # Before the first picture, the last good one is now.
         self._last_seen = t if shifts else min(t, self._last_seen)
         self._last_right = min(t, self._last_right) if wrong else t
-        if not self.fault and wrong and t - self._last_right >= _SURE_AFTER_S:
-            self.fault = self._moved(wrong, len(shifts))
-        if not self.fault and t - self._last_seen >= _LONGEST_HIDDEN_S:
-            name = self._camera.name
-            self.fault = f'camera {name} sees no floor tag; uncover one that it was calibrated to'
+        if not self._moved and wrong and t - self._last_right >= _SURE_AFTER_S:
+            self._moved = self._what_moved(wrong, len(shifts))
+        is_hidden = t - self._last_seen >= _LONGEST_HIDDEN_S
+        hidden = f'camera {self._camera.name} sees no floor tag; uncover them, or add light'
+        self.fault = self._moved or (hidden if is_hidden else '')
 
-    def _moved(self, wrong: Mapping[int, float], nb_seen: int) -> str:
+    def _what_moved(self, wrong: Mapping[int, float], nb_seen: int) -> str:
         """Return which of the tags and the camera was moved."""
         name = self._camera.name
         tag = max(wrong, key=lambda one: wrong[one])

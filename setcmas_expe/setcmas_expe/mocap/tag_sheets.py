@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
+from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG
 from setcmas_expe.mocap.camera_poses import Picture, tag_family
 from setcmas_simu.errors import SetcmasError, needs
 
@@ -18,8 +19,6 @@ with needs('camera'):
 
 PAPERS = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
 """Width and height in mm."""
-FIRST_FLOOR_TAG = 501
-"""Number of the first tag on the floor; robots have the numbers below it."""
 SMALLEST_MM = 20.0
 BOARD = (5, 7)
 """Squares across and down the ChArUco board."""
@@ -36,7 +35,7 @@ _STRIP_MM = 12.0
 _GAP_MM = 5.0
 _CUT_MM = 4.0
 _POINTS_PER_MM = 72 / 25.4
-_PX_PER_MM = 8
+_PX_PER_MM, _TAG_PX = 8, 800
 
 
 def largest_size(paper: str) -> float:
@@ -130,7 +129,7 @@ def _draw_tag(page: Axes, x: float, y: float, size: float, tag: int) -> None:
     """Draw a tag with its cut marks; its lower left corner is x, y in mm."""
     across = size * (1 + 2 * _MARGIN)
     _draw_cut_marks(page, x, y, across, across + _STRIP_MM)
-    pixels = tag_family().generateImageMarker(tag, round(size * _PX_PER_MM))
+    pixels = tag_family().generateImageMarker(tag, _TAG_PX)
     _draw(page, pixels, x + _MARGIN * size, y + _MARGIN * size, size)
     middle, is_floor = y + across + _STRIP_MM / 2, tag >= FIRST_FLOOR_TAG
     name, size_pt = 'floor' if is_floor else 'robot', 9 if size >= 40 else 6

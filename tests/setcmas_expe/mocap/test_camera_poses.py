@@ -118,6 +118,17 @@ def test_a_camera_without_floor_tags_is_a_fault():
     assert fault(covered, 1.2).startswith('camera left sees no floor tag')
 
 
+def test_poses_return_with_the_floor_tags():
+    robot = [PlacedTag(1, -0.3, 0.1, 0.5)]
+    light, dark = (renderer(FILE).picture(robot, brightness) for brightness in (1.0, 0.05))
+    poses = CameraPoses(FILE, 1)
+    for t, picture, robots in ((0.0, light, {1}), (0.1, dark, set()), (1.2, dark, set())):
+        assert poses.look('left', t, picture).keys() == robots
+    assert poses.fault.startswith('camera left sees no floor tag')
+    assert poses.look('left', 1.3, light).keys() == {1}
+    assert poses.fault == ''
+
+
 def test_robots_are_found_unless_a_camera_was_bumped():
     placed = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(2, 0.4, 0.0, 2.0)]
     poses = CameraPoses(FILE, 2)

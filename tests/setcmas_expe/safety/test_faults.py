@@ -13,12 +13,16 @@ from processes import TIMEOUT_S
 
 pytest.importorskip('rclpy')
 
-from rehearsal import BRIDGES, Rehearsal
+from rehearsal import BRIDGES, Rehearsal, stop_of
 
 WAY = 0.16  # m
 LATCHED = ('--vnom', '0.1')
 SLOW = (*LATCHED, '--resume')
 GOES = 0.07  # m/s: what 0.1 m/s is, cut to hundredths, and a little less in curves
+
+
+def way(samples):
+    return sum(after.way_from(before) for before, after in itertools.pairwise(samples))
 
 
 @pytest.fixture
@@ -56,6 +60,21 @@ def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
     assert checked.wait_for_stop(checked.fault('fallen 1 60')).metres < WAY
     fault = checked.set_mode('stuck')
     assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
+
+
+@pytest.mark.nightly
+def test_cameras_and_tags_fail_one_after_the_other(peer, tmp_path):
+    pytest.importorskip('cv2')
+    with Rehearsal(peer, tmp_path, *SLOW, '--mocap', 'camera') as running:
+        running.let_go(GOES)
+        for kind in ('shrunk', 'ten_frames'):
+            fault, samples = running.fault(f'{kind} 1 60'), running.truth[1]
+            begin = len(samples)
+            peer.wait_for(lambda: way(samples[begin:]) > 0.3)  # noqa: B023
+            assert stop_of(samples, fault) is None, kind
+        for kind in ('glare', 'covered', 'twins', 'tag_size', 'dark', 'stuck', 'bumped'):
+            assert running.wait_for_stop(running.fault(f'{kind} 1 1.2')).metres < WAY, kind
+            running.wait_until_all_go(GOES)
 
 
 @pytest.mark.nightly  # test_guard_node and test_bridges have a bridge that falls silent
