@@ -135,9 +135,9 @@ def _draw(view: _View, across: Floats, up: Floats, errors: Floats, path: Path) -
         x, y = corners[:, 0].mean(), corners[:, 1].min() - 4
         shown.text(x, y, str(tag), color='tab:orange', fontsize=9, ha='center', va='bottom')
     shown.set(title=f'{view.camera.name}: {len(view.corners)} tags', xticks=[], yticks=[])
-    most = np.max(errors, initial=1.0, where=np.isfinite(errors))
-    mesh = place.contourf(across, up, errors, np.linspace(0, most, 11), cmap='viridis_r')
-    figure.colorbar(mesh, ax=place, label='expected error of positions [mm]')
+    if np.isfinite(errors).any():
+        mesh = place.contourf(across, up, errors, levels=12, cmap='viridis_r')
+        figure.colorbar(mesh, ax=place, label='expected error of positions [mm]')
     place.plot(*view.camera.placed.position[:2], 'k^', label=view.camera.name)
     place.set(aspect='equal', xlabel='x [m]', ylabel='y [m]', title='Arena')
     place.legend(loc='upper right')

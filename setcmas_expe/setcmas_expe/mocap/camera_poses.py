@@ -133,7 +133,7 @@ class CameraPoses:
         self._fused = FusedPoses()
         self._newest: dict[int, float] = {}
         self._now = 0.0
-        self._reported: dict[int, float] = {}
+        self._reported: dict[int | str, float] = {}
 
     @property
     def fault(self) -> str:
@@ -142,13 +142,12 @@ class CameraPoses:
 
     def news(self) -> list[str]:
         """Return the fault and the reasons of robots that had none for some seconds."""
-        whys = {
-            i: f'robot {i}: {why}' for seen in self.reasons.values() for i, why in seen.items()
-        }
-        lines = whys | ({0: self.fault} if self.fault else {})
-        new = [i for i in lines if self._now - self._reported.get(i, -math.inf) > _QUIET_S]
+        lines: dict[int | str, str] = {self.fault: self.fault} if self.fault else {}
+        for seen in self.reasons.values():
+            lines |= {robot: f'robot {robot}: {why}' for robot, why in seen.items()}
+        new = [one for one in lines if self._now - self._reported.get(one, -math.inf) > _QUIET_S]
         self._reported |= dict.fromkeys(lines, self._now)
-        return [lines[i] for i in new]
+        return [lines[one] for one in new]
 
     def look(self, camera: str, t: float, picture: Picture) -> dict[int, Pose]:
         """Return x, y in m and heading in rad at t of the robots in a picture.
@@ -166,7 +165,9 @@ class CameraPoses:
         robots = range(1, self._nb_robots + 1)
         two = 'two tags have its number; each robot needs its own'
         self.reasons[camera] = reasons = dict.fromkeys(twice.intersection(robots), two)
-        found = {}
+        found: dict[int, Pose] = {}
+        if self.fault or not watch.is_right:
+            return found
         for robot in sorted(corners.keys() & robots):
             pose = tag_pose(self._cameras[camera], self._tags, corners[robot])
             if isinstance(pose, str):
@@ -179,7 +180,7 @@ class CameraPoses:
             elif t >= self._newest.get(robot, -math.inf):
                 self._newest[robot] = t
                 found[robot] = fused
-        return found if watch.is_right and not self.fault else {}
+        return found
 
 
 class FusedPoses:

@@ -13,7 +13,7 @@ from processes import TIMEOUT_S
 
 pytest.importorskip('rclpy')
 
-from rehearsal import BRIDGES, Rehearsal, stop_of
+from rehearsal import BRIDGES, Rehearsal
 
 WAY = 0.16  # m
 LATCHED = ('--vnom', '0.1')
@@ -66,15 +66,13 @@ def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
 def test_cameras_and_tags_fail_one_after_the_other(peer, tmp_path):
     pytest.importorskip('cv2')
     with Rehearsal(peer, tmp_path, *SLOW, '--mocap', 'camera') as running:
-        running.let_go(GOES)
-        for kind in ('shrunk', 'ten_frames'):
-            fault, samples = running.fault(f'{kind} 1 60'), running.truth[1]
-            begin = len(samples)
-            peer.wait_for(lambda: way(samples[begin:]) > 0.3)  # noqa: B023
-            assert stop_of(samples, fault) is None, kind
         for kind in ('glare', 'covered', 'twins', 'tag_size', 'dark', 'stuck', 'bumped'):
+            running.let_go(GOES)  # by s, too: a busy machine may have paused the robots
             assert running.wait_for_stop(running.fault(f'{kind} 1 1.2')).metres < WAY, kind
-            running.wait_until_all_go(GOES)
+        running.let_go(GOES)
+        running.fault('shrunk 1 10')
+        begin = len(running.truth[1])
+        peer.wait_for(lambda: way(running.truth[1][begin:]) > 0.3)
 
 
 @pytest.mark.nightly  # test_guard_node and test_bridges have a bridge that falls silent
