@@ -74,9 +74,9 @@ def _device(source: str, size: Size) -> Iterator[Shot]:
 
     Their time is the kernel's, of the first data of the frame.
     """
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
-    capture = cv2.VideoCapture(int(source) if source.isdecimal() else source, cv2.CAP_V4L2)
-    if not capture.isOpened():
+    device = Path(f'/dev/video{source}' if source.isdecimal() else source)
+    capture = cv2.VideoCapture()
+    if not (device.exists() and capture.open(str(device), cv2.CAP_V4L2)):
         raise SetcmasError(
             f"camera '{source}' cannot be opened: is it connected, used by another program, "
             'and are you in the group video?'
