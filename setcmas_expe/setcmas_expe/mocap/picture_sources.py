@@ -21,6 +21,7 @@ FOLDER_HZ = 10.0
 """Pictures a second from a folder."""
 _SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp')
 _OLDEST_STAMP_S = 1.0
+_LATEST_S = 0.2
 
 
 def pictures(source: str, size: Size | None) -> Iterator[Shot]:
@@ -104,9 +105,11 @@ def _recording(path: Path) -> Iterator[Shot]:
         recorded = _frames(video)
     count = 0
     for count, picture in enumerate(recorded, 1):
-        t = begin + (count - 1) / rate
-        time.sleep(max(0.0, t - time.time()))
-        yield t, picture
+        ahead = begin + (count - 1) / rate - time.time()
+        if ahead < -_LATEST_S:  # this machine is too slow: it plays more slowly
+            begin, ahead = begin - ahead, 0.0
+        time.sleep(max(0.0, ahead))
+        yield begin + (count - 1) / rate, picture
     if not count:
         raise SetcmasError(f"'{path}' has no pictures ({', '.join(_SUFFIXES)}, or a video)")
 

@@ -30,6 +30,18 @@ def test_a_video_is_read_at_its_rate(tmp_path):
     assert np.diff([t for t, _ in shots]) == pytest.approx([0.04] * 2, abs=1e-5)
 
 
+def test_a_slow_reader_gets_pictures_with_the_time_of_now(tmp_path):
+    for number in range(4):
+        cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
+    ages = []
+    for t, _ in pictures(str(tmp_path), None):
+        ages.append(time.time() - t)
+        time.sleep(0.5)
+
+    assert len(ages) == 4
+    assert max(ages) < 0.5  # not 1.2
+
+
 @pytest.mark.parametrize(
     ('source', 'reason'),
     [
