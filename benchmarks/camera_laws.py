@@ -58,6 +58,8 @@ def ways(law, mocap, seed, seconds):
             begin = max(_sets_off(one) for one in running.truth.values())
             peer.wait_for(lambda: running.truth[1][-1].stamp > begin + seconds, 4 * seconds)
             output = running.output()
+            if STOPS.search(output):
+                print(output[-2000:], file=sys.stderr)
             truth = list(running.truth.values())
     times = np.arange(begin, begin + seconds, STEP_S)
     found = [np.array([(s.stamp, s.x, s.y) for s in one]).T for one in truth]
