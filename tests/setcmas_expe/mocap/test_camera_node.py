@@ -33,12 +33,13 @@ def test_poses_of_a_folder_of_pictures(start, peer, tmp_path):
     for number in range(20):
         cv2.imwrite(str(folder / f'{number:03}.png'), pictures.picture(ROBOTS))
     poses = peer.listen(PoseStamped, '/camera/tb3_7/pose', qos.SENSOR)
-    node = start(*NODE, camera_file(tmp_path, folder))
+    node = start(*SETCMAS, 'camera', camera_file(tmp_path, folder))
     peer.wait_for(lambda: len(poses) > 5)
 
     place = poses[-1].pose.position
     assert (place.x, place.y, place.z) == pytest.approx((0.4, 0.0, 0.2), abs=0.01)
     assert node.wait() == 0
+    assert 'the pictures have ended' in node.output()
 
 
 def test_poses_of_a_topic_until_the_camera_is_bumped(start, peer, tmp_path):
