@@ -23,7 +23,7 @@ from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.step_loop import StepLoop
 
 _STEP_HZ = 100.0
@@ -111,6 +111,7 @@ def main(argv: list[str] | None = None) -> int:
     """Publish poses until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='camera_node', description=__doc__)
     parser.add_argument('file', type=Path, help='camera file')
+    prefer_this_process()
     return node_main(parser, _watch, argv)
 
 
