@@ -104,8 +104,8 @@ class PictureRenderer:
         width, height = camera.lens.size
         self._light = np.linspace(1.0, _DARKEST, width, dtype=np.float32)
         self._noise = self._random.normal(0, noise, (height, width)).astype(np.float32)
-        places = file.floor_tags.items()
-        tags = [PlacedTag(tag, *xy, 0.0, lift=-file.tags.height) for tag, xy in places]  # type: ignore[call-arg, misc]
+        down, places = -file.tags.height, file.floor_tags.items()
+        tags = [PlacedTag(tag, x, y, 0.0, lift=down) for tag, (x, y) in places]
         bare = _pixels(_FLOOR_GREY * self._light + self._noise)
         self._floors = [self._drawn(np.roll(bare, i, axis=1), tags) for i in range(_FLOORS)]
 
@@ -118,27 +118,29 @@ class PictureRenderer:
         return drawn if brightness == 1.0 else _pixels(drawn * np.float32(brightness))
 
     def _drawn(self, picture: Picture, tags: Sequence[PlacedTag]) -> Picture:
-        """Draw tags into a picture, each as the mean of several moments of the exposure."""
-        last = np.array(picture.shape[::-1]) - 1
         for tag in tags:
-            half = _EXPOSURE_S / 2 if tag.vx or tag.vy or tag.turn else 0.0
-            moments = np.linspace(-half, half, _BLUR_STEPS if half else 1)
-            corners = np.array([self._corners(tag, t) for t in moments])
-            low = np.clip(np.floor(corners.min((0, 1))) - 2, 0, last).astype(int)
-            size = np.clip(np.ceil(corners.max((0, 1))) + 3, 0, last + 1).astype(int) - low
-            if (size < 2).any():
-                continue
-            # The grey of the tag times its coverage, and the coverage.
-            layers = np.mean([_warped(tag.number, own - low, size) for own in corners], axis=0)
-            here = np.s_[low[1] : low[1] + size[1], low[0] : low[0] + size[0]]
-            cover = layers[:, :, 1]
-            noise = cover * self._random.permutation(self._noise[here])
-            drawn = layers[:, :, 0] * self._light[here[1]] + noise
-            picture[here] = _pixels(picture[here] * (1 - cover) + drawn)
-            if tag.covered is not None:
-                middle = corners.mean((0, 1)).round().astype(int).tolist()
-                cv2.circle(picture, middle, int(0.3 * size.max()), tag.covered, cv2.FILLED)
+            self._draw(picture, tag)
         return picture
+
+    def _draw(self, picture: Picture, tag: PlacedTag) -> None:
+        """Draw a tag into a picture, as the mean of several moments of the exposure."""
+        half = _EXPOSURE_S / 2 if tag.vx or tag.vy or tag.turn else 0.0
+        moments = np.linspace(-half, half, _BLUR_STEPS if half else 1)
+        corners = np.array([self._corners(tag, t) for t in moments])
+        last = np.array(picture.shape[::-1]) - 1
+        low = np.clip(np.floor(corners.min((0, 1))) - 2, 0, last).astype(int)
+        size = np.clip(np.ceil(corners.max((0, 1))) + 3, 0, last + 1).astype(int) - low
+        if (size < 2).any():
+            return
+        # The grey of the tag times its coverage, and the coverage.
+        layers = np.mean([_warped(tag.number, own - low, size) for own in corners], axis=0)
+        here = np.s_[low[1] : low[1] + size[1], low[0] : low[0] + size[0]]
+        cover, noise = layers[:, :, 1], self._random.permutation(self._noise[here])
+        drawn = layers[:, :, 0] * self._light[here[1]] + cover * noise
+        picture[here] = _pixels(picture[here] * (1 - cover) + drawn)
+        if tag.covered is not None:
+            middle = corners.mean((0, 1)).round().astype(int).tolist()
+            cv2.circle(picture, middle, int(0.3 * size.max()), tag.covered, cv2.FILLED)
 
     def _corners(self, tag: PlacedTag, t: float) -> Floats:
         """Return the pixels (4, 2) of the corners of a tag with its white margin after t s."""
