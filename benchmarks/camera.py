@@ -16,10 +16,9 @@ import cv2
 import numpy as np
 from tabulate import tabulate
 
-from setcmas_expe.camera.camera_file import Camera, CameraFile, CameraPose, Lens, RobotTags
-from setcmas_expe.camera.camera_poses import CameraPoses
-from setcmas_expe.camera.floor_projection import FloorProjection
-from setcmas_expe.camera.picture_rendering import PictureQuality, PictureRenderer, PlacedTag
+from setcmas_expe.emulation.emulated_camera import PictureRenderer, PlacedTag
+from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens, RobotTags
+from setcmas_expe.mocap.camera_poses import CameraPoses
 
 X, Y = 1.9, 1.4
 """Half the sides in m of the box in which the tags' centres are."""
@@ -69,7 +68,7 @@ def measured(name, file, nb_robots, speed, nb_places, seed, calibrated=None):
     """Return a row of the table, and what the user is told."""
     random = np.random.default_rng(seed)
     renderers = {
-        one.name: PictureRenderer(FloorProjection(one), file, PictureQuality(), seed + index)
+        one.name: PictureRenderer(one, file, seed + index)
         for index, one in enumerate(file.cameras)
     }
     errors, latencies, cpu, told, missed = [], [], 0.0, set(), 0

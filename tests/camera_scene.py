@@ -5,15 +5,14 @@ import pytest
 
 cv2 = pytest.importorskip('cv2')
 
-from setcmas_expe.camera.camera_file import (  # noqa: E402
+from setcmas_expe.emulation.emulated_camera import PictureRenderer  # noqa: E402
+from setcmas_expe.mocap.camera_file import (  # noqa: E402
     Camera,
     CameraFile,
     CameraPose,
     Lens,
     RobotTags,
 )
-from setcmas_expe.camera.floor_projection import FloorProjection  # noqa: E402
-from setcmas_expe.camera.picture_rendering import PictureQuality, PictureRenderer  # noqa: E402
 
 FLOOR_TAGS = {501: (-0.8, -0.5), 502: (0.8, -0.5), 503: (0.8, 0.5), 504: (-0.8, 0.5)}
 DISTORTION = (-0.12, 0.03, 0.0005, -0.0004, 0.0)
@@ -38,7 +37,6 @@ def scene(*cameras, size=0.12, height=0.2):
     return CameraFile(RobotTags(size, height), cameras or (camera(),), FLOOR_TAGS)
 
 
-def renderer(file, number=0, quality=None, seed=1):
+def renderer(file, number=0, seed=1, **options):
     """Return a renderer of one of the cameras."""
-    projection = FloorProjection(file.cameras[number])
-    return PictureRenderer(projection, file, quality or PictureQuality(), seed)
+    return PictureRenderer(file.cameras[number], file, seed, **options)

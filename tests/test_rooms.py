@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 386, 279, 50
+FILES, ARROWS, THIN_ARROWS = 382, 270, 50
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -39,8 +39,6 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.fleet_pause',
     'setcmas_ctrl.driving.fleet_time',
     'setcmas_ctrl.driving.odometry',
-    'setcmas_expe.camera.camera_node',
-    'setcmas_expe.camera.picture_topics',
     'setcmas_expe.doctor.lab_examination',
     'setcmas_expe.doctor.lab_watch',
     'setcmas_expe.doctor.nudge',
@@ -51,6 +49,8 @@ MAY_IMPORT_ROS = [
     'setcmas_expe.guard.guard_watch',
     'setcmas_expe.guard.motor_power',
     'setcmas_expe.guard.surroundings',
+    'setcmas_expe.mocap.camera_node',
+    'setcmas_expe.mocap.picture_topics',
     'setcmas_expe.mocap.receiver',
     'setcmas_expe.pause.bridge_watch',
     'setcmas_expe.pause.joystick_reader',

@@ -58,7 +58,7 @@ def _stops_apart(r: Rehearsal, fault: float) -> Outcome:
 
 KINDS = {
     'pushed out of the arena': Kind(
-        _push, 'outside the arena', stops=_stops_outwards, lets_go=True
+        _push, 'outside the arena|was it pushed', stops=_stops_outwards, lets_go=True
     ),
     'collision course': Kind(
         _collide, 'closer than', stops=_stops_apart, lets_go=True, options=('--filter', 'none')

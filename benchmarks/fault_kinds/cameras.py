@@ -1,13 +1,11 @@
-"""Cameras as motion capture: faults of tags and cameras, and the other faults of poses."""
+"""Cameras as motion capture: faults of tags and cameras; `--mocap camera` adds other faults."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+from geometry_msgs.msg import PoseStamped
 from rehearsal import STANDS_S, Rehearsal, Stop, stop_of
 
-from fault_kinds import mocap
-from fault_kinds.kind import Kind, Outcome
+from fault_kinds.kind import Kind, Outcome, falls_silent, sends
 
 OPTIONS = ('--mocap', 'camera', '--arena=-1.4,2.6,-1.5,1.5')
 _LASTS_S = 2.0
@@ -15,6 +13,12 @@ _LASTS_S = 2.0
 
 def _fault(kind: str, line: str) -> Kind:
     return Kind(lambda r: r.fault(f'{kind} 1 {_LASTS_S}'), line, options=OPTIONS)
+
+
+def _pose() -> PoseStamped:
+    message = PoseStamped()
+    message.pose.position.x = 1.0
+    return message
 
 
 def _goes_on(kind: str) -> Kind:
@@ -41,4 +45,11 @@ KINDS = {
     'camera: no more pictures': _fault('stuck', 'no good pose'),
     'camera: printed at 97 percent': _goes_on('shrunk'),
     'camera: ten pictures a second': _goes_on('ten_frames'),
-} | {f'camera: {name}': replace(kind, options=OPTIONS) for name, kind in mocap.KINDS.items()}
+    'camera: poses on its topic': Kind(
+        lambda r: sends(r, '/camera/tb3_1/pose', _pose()),
+        'nodes send it',
+        undo=falls_silent,
+        options=OPTIONS,
+    ),
+    'camera: tag fallen off': _fault('fallen', 'its side measures'),
+}

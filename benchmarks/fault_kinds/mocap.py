@@ -21,15 +21,18 @@ def _fault(kind: str, line: str) -> Kind:
 def _from_the_start(kind: str, line: str) -> Kind:
     """Return a fault that is there before robots first move: they do so at a crawl."""
 
+    seen = {}
+
     def inject(r: Rehearsal) -> float:
         r.peer.wait_for(lambda: 'controlling robot' in r.output())
         r.fault(f'{kind} 1 {_LONG_S}')
         r.press_until(lambda: any(truth[-1].rolls > 0.0 for truth in r.truth.values()))
+        seen['output'] = len(r.output())  # the fault may have paused robots that stood
         return time.time()
 
     def stops(r: Rehearsal, fault: float) -> Outcome:
         """Robots stand in turns while they prove who they are: look at the last of it."""
-        r.peer.wait_for(lambda: 'paused: robot' in r.output())
+        r.peer.wait_for(lambda: 'paused: robot' in r.output()[seen['output'] :])
         r.peer.spin(_RESTS_S)
         rolled = [truth for truth in r.truth[1] if truth.stamp >= fault and truth.rolls]
         if not rolled:  # another robot showed it first

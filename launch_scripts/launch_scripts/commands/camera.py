@@ -14,13 +14,10 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from launch_scripts.processes.environment import require_ros
+from launch_scripts.processes.environment import lab_environment, require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
     CAMERA,
@@ -30,11 +27,6 @@ from launch_scripts.processes.node_commands import (
 )
 from setcmas_simu.errors import SetcmasError
 
-if TYPE_CHECKING:
-    from setcmas_expe.camera.picture_sources import PictureSource
-    from setcmas_expe.camera.tag_detection import Shot
-
-_NB_PICTURES = 30
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2
 
 
@@ -55,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Calibrate, or publish poses; return the exit status."""
-    from setcmas_expe.camera.camera_file import load_cameras
+    from setcmas_expe.mocap.camera_file import load_cameras
 
     if args.calibrate == 'lens':
         _calibrate_lens(args.file, args.name, args.source)
@@ -64,75 +56,41 @@ def main(args: argparse.Namespace) -> int:
     else:
         require_ros()
         load_cameras(args.file)  # report mistakes before anything starts
+        arguments = [str(args.file), *ros_arguments(args)]
+        # Poses must reach the experiment, which may run on another machine.
+        where = lab_environment((), '')
         return run_in_foreground(
-            'camera', node_command(CAMERA, [str(args.file), *ros_arguments(args)])
+            'camera', node_command(CAMERA, arguments), environment=where, may_end=True
         )
     return 0
 
 
 def _calibrate_lens(path: Path, name: str, source: str) -> None:
-    from setcmas_expe.camera.calibration import LensViews
-    from setcmas_expe.camera.camera_file import (
-        Camera,
-        CameraFile,
-        RobotTags,
-        load_cameras,
-        write_cameras,
-    )
-    from setcmas_expe.camera.picture_sources import open_source
+    from setcmas_expe.mocap import camera_file
+    from setcmas_expe.mocap.camera_calibration import calibrated_lens
 
-    empty = CameraFile(RobotTags(_TAG_SIZE, _TAG_HEIGHT))
-    file = load_cameras(path) if path.exists() else empty
-    views = LensViews()
+    file = camera_file.CameraFile(camera_file.RobotTags(_TAG_SIZE, _TAG_HEIGHT))
+    if path.exists():
+        file = camera_file.load_cameras(path, least=0)
+    elif not path.parent.is_dir():
+        raise SetcmasError(f"'{path}' cannot be written: there is no folder '{path.parent}'")
     print('hold the board still, flat, in many places of the picture; Ctrl-C ends', flush=True)
-    for _, picture in _shots(open_source(source, None)):
-        if views.add(picture):
-            print(f'view {len(views)}; next: {"; ".join(views.missing()) or "done"}', flush=True)
-            if not views.missing():
-                break
-    lens = views.lens()
+    lens = calibrated_lens(source, lambda line: print(line, flush=True))
     others = tuple(camera for camera in file.cameras if camera.name != name)
-    write_cameras(replace(file, cameras=(*others, Camera(name, source, lens))), path)
+    camera = camera_file.Camera(name, source, lens)
+    camera_file.write_cameras(replace(file, cameras=(*others, camera)), path)
     print(f'{path}: lens of {name} with an error of {lens.error:.2f} px; next: --calibrate floor')
 
 
 def _calibrate_floor(path: Path) -> None:
-    import numpy as np
+    from setcmas_expe.mocap.camera_calibration import calibrated_floor
+    from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
 
-    from setcmas_expe.camera.calibration import floor_pose, places_from_distances
-    from setcmas_expe.camera.camera_file import load_cameras, write_cameras
-    from setcmas_expe.camera.picture_sources import open_source
-    from setcmas_expe.camera.tag_detection import TagDetector
-
-    file = load_cameras(path)
-    if not file.cameras:
-        raise SetcmasError(f"'{path}' has no camera; begin with --calibrate lens")
-    places = file.floor_tags
-    if file.floor_distances:
-        places = places_from_distances(file.floor_distances)
-    if len(places) < 4:
-        raise SetcmasError(
-            f"'{path}' has {len(places)} floor tags; write the centres of four or more, such as "
-            'floor_tags: {501: [0.0, 0.0]}, or floor_distances: {501-502: 3.0}'
-        )
-    cameras = []
+    file = calibrated_floor(load_cameras(path))
+    write_cameras(file, path)
     for camera in file.cameras:
-        seen = defaultdict(list)
-        shots = _shots(open_source(camera.source, camera.lens.size))
-        for _, (_, picture) in zip(range(_NB_PICTURES), shots, strict=False):
-            for tag, corners in TagDetector().corners(picture)[0].items():
-                seen[tag].append(corners)
-        middle = {tag: np.median(corners, axis=0) for tag, corners in seen.items()}
-        pose = floor_pose(camera, places, middle)
-        x, y, z = (round(value, 2) + 0.0 for value in pose.position)  # never -0.00
+        x, y, z = (round(value, 2) + 0.0 for value in camera.placed.position)  # never -0.00
         print(
-            f'{camera.name}: at x = {x:.2f} m, y = {y:.2f} m, {z:.2f} m above the floor, '
-            f'by {len(places.keys() & seen.keys())} tags, within {1e3 * pose.error:.1f} mm'
+            f'{camera.name}: at x = {x:.2f} m, y = {y:.2f} m, {z:.2f} m above the floor; '
+            f'floor tags fit within {1e3 * camera.placed.error:.1f} mm'
         )
-        cameras.append(replace(camera, pose=pose))
-    write_cameras(replace(file, cameras=tuple(cameras), floor_tags=places), path)
-
-
-def _shots(source: PictureSource) -> Iterator[Shot]:
-    while shot := source.read():
-        yield shot

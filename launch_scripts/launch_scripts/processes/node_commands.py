@@ -13,7 +13,7 @@ from setcmas_simu.reports.reports import Started
 SIMULATOR = 'setcmas_simu.simulator.simulator'
 CONTROLLER = 'setcmas_ctrl.controller.controller'
 ZERO_COMMANDER = 'setcmas_ctrl.driving.zero_commander'
-CAMERA = 'setcmas_expe.camera.camera_node'
+CAMERA = 'setcmas_expe.mocap.camera_node'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
 PAUSE = 'setcmas_expe.pause.pause_node'

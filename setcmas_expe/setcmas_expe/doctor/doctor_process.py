@@ -18,7 +18,6 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option, take_values
 from setcmas_simu.options.kinds import PathTo
-from setcmas_simu.robots.arena import Arena
 from setcmas_simu.table import Table
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _examine(options: LabOptions, doctor: DoctorOptions, ros_arguments: list[str]) -> int:
     if doctor.camera:
-        return _examine_cameras(doctor.camera, options.chosen().arena)
+        return _examine_cameras(doctor.camera, options.chosen())
     lab = options.chosen() if doctor.nudge or options.changed() else None
     has_ros = ros_is_there()
     if lab and has_ros:
@@ -122,10 +121,10 @@ def _examine(options: LabOptions, doctor: DoctorOptions, ros_arguments: list[str
     return _conclude(findings)
 
 
-def _examine_cameras(file: Path, arena: Arena) -> int:
+def _examine_cameras(file: Path, lab: Lab) -> int:
     from setcmas_expe.doctor.camera_checks import camera_findings  # it needs OpenCV
 
-    findings = camera_findings(file, arena)
+    findings = camera_findings(file, lab)
     print(f'cameras of {file}\n{table(findings)}', flush=True)
     return _conclude(findings)
 

@@ -31,7 +31,6 @@ from setcmas_expe.emulation.emulation_options import (
 )
 from setcmas_expe.emulation.faults import Fault, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
-from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.mocap_presets import CAMERA
@@ -39,7 +38,12 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import (
+    FleetNode,
+    RosProcess,
+    node_main,
+    prefer_this_process,
+)
 from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.duplicate_simulators import RobotLocks
 

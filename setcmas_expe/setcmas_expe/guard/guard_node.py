@@ -28,7 +28,6 @@ from setcmas_ctrl.driving.fleet_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, accelerated
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
-from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
 from setcmas_expe.guard.surroundings import Base, Surroundings
@@ -40,7 +39,12 @@ from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import (
+    FleetNode,
+    RosProcess,
+    node_main,
+    prefer_this_process,
+)
 from setcmas_simu.ros.step_loop import StepLoop
 
 ACCEL = 2.5

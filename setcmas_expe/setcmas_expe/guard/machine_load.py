@@ -1,9 +1,8 @@
-"""Load of this machine: whether processes wait for its processors, and who goes first."""
+"""Load of this machine: whether processes wait for its processors."""
 
 from __future__ import annotations
 
 import contextlib
-import os
 from collections import deque
 from pathlib import Path
 
@@ -15,14 +14,6 @@ OVERLOADED = 'this computer is overloaded, so processes answer late: end other p
 _OVERLOAD = 0.8  # share of the time in which a process waited
 _LOOK_EVERY_S = 0.5
 _NB_LOOKS = 5
-_PREFERRED = -10
-
-
-def prefer_this_process() -> None:
-    """Let this process and its later threads run before others, where the system allows it."""
-    if hasattr(os, 'setpriority'):
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, 0, _PREFERRED)
 
 
 class ProcessorLoad:

@@ -22,7 +22,7 @@ from setcmas_ctrl.driving.fleet_pause import (
     EmergencyWatch,
     PauseWatch,
 )
-from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad, prefer_this_process
+from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad
 from setcmas_expe.guard.obedience import Runaways
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
@@ -39,7 +39,12 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import own_participant
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import (
+    FleetNode,
+    RosProcess,
+    node_main,
+    prefer_this_process,
+)
 from setcmas_simu.ros.step_loop import StepLoop
 
 _LINE_M = 0.03

@@ -106,8 +106,6 @@ class Number(Kind):
         has_least, has_most = self.least > -math.inf, self.most < math.inf
         if has_least and has_most:
             return f'from {self.least:g} to {self.most:g}{unit}'
-        if self.finite and not has_least and not has_most and self.above == -math.inf:
-            return 'a finite number'
         lower = f'at least {self.least:g}' if has_least else f'above {self.above:g}'
         if has_most:
             return f'{lower} and at most {self.most:g}{unit}'

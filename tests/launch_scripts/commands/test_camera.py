@@ -9,7 +9,7 @@ pytest.importorskip('cv2')
 
 from camera_scene import FLOOR_TAGS, camera, cv2, renderer, scene
 
-from setcmas_expe.camera.camera_file import load_cameras, write_cameras
+from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
 
 DISTANCES = {(501, 502): 1.6, (501, 503): 1.8868, (502, 503): 1.0} | {
     (501, 504): 1.0,
@@ -58,10 +58,15 @@ def test_the_floor_is_calibrated_from_distances(folder):
 def test_mistakes_are_one_line(folder):
     floor = ('camera', 'camera.yaml', '--calibrate', 'floor')
     write(folder, floor_tags={501: (0.0, 0.0)})
-    refuses(*floor, message="'camera.yaml' has 1 floor tags; write the centres", cwd=folder)
+    refuses(*floor, message='the file has 1 floor tags; write the centres', cwd=folder)
     write(folder, cameras=())
-    refuses(*floor, message="'camera.yaml' has no camera; begin with", cwd=folder)
+    refuses(*floor, message='camera.yaml, line 1: there is no camera; begin with', cwd=folder)
     refuses('camera', 'no.yaml', message='no.yaml', cwd=folder)
     lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', 'pictures')
     refuses(*lens, message='the board was seen in 0 places: 15 more views', cwd=folder)
     assert not (folder / 'new.yaml').exists()
+    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', 'pictures')
+    refuses(*lens, message="there is no folder 'no'", cwd=folder)
+    absent = replace(camera(), source='99')
+    write(folder, cameras=(absent,))
+    refuses(*floor, message="camera '99' cannot be opened", cwd=folder)

@@ -15,11 +15,11 @@ def test_the_sheets_are_written(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('--nb-robots', '0'), "--nb-robots is '0'; it must be a whole number from 1 to 500"),
+        (('--nb-robots', '0'), '--nb-robots is 0; it must be a whole number from 1 to 500'),
         (('--size', '300mm'), "--size is '300mm'; it must be a length from 20mm to 152mm"),
         (('--size', '120'), "--size is '120'; it must be a length from 20mm"),
         (('--paper', 'a5'), "--paper is 'a5'; it must be a4 or letter"),
-        (('--floor-tags', '3'), "--floor-tags is '3'; it must be a whole number from 4 to 20"),
+        (('--floor-tags', '3'), '--floor-tags is 3; it must be a whole number from 4 to 20'),
         (('-o', 'tags.png'), "--output is 'tags.png'; it must end in .pdf"),
         (('-o', 'no/tags.pdf'), "'no/tags.pdf' cannot be written: No such file"),
         (('-o', 'there.pdf'), "'there.pdf' already exists"),

@@ -8,10 +8,11 @@ pytest.importorskip('cv2')
 
 from camera_scene import camera, cv2, renderer, scene
 
-from setcmas_expe.camera.camera_file import write_cameras
-from setcmas_expe.camera.picture_rendering import PlacedTag
 from setcmas_expe.doctor.camera_checks import camera_findings
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM
+from setcmas_expe.emulation.emulated_camera import PlacedTag
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.mocap.camera_file import write_cameras
 from setcmas_simu.robots.arena import Arena
 
 ROBOT = PlacedTag(1, 0.2, 0.1, 0.5)
@@ -24,16 +25,17 @@ def findings(folder, pictured, arena, **changes):
         cv2.imwrite(str(folder / 'pictures' / f'{number}.png'), picture)
     file = scene(replace(camera(), source=str(folder / 'pictures')))
     write_cameras(file, folder / 'camera.yaml')
+    lab = replace(LabOptions().chosen(), arena=arena)
     return {
         (one.what, one.level): f'{one.found} {one.advice}'
-        for one in camera_findings(folder / 'camera.yaml', arena)
+        for one in camera_findings(folder / 'camera.yaml', lab)
     }
 
 
 def test_a_good_camera(tmp_path):
     found = findings(tmp_path, scene(), Arena(-0.6, 0.6, -0.3, 0.3))
 
-    assert found['arena', OK].startswith('seen as a whole')
+    assert found['arena', OK].startswith('100 % of it is seen')
     assert found['floor tags', OK].startswith('4 seen, at most')
     assert found['accuracy', OK].endswith('px or more ')
     assert 'grey levels' in found['light', OK]

@@ -1,8 +1,6 @@
-import os
-
 import pytest
 
-from setcmas_expe.guard.machine_load import ProcessorLoad, prefer_this_process
+from setcmas_expe.guard.machine_load import ProcessorLoad
 
 
 @pytest.mark.parametrize(('share', 'overload'), [(0.1, False), (0.6, False), (0.95, True)])
@@ -17,11 +15,3 @@ def test_processes_that_wait_most_of_the_time_are_an_overload(tmp_path, share, o
         load.look(now)
 
     assert load.is_overload == overload
-
-
-def test_a_system_that_forbids_a_higher_priority_is_obeyed(monkeypatch):
-    def refuse(*_):
-        raise PermissionError
-
-    monkeypatch.setattr(os, 'setpriority', refuse)
-    prefer_this_process()

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 
@@ -8,7 +9,7 @@ pytest.importorskip('rclpy')
 from std_msgs.msg import String
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.process import FleetNode, prefer_this_process
 
 HANGS = """
 import ctypes
@@ -24,6 +25,14 @@ def test_a_process_ends_whose_ros_never_does(domain):
     process = subprocess.run([sys.executable, '-c', HANGS], timeout=120, check=False)
 
     assert process.returncode == 3
+
+
+def test_a_system_that_forbids_a_higher_priority_is_obeyed(monkeypatch):
+    def refuse(*_):
+        raise PermissionError
+
+    monkeypatch.setattr(os, 'setpriority', refuse)
+    prefer_this_process()
 
 
 @pytest.fixture

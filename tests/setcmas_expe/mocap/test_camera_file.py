@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from camera_scene import camera, scene
 
-from setcmas_expe.camera.camera_file import CameraFile, RobotTags, load_cameras, write_cameras
+from setcmas_expe.mocap.camera_file import CameraFile, RobotTags, load_cameras, write_cameras
 from setcmas_simu.errors import SetcmasError
 
 
@@ -25,11 +25,15 @@ def test_a_file_is_read_back_as_it_was_written(path):
     [
         ('size: 0.12', 'size: 120', 'tags.size is 120; it must be '),
         ('size: 0.12', 'sise: 0.12', "there is no key 'tags.sise'"),
-        ("'503'", "'600'", "'600' is not a tag; it must be a number from 0 to 586"),
+        ('503', '600', "'600' is not a tag; it must be a number from 0 to 586"),
         ('[960, 600]', '[960]', 'a list of 2 numbers'),
         ('[960, 600]', '[960, 0]', 'lens.size[1] is 0'),
         ('name: right', 'name: left', "two cameras have the name 'left'"),
-        ('position: [0.0, 0.3, 2.0]', 'position: [0.0, 0.3, 0.1]', 'z above the 0.2 m'),
+        (
+            'position: [0.0, 0.3, 2.0]',
+            'position: [0.0, 0.3, 0.1]',
+            'but the tags are 0.2 m',
+        ),
         ('0.0005', '.nan', 'lens.distortion[2] is nan'),
         ('height: 0.2', 'height: -1', 'tags.height is -1'),
     ],
@@ -55,7 +59,7 @@ def test_what_is_missing_is_named(tmp_path):
         load_cameras(path)
 
     path.write_text('tags: {size: 0.12, height: 0.2}\n')
-    with pytest.raises(SetcmasError, match='has no cameras; add it'):
+    with pytest.raises(SetcmasError, match='there is no camera; begin with'):
         load_cameras(path)
 
 
@@ -68,5 +72,5 @@ def test_a_file_may_wait_for_its_calibration(tmp_path):
 
     assert load_cameras(path) == begun
     path.write_text(path.read_text().replace('501-502', '501'))
-    with pytest.raises(SetcmasError, match=r'floor_distances is .* two tags to their distance'):
+    with pytest.raises(SetcmasError, match="line 13: '501' is not a pair of tags"):
         load_cameras(path)

@@ -14,17 +14,16 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.publisher import Publisher
 
-from setcmas_expe.camera.camera_file import CameraFile, load_cameras
-from setcmas_expe.camera.camera_poses import CameraPoses, Pose
-from setcmas_expe.camera.picture_sources import NewestPicture, open_source
-from setcmas_expe.camera.picture_topics import PictureTopic
-from setcmas_expe.camera.tag_sheets import FIRST_FLOOR_TAG
+from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG, CameraFile, load_cameras
+from setcmas_expe.mocap.camera_poses import CameraPoses
 from setcmas_expe.mocap.mocap_presets import CAMERA
-from setcmas_simu.errors import SetcmasError
+from setcmas_expe.mocap.picture_sources import NewestPicture, check_size, is_topic, pictures
+from setcmas_expe.mocap.picture_topics import PictureTopic
+from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.step_loop import StepLoop
 
 _STEP_HZ = 100.0
@@ -38,60 +37,56 @@ class CameraNode(FleetNode):
         """Open the cameras.
 
         Raises:
-            SetcmasError: One cannot be opened, or is not calibrated.
+            SetcmasError: One is not calibrated.
         """
         super().__init__('camera')
         self._poses = CameraPoses(file, FIRST_FLOOR_TAG - 1)
         self._height = file.tags.height
-        self._feeds = [
-            NewestPicture(
-                one, open_source(one.source, one.lens.size, lambda name: PictureTopic(self, name))
-            )
+        self._feeds = {
+            one: PictureTopic(self, one.source)
+            if is_topic(one.source)
+            else NewestPicture(pictures(one.source, one.lens.size))
             for one in file.cameras
-        ]
+        }
         self._bodies: dict[int, Publisher] = {}
         self._latencies: dict[str, list[float]] = {one.name: [] for one in file.cameras}
         self._reported = time.monotonic()
 
     def step(self, now: float) -> bool:
         """Look at new pictures; return False when all sources have ended. `now` is in s."""
-        for feed in self._feeds:
+        for camera, feed in self._feeds.items():
             if shot := feed.take():
-                found = self._poses.look(feed.camera.name, *shot)
-                for robot, pose in found.items():
+                check_size(camera.source, camera.lens.size, shot[1])
+                for robot, pose in self._poses.look(camera.name, *shot).items():
                     self._publish(robot, shot[0], pose)
-                self._latencies[feed.camera.name].append(time.time() - shot[0])
+                self._latencies[camera.name].append(time.time() - shot[0])
         for line in self._poses.news():
             self.get_logger().warning(line)
         if now - self._reported > _REPORT_S:
             self._report(now - self._reported)
             self._reported = now
-        return not all(feed.ended for feed in self._feeds)
+        return not all(feed.ended for feed in self._feeds.values())
 
     def _publish(self, robot: int, t: float, pose: Pose) -> None:
         if robot not in self._bodies:
             topic = CAMERA.topic_of(robot_name(robot))
             self._bodies[robot] = self.create_publisher(PoseStamped, topic, qos.SENSOR)
-        x, y, heading = pose
-        z, w = quaternion_of_yaw(heading)
         message = PoseStamped()
         message.header.frame_id = 'mocap'
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(round(1e9 * t), 10**9)
-        message.pose.position.x, message.pose.position.y = x, y
-        message.pose.position.z = self._height
-        message.pose.orientation.z, message.pose.orientation.w = z, w
+        position, turn = message.pose.position, message.pose.orientation
+        position.x, position.y, position.z = pose[0], pose[1], self._height
+        turn.z, turn.w = quaternion_of_yaw(pose[2])
         self._bodies[robot].publish(message)
 
     def _report(self, seconds: float) -> None:
         """Log rate and latency of each camera, and the fault that lasts."""
-        for feed in self._feeds:
-            name = feed.camera.name
+        for name, feed in ((one.name, feed) for one, feed in self._feeds.items()):
             times, self._latencies[name] = self._latencies[name], []
             if times:
-                latency = f'{1e3 * float(np.median(times)):.0f} ms from exposure to pose'
-                tags = len(self._poses.corners.get(name, ()))
                 self.get_logger().info(
-                    f'{name}: {len(times) / seconds:.1f} pictures/s, {latency}, {tags} tags'
+                    f'{name}: {len(times) / seconds:.1f} pictures/s, {1e3 * np.median(times):.0f} '
+                    f'ms from exposure to pose, {self._poses.nb_tags[name]} tags'
                 )
             elif not feed.ended:
                 self.get_logger().error(f'{name} sends no pictures: robots have no poses')
@@ -100,15 +95,13 @@ class CameraNode(FleetNode):
 
 
 def _watch(process: RosProcess, args: argparse.Namespace) -> None:
-    file = load_cameras(args.file)
-    if not file.cameras:
-        raise SetcmasError(f"'{args.file}' has no camera: calibrate one with --calibrate lens")
-    node = CameraNode(file)
+    node = CameraNode(load_cameras(args.file))
     process.add(node)
     process.launcher.report_ready()
 
     def step(now: float) -> None:
         if not node.step(now):
+            node.get_logger().info('the pictures have ended')
             process.stop()
 
     StepLoop(process, 1 / _STEP_HZ, step).run()
@@ -118,6 +111,7 @@ def main(argv: list[str] | None = None) -> int:
     """Publish poses until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='camera_node', description=__doc__)
     parser.add_argument('file', type=Path, help='camera file')
+    prefer_this_process()
     return node_main(parser, _watch, argv)
 
 

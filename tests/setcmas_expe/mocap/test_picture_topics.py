@@ -9,7 +9,7 @@ pytest.importorskip('rclpy')
 
 from camera_scene import cv2
 
-from setcmas_expe.camera.picture_topics import decoded
+from setcmas_expe.mocap.picture_topics import decoded
 from setcmas_simu.errors import SetcmasError
 
 PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)

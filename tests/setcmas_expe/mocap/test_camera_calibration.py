@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, renderer, scene
 
-from setcmas_expe.camera.calibration import LensViews, floor_pose, places_from_distances
-from setcmas_expe.camera.tag_detection import TagDetector
-from setcmas_expe.camera.tag_sheets import board
+from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose, places_from_distances
+from setcmas_expe.mocap.camera_poses import TagDetector
+from setcmas_expe.mocap.tag_sheets import board
 from setcmas_simu.errors import SetcmasError
 
 TRUTH = camera().lens
@@ -94,7 +94,7 @@ def test_a_floor_tag_in_a_wrong_place_is_named():
     file = replace(scene(), floor_tags=FIVE)
     wrong = FIVE | {502: (0.9, -0.5)}
 
-    with pytest.raises(SetcmasError, match='floor tag 502 is not where the file says'):
+    with pytest.raises(SetcmasError, match='do not fit the picture, that of 502 least, by'):
         floor_pose(camera(), wrong, floor_corners(file))
     with pytest.raises(SetcmasError, match='501, 502, 503, 504 do not fit the picture'):
         floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(scene()))
@@ -112,7 +112,7 @@ def distances(places):
 
 
 def test_places_follow_from_distances():
-    places = {501: (0, 0), 502: (4.0, 0), 503: (4.1, 3.0), 504: (0.2, 2.9), 505: (2, -0.5)}
+    places = {501: (0, 0), 502: (4.0, 0), 503: (4.1, 3.0), 504: (0.2, 2.9), 505: (2, 0.5)}
     found = places_from_distances(distances(places))
 
     assert found.keys() == places.keys()
@@ -124,7 +124,7 @@ def test_contradicting_distances_are_named():
     places = {501: (0, 0), 502: (4.0, 0), 503: (4.0, 3.0), 504: (0, 3.0)}
     wrong = distances(places) | {(502, 504): 5.2}
 
-    with pytest.raises(SetcmasError, match=r'the distances contradict each other, 50.-50. most'):
+    with pytest.raises(SetcmasError, match=r'503-504 is 4 m, but 4\.255 m by the others'):
         places_from_distances(wrong)
 
 

@@ -10,13 +10,13 @@ from camera_scene import camera, cv2, renderer, scene
 from geometry_msgs.msg import PoseStamped
 from processes import SETCMAS
 from rclpy.time import Time
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 
-from setcmas_expe.camera.camera_file import write_cameras
-from setcmas_expe.camera.picture_rendering import PlacedTag
+from setcmas_expe.emulation.emulated_camera import PlacedTag
+from setcmas_expe.mocap.camera_file import write_cameras
 from setcmas_simu.ros import qos
 
-NODE = [sys.executable, '-m', 'setcmas_expe.camera.camera_node']
+NODE = [sys.executable, '-m', 'setcmas_expe.mocap.camera_node']
 ROBOTS = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(7, 0.4, 0.0, 2.0)]
 
 
@@ -33,12 +33,13 @@ def test_poses_of_a_folder_of_pictures(start, peer, tmp_path):
     for number in range(20):
         cv2.imwrite(str(folder / f'{number:03}.png'), pictures.picture(ROBOTS))
     poses = peer.listen(PoseStamped, '/camera/tb3_7/pose', qos.SENSOR)
-    node = start(*NODE, camera_file(tmp_path, folder))
+    node = start(*SETCMAS, 'camera', camera_file(tmp_path, folder))
     peer.wait_for(lambda: len(poses) > 5)
 
     place = poses[-1].pose.position
     assert (place.x, place.y, place.z) == pytest.approx((0.4, 0.0, 0.2), abs=0.01)
     assert node.wait() == 0
+    assert 'the pictures have ended' in node.output()
 
 
 def test_poses_of_a_topic_until_the_camera_is_bumped(start, peer, tmp_path):
@@ -87,13 +88,17 @@ def test_a_camera_without_pose_is_refused(start, tmp_path):
     assert "camera 'left' has no pose: run setcmas camera" in node.output()
 
 
-def test_a_floor_is_calibrated_by_a_topic(start, peer, tmp_path):
-    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, '/image_raw'), '--calibrate', 'floor')
-    images = peer.publisher(Image, '/image_raw', qos=qos.SENSOR)
+@pytest.mark.parametrize('topic', ['/image_raw', '/image_raw/compressed'])
+def test_a_floor_is_calibrated_by_a_topic(start, peer, tmp_path, topic):
+    floor = start(*SETCMAS, 'camera', camera_file(tmp_path, topic), '--calibrate', 'floor')
     picture = renderer(scene()).picture(ROBOTS)
-    height, width = picture.shape
-    image = Image(height=height, width=width, encoding='mono8', step=width)
-    image.data = picture.tobytes()
+    if topic == '/image_raw':
+        height, width = picture.shape
+        image = Image(height=height, width=width, encoding='mono8', step=width)
+        image.data = picture.tobytes()
+    else:
+        image = CompressedImage(format='jpeg', data=cv2.imencode('.jpg', picture)[1].tobytes())
+    images = peer.publisher(type(image), topic, qos=qos.SENSOR)
 
     def has_enough():
         images.publish(image)

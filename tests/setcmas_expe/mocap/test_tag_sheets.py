@@ -7,13 +7,13 @@ import pytest
 
 cv2 = pytest.importorskip('cv2')
 
-from setcmas_expe.camera.tag_detection import TagDetector  # noqa: E402
-from setcmas_expe.camera.tag_sheets import (  # noqa: E402
+from setcmas_expe.mocap.camera_poses import TagDetector  # noqa: E402
+from setcmas_expe.mocap.tag_sheets import (  # noqa: E402
     BOARD,
     PAPERS,
     board,
     largest_size,
-    pages,
+    sheets,
     write_sheets,
 )
 
@@ -32,7 +32,7 @@ def printed(figure):
 @pytest.mark.parametrize(('size', 'paper'), [(60.0, 'letter'), (152.0, 'a4')])
 def test_tags_have_their_size_and_point_up(size, paper):
     found = {}
-    for figure in list(pages(2, 4, size, paper))[:-1]:
+    for figure in list(sheets(2, 4, size, paper))[:-1]:
         picture = printed(figure)
         assert picture.shape == pytest.approx(np.array(PAPERS[paper][::-1]) / MM, abs=1)
         corners, twice = TagDetector().corners(picture)
@@ -47,7 +47,7 @@ def test_tags_have_their_size_and_point_up(size, paper):
 
 @pytest.mark.parametrize('paper', PAPERS)
 def test_the_board_is_found_whole(paper):
-    *_, last = pages(1, 4, 100.0, paper)
+    *_, last = sheets(1, 4, 100.0, paper)
     picture = printed(last)
 
     corners, numbers, _, _ = cv2.aruco.CharucoDetector(board()).detectBoard(picture)
@@ -63,8 +63,8 @@ def test_the_board_is_found_whole(paper):
 def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     path = tmp_path / 'tags.pdf'
 
-    assert write_sheets(path, pages(3, 4, largest_size('a4'), 'a4')) == 8
+    assert write_sheets(path, sheets(3, 4, largest_size('a4'), 'a4')) == 8
     assert path.read_bytes().startswith(b'%PDF')
     with pytest.raises(KeyError):
-        write_sheets(tmp_path / 'other.pdf', pages(3, 4, 100.0, 'a5'))
+        write_sheets(tmp_path / 'other.pdf', sheets(3, 4, 100.0, 'a5'))
     assert list(tmp_path.iterdir()) == [path]

@@ -1,25 +1,22 @@
 """Pictures from folders, videos and messages; sources that are none."""
 
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from camera_scene import camera, cv2, renderer, scene
+from camera_scene import cv2, renderer, scene
 
-from setcmas_expe.camera.picture_sources import FOLDER_HZ, NewestPicture, open_source
+from setcmas_expe.mocap.picture_sources import FOLDER_HZ, NewestPicture, pictures
 from setcmas_simu.errors import SetcmasError
 
 
 def test_a_folder_is_read_in_order_at_its_rate(tmp_path):
     for number in range(3):
         cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
-    source = open_source(str(tmp_path), None)
-    shots = [source.read() for _ in range(3)]
+    shots = list(pictures(str(tmp_path), None))
 
     assert [int(picture.max()) for _, picture in shots] == [0, 1, 2]
     assert np.diff([t for t, _ in shots]) == pytest.approx([1 / FOLDER_HZ] * 2, abs=1e-5)
-    assert source.read() is None
 
 
 def test_a_video_is_read_at_its_rate(tmp_path):
@@ -28,11 +25,21 @@ def test_a_video_is_read_at_its_rate(tmp_path):
     for _ in range(3):
         writer.write(np.zeros((48, 64, 3), np.uint8))
     writer.release()
-    source = open_source(str(path), None)
-    shots = [source.read() for _ in range(3)]
+    shots = list(pictures(str(path), None))
 
     assert np.diff([t for t, _ in shots]) == pytest.approx([0.04] * 2, abs=1e-5)
-    assert source.read() is None
+
+
+def test_a_slow_reader_gets_pictures_with_the_time_of_now(tmp_path):
+    for number in range(4):
+        cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
+    ages = []
+    for t, _ in pictures(str(tmp_path), None):
+        ages.append(time.time() - t)
+        time.sleep(0.5)
+
+    assert len(ages) == 4
+    assert max(ages) < 0.5  # not 1.2
 
 
 @pytest.mark.parametrize(
@@ -46,13 +53,12 @@ def test_a_video_is_read_at_its_rate(tmp_path):
 def test_what_is_no_source_is_refused(source, reason, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SetcmasError, match=reason):
-        open_source(source, None)
+        next(pictures(source, None))
 
 
 def test_pictures_of_another_size_are_refused(tmp_path):
     cv2.imwrite(str(tmp_path / '1.png'), renderer(scene()).picture([]))
-    lens = replace(camera().lens, size=(640, 480))
-    newest = NewestPicture(replace(camera(), lens=lens), open_source(str(tmp_path), None))
+    newest = NewestPicture(pictures(str(tmp_path), (640, 480)))
 
     while not newest.ended:
         time.sleep(0.01)

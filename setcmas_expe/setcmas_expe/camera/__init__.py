@@ -1,1 +1,0 @@
-"""Camera over the floor that finds robots by printed tags."""

@@ -1,0 +1,239 @@
+"""Calibration: a camera's lens from views of a board, its pose from tags on the floor."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens
+from setcmas_expe.mocap.camera_poses import Picture, TagDetector, floor_shifts
+from setcmas_expe.mocap.picture_sources import pictures
+from setcmas_expe.mocap.tag_sheets import board
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError, needs
+
+with needs('camera'):
+    import cv2
+
+Places = Mapping[int, tuple[float, ...]]
+"""Centre x, y in m of floor tags, by number."""
+
+_NB_VIEWS = 15
+_FEWEST_CORNERS = 8
+_MOST_LENS_ERROR_PX = 1.5
+_TILTED = 0.08
+"""Relative change of scale across the board from which a view counts as tilted."""
+_MOVED_PX = 30.0
+_SIDE = 0.35
+"""Width of the parts of a picture in which the board must be seen, relative to it."""
+_MOST_MISFIT_M = 0.02
+"""Largest distance of a floor tag, or of a measured distance, from what the others say."""
+_NB_PICTURES = 30
+
+
+class LensViews:
+    """Collects views of the ChArUco board, and calibrates the lens with them.
+
+    The lens is that of Z. Zhang, A flexible new technique for camera calibration, IEEE Trans.
+    Pattern Anal. Mach. Intell. 22(11), 2000, with the distortion of OpenCV.
+    """
+
+    def __init__(self) -> None:
+        self._board = board()
+        self._detector = cv2.aruco.CharucoDetector(self._board)
+        self._size = (0, 0)
+        self._pixels: list[Floats] = []
+        self._points: list[Floats] = []
+
+    def add(self, picture: Picture) -> bool:
+        """Add a picture; return whether it shows the board in a place where it was not yet."""
+        size = picture.shape[1], picture.shape[0]
+        if self._pixels and self._size != size:
+            raise SetcmasError(f'pictures have different sizes: {self._size} and {size} px')
+        self._size = size
+        corners, numbers, _, _ = self._detector.detectBoard(picture)
+        if numbers is None or len(numbers) < _FEWEST_CORNERS:
+            return False
+        points, pixels = self._board.matchImagePoints(corners, numbers)  # type: ignore[call-overload]
+        middles = [pixels.mean(axis=0) - old.mean(axis=0) for old in self._pixels]
+        if any(np.linalg.norm(moved) < _MOVED_PX for moved in middles):
+            return False
+        self._points.append(points)
+        self._pixels.append(pixels)
+        return True
+
+    def missing(self) -> list[str]:
+        """Return what further views must show, in words; empty if the lens can be calibrated."""
+        wanted = []
+        if self._pixels:
+            x, y = (np.concatenate(self._pixels).reshape(-1, 2) / self._size).T
+            parts = {'left': x < _SIDE, 'right': 1 - x < _SIDE}
+            parts |= {'top': y < _SIDE, 'bottom': 1 - y < _SIDE}
+            for name, inside in parts.items():
+                if inside.sum() < 2 * _FEWEST_CORNERS:
+                    wanted.append(f'hold the board at the {name} of the picture')
+            tilts = np.array(list(map(_tilt, self._points, self._pixels))) > _TILTED
+            ways = zip(('left or right', 'forward or back'), tilts.sum(axis=0), strict=True)
+            wanted += [f'tilt it {way}' for way, count in ways if count < 2]
+        if len(self._pixels) < _NB_VIEWS:
+            wanted.append(f'{_NB_VIEWS - len(self._pixels)} more views')
+        return wanted
+
+    def lens(self) -> Lens:
+        """Return the lens with its reprojection error.
+
+        Raises:
+            SetcmasError: Views are missing, or the error is too large.
+        """
+        if wanted := self.missing():
+            raise SetcmasError(f'the board was seen in {len(self)} places: {"; ".join(wanted)}')
+        error, matrix, distortion, _, _ = cv2.calibrateCamera(
+            self._points, self._pixels, self._size, None, None, flags=cv2.CALIB_FIX_K3
+        )
+        if error > _MOST_LENS_ERROR_PX:
+            raise SetcmasError(
+                f'the lens fits with {error:.1f} px; {_MOST_LENS_ERROR_PX:g} px is the most: '
+                'keep the board flat and still, with more light'
+            )
+        (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
+        factors = tuple(np.ravel(distortion)[:5].tolist())
+        return Lens(self._size, (fx, fy), (cx, cy), factors, float(error))
+
+    def __len__(self) -> int:
+        return len(self._pixels)
+
+
+def _tilt(points: Floats, pixels: Floats) -> Floats:
+    """Return by how much the scale changes across and down a board, relative to the middle."""
+    points = points.reshape(-1, 3)[:, :2]
+    turn, _ = cv2.findHomography(points, pixels)
+    change: Floats = np.abs(turn[2, :2]) * np.ptp(points, axis=0)
+    return change
+
+
+def calibrated_lens(source: str, show: Callable[[str], None]) -> Lens:
+    """Return the lens of a source of pictures; show what to do next after each view."""
+    views = LensViews()
+    for _, picture in pictures(source, None):
+        if views.add(picture):
+            wanted = views.missing()
+            show(f'view {len(views)}; next: {"; ".join(wanted) or "done"}')
+            if not wanted:
+                break
+    return views.lens()
+
+
+def calibrated_floor(file: CameraFile) -> CameraFile:
+    """Return a camera file with the pose of each camera, from pictures of the floor tags.
+
+    Raises:
+        SetcmasError: Tags are missing, or do not fit their places or distances.
+    """
+    places = places_from_distances(file.floor_distances) or file.floor_tags
+    if len(places) < 4:
+        raise SetcmasError(
+            f'the file has {len(places)} floor tags; write the centres of four or more, such as '
+            'floor_tags: {501: [0.0, 0.0]}, or floor_distances: {501-502: 3.0}'
+        )
+    cameras = [replace(one, pose=floor_pose(one, places, _seen_tags(one))) for one in file.cameras]
+    return replace(file, cameras=tuple(cameras), floor_tags=dict(places))
+
+
+def _seen_tags(camera: Camera) -> dict[int, Floats]:
+    """Return the corners (4, 2) in px of the tags in several pictures, their medians."""
+    seen = defaultdict(list)
+    for _, picture in islice(pictures(camera.source, camera.lens.size), _NB_PICTURES):
+        for tag, corners in TagDetector().corners(picture)[0].items():
+            seen[tag].append(corners)
+    return {tag: np.median(corners, axis=0) for tag, corners in seen.items()}
+
+
+def floor_pose(camera: Camera, places: Places, corners: Mapping[int, Floats]) -> CameraPose:
+    """Return the pose from which a camera sees floor tags in their places.
+
+    Args:
+        camera: The camera, with its lens.
+        places: Centre x, y in m of each floor tag.
+        corners: Corners (4, 2) in px of the tags that it sees.
+
+    Raises:
+        SetcmasError: Fewer than four tags are seen, or they do not fit together.
+    """
+    seen = sorted(places.keys() & corners.keys())
+    if len(seen) < 4:
+        raise SetcmasError(
+            f"camera '{camera.name}' sees {len(seen)} of the floor tags "
+            f'{", ".join(map(str, sorted(places)))}; it needs four'
+        )
+    pose, misfits = _fitted(camera, places, corners, seen)
+    worst = max(seen, key=lambda tag: misfits[tag])
+    if misfits[worst] > _MOST_MISFIT_M:
+        raise SetcmasError(
+            f'the places of floor tags {", ".join(map(str, seen))} do not fit the picture, that '
+            f'of {worst} least, by {1e3 * misfits[worst]:.0f} mm; measure them again'
+        )
+    return pose
+
+
+def _fitted(
+    camera: Camera, places: Places, corners: Mapping[int, Floats], tags: Sequence[int]
+) -> tuple[CameraPose, dict[int, float]]:
+    """Return a pose, and the distance in m of each tag from its place."""
+    points = np.array([[*places[tag], 0.0] for tag in tags])
+    centres = np.array([corners[tag].mean(axis=0) for tag in tags])
+    lens = camera.lens.matrix, np.array(camera.lens.distortion)
+    _, turn, shift = cv2.solvePnP(points, centres, *lens, flags=cv2.SOLVEPNP_IPPE)
+    turn, shift = cv2.solvePnPRefineLM(points, centres, *lens, turn, shift)
+    position = -np.asarray(cv2.Rodrigues(turn)[0]).T @ shift.ravel()
+    if not position[2] > 0:
+        raise SetcmasError(
+            f"camera '{camera.name}' would be below the floor: tags are numbered "
+            'counter-clockwise as seen from above'
+        )
+    pose = CameraPose(tuple(position.tolist()), tuple(turn.ravel().tolist()), 0.0)
+    own = {tag: corners[tag] for tag in tags}
+    misfits = floor_shifts(replace(camera, pose=pose), places, own)
+    # Six numbers were fitted to two for each tag.
+    spread = np.linalg.norm(list(misfits.values())) / np.sqrt(max(1, 2 * len(tags) - 6))
+    return replace(pose, error=round(float(spread), 5)), misfits
+
+
+def places_from_distances(distances: Mapping[tuple[int, int], float]) -> Places:
+    """Return the centres of tags in m from distances between them.
+
+    The first tag is at 0, 0, the second on the x axis, and the others have y above 0. Distances
+    that this does not need must agree with it.
+
+    Raises:
+        SetcmasError: Distances are missing, or contradict each other.
+    """
+    lengths = {frozenset(pair): length for pair, length in distances.items()}
+    tags = sorted(frozenset().union(*lengths))
+    if not tags:
+        return {}
+
+    def measured(a: int, b: int) -> float:
+        if a != b and frozenset((a, b)) not in lengths:
+            raise SetcmasError(
+                f'the distance {a}-{b} is missing; each tag needs those to the first two'
+            )
+        return 0.0 if a == b else lengths[frozenset((a, b))]
+
+    base = measured(tags[0], tags[1])
+    places = {}
+    for tag in tags:
+        to_first, to_second = measured(tags[0], tag), measured(tags[1], tag)
+        x = (base**2 + to_first**2 - to_second**2) / (2 * base)
+        places[tag] = (x, float(np.sqrt(max(0.0, to_first**2 - x**2))))
+    for (a, b), length in distances.items():
+        found = float(np.hypot(*np.subtract(places[a], places[b])))
+        if abs(found - length) > _MOST_MISFIT_M:
+            raise SetcmasError(
+                f'the distance {a}-{b} is {length:g} m, but {found:.3f} m by the others; measure '
+                'them again'
+            )
+    return places
