@@ -168,7 +168,8 @@ _WORTH_A_PROCESS = 5_000  # messages: about 0.1 s
 def _plain(collectors: Mapping[BagTopic, Sequence[Taker]]) -> list[BagTopic]:
     """Return the topics without collectors, if they are worth a process of their own."""
     plain = [topic for topic, own in collectors.items() if not own]
-    has_cores = sys.platform == 'linux' and len(os.sched_getaffinity(0)) > 1
+    can_fork = sys.platform == 'linux' and hasattr(os, 'fork')
+    has_cores = can_fork and len(os.sched_getaffinity(0)) > 1
     worth = has_cores and sum(topic.count for topic in plain) >= _WORTH_A_PROCESS
     return plain if worth else []
 

@@ -225,7 +225,9 @@ def two_processes(monkeypatch):
     monkeypatch.setattr(os, 'sched_getaffinity', lambda _: {0, 1}, raising=False)
 
 
-needs_fork = pytest.mark.skipif(sys.platform != 'linux', reason='needs fork')
+needs_fork = pytest.mark.skipif(
+    sys.platform != 'linux' or not hasattr(os, 'fork'), reason='needs fork'
+)
 
 
 @needs_fork
