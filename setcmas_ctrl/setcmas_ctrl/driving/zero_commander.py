@@ -1,4 +1,4 @@
-"""Zero commander: commands zero velocity once, in place of a controller that hangs or has died.
+"""Zero commander: commands zero velocity, in place of a controller that hangs or has died.
 
 The launcher starts it as `ros2 run setcmas_ctrl zero_commander --robots 1-8`; the launch file of
 controllers does so, too.
@@ -17,6 +17,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _LISTENERS_WAIT_S = 2.0
+_REPEATS_S = 0.5
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -40,8 +41,14 @@ def _stop_robots(process: RosProcess, args: argparse.Namespace) -> None:
         for robot in robots
     ]
     process.spin_until(lambda: _all_connected(cmd_vels), _LISTENERS_WAIT_S)
-    for cmd_vel in cmd_vels:
-        cmd_vel.publish(0.0, 0.0)
+
+    def stop() -> bool:
+        for cmd_vel in cmd_vels:
+            cmd_vel.publish(0.0, 0.0)
+        return False
+
+    # A listener is in the graph shortly before messages reach it.
+    process.spin_until(stop, _REPEATS_S, every_s=0.05)
     for cmd_vel in cmd_vels:
         cmd_vel.wait_until_sent()
 

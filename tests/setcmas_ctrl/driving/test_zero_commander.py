@@ -3,7 +3,7 @@ import sys
 
 import pytest
 from processes import CTRL, SETCMAS, SIMU
-from ros_peer import position
+from ros_peer import position, velocity
 
 pytest.importorskip('rclpy')
 
@@ -72,12 +72,18 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
 def test_robots_of_a_controller_without_a_launcher_stand_after_a_zero_commander(
     start, peer, script, robots
 ):
+    commands = peer.cmd_vel(1)
     process = start(*CTRL, '--algo', script(HARM.format(harm=ENDS[0])))
     peer.wait_for(lambda: move(robots))
     assert process.wait() == -signal.SIGKILL
+    peer.spin(0.1)
+    commands.clear()
 
     assert start(*ZERO_COMMANDER).wait() == 0
     peer.wait_for(lambda: stand(robots))
+    # One zero can be too early for a listener that has just been discovered.
+    peer.wait_for(lambda: len(commands) > 2)
+    assert not any(any(velocity(command)) for command in commands)
 
 
 @pytest.mark.nightly
