@@ -5,6 +5,8 @@
 
 It uses the command line only, so that it survives any change of the modules. inputs/bag.mcap holds
 two robots for 2 s in lockstep, event-triggered on a ring, compressed by `mcap` with zstd.
+inputs/foreign_mcap and inputs/foreign_sqlite3 hold the same 98 messages of a robot that is not of
+this stack, written by rosbags: odometry, IMU, laser, joints, transforms, a text.
 """
 
 from __future__ import annotations
@@ -54,8 +56,8 @@ RUNS = {
         '--delay=0.1', '--loss=0.1', '--random-poses', '--vnom=1',
     ],
     'filter': [
-        '--algo=consensus', '--nb-robots=4', NEAR, '--filter=barrier', '--deadlock=turn',
-        '--accel=1', '--arena=-2,2,-2,2', '--obstacles=disc 0.2 0.1 0.2', '--duration=8',
+        '--algo=consensus', '--nb-robots=4', NEAR, '--filter=barrier', '--accel=1',
+        '--arena=-2,2,-2,2', '--obstacles=disc 0.2 0.1 0.2', '--duration=8',
     ],
     'models': [
         '--algo=1:nav_wp,2-4:consensus', '--nb-robots=4',
@@ -67,6 +69,14 @@ RUNS = {
     ],
 }  # fmt: skip
 """Options of each run, offline and over ROS."""
+
+FOREIGN_BAGS = ('foreign_mcap', 'foreign_sqlite3')
+"""Bags of the same messages, in both formats."""
+
+SWEEP = [
+    '--algo=consensus', '--nb-robots=3', '--graph=ring', '--vnom=2', '--duration=5',
+    '--vary=K=0.5,1', '--vary=loss=0,0.3', '--seeds=2', '--no-plots', '--jobs=2',
+]  # fmt: skip
 
 _DURATION = '--duration=10'  # the default: of two, the last one counts
 
@@ -100,6 +110,18 @@ def bag_tables(folder: Path) -> dict[str, bytes]:
     return _read((folder / 'bag').iterdir())
 
 
+def foreign_bag_tables(name: str, folder: Path) -> dict[str, bytes]:
+    """Convert a bag of FOREIGN_BAGS; returns the tables by their names."""
+    setcmas('bag_to_csv', INPUTS / name, '-o', folder / name)
+    return _read((folder / name).iterdir())
+
+
+def sweep_table(folder: Path) -> dict[str, bytes]:
+    """Run a sweep; returns the table of its runs."""
+    setcmas('sweep', *SWEEP, '-o', folder / 'sweep')
+    return _read([folder / 'sweep' / 'runs.csv'])
+
+
 def marks(folder: Path) -> dict[str, bytes]:
     """Grade the class; returns the marks for spreadsheets, without remarks."""
     rubric = INPUTS / 'rubric.yaml'
@@ -122,7 +144,7 @@ def maths() -> str:
 
 
 def stored(name: str) -> dict[str, bytes]:
-    """Return golden files by their names: of a run, 'bag' or 'marks'."""
+    """Return golden files by their names: of a run, 'bag', 'foreign_bag', 'sweep' or 'marks'."""
     return _read((GOLDEN / 'files' / name).iterdir())
 
 
@@ -132,6 +154,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         made = {name: run(name, Path(folder)) for name in RUNS}
         made |= {'bag': bag_tables(Path(folder)), 'marks': marks(Path(folder))}
+        made |= {
+            'foreign_bag': foreign_bag_tables(FOREIGN_BAGS[0], Path(folder)),
+            'sweep': sweep_table(Path(folder)),
+        }
     for name, files in made.items():
         target = GOLDEN / 'files' / name
         target.mkdir(parents=True)

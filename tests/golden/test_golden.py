@@ -61,5 +61,16 @@ def test_tables_of_a_bag_are_the_golden_ones(tmp_path):
     assert made.keys() == store.stored('bag').keys()
 
 
+@pytest.mark.parametrize('name', store.FOREIGN_BAGS)
+def test_tables_of_a_foreign_bag_are_the_golden_ones(name, tmp_path):
+    made = store.foreign_bag_tables(name, tmp_path)
+    compare(made, 'foreign_bag')
+    assert made.keys() == store.stored('foreign_bag').keys()
+
+
+def test_the_table_of_a_sweep_is_the_golden_one(tmp_path):
+    compare(store.sweep_table(tmp_path), 'sweep')
+
+
 def test_marks_of_a_class_are_the_golden_ones(tmp_path):
     compare(store.marks(tmp_path), 'marks')
