@@ -8,9 +8,7 @@ from functools import partial
 from itertools import repeat
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
-from sensor_msgs.msg import TimeReference
 
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
@@ -26,9 +24,8 @@ from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import LAW_TIME, TRIG_ODOM, robot_topic
+from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.reports.reports import Started
-from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
@@ -81,7 +78,6 @@ class ControlStepper:
         self._graph = graph
         self._lost = LostRobots(self.robots, odometry, self._warn)
         self._take_signals: Callable[[], None] = lambda: None
-        self._law_times = LawTimes(node, self.robots) if pause else None  # of an experiment
 
     def get_ready(
         self, process: RosProcess, recorded: bool = False, lockstep: bool = False
@@ -257,7 +253,6 @@ class ControlStepper:
         return all(driver.paused for driver in self._drivers)
 
     def _control(self, t: float) -> None:
-        called = messages.stamp()
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
@@ -281,8 +276,6 @@ class ControlStepper:
         self._commander.use([driver.model for driver in self._drivers])
         wanted = np.array(velocities).T
         self._command(self._commander(wanted, self._odometry.poses, t), idle)
-        if self._law_times:
-            self._law_times.publish(called, self._odometry)
 
     def _command(self, commanded: Commanded, idle: Collection[int] = ()) -> None:
         """Publish wanted and allowed velocities, and command the robots."""
@@ -317,21 +310,3 @@ class ControlStepper:
 
 def _sent_hint(_: list[int]) -> str:
     return 'is a controller running with --event-triggered?'
-
-
-class LawTimes:
-    """Publishes when the laws are called (`header.stamp`), and the stamp of each robot's pose."""
-
-    def __init__(self, node: Node, robots: Iterable[int]) -> None:
-        self._publishers = {
-            robot: node.create_publisher(TimeReference, robot_topic(robot, LAW_TIME), qos.EVENT)
-            for robot in robots
-        }
-
-    def publish(self, called: Time, odometry: FleetOdometry) -> None:
-        """Publish when the laws were called with the newest poses."""
-        for robot, publisher in self._publishers.items():
-            sec, nanosec = divmod(max(0, int(odometry.stamps[robot - 1])), 10**9)
-            message = TimeReference(time_ref=Time(sec=sec, nanosec=nanosec))
-            message.header.stamp = called
-            publisher.publish(message)

@@ -137,7 +137,6 @@ class CmdVelGuard(FleetNode):
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
         self._reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self._sent = _STOP
-        self._way = math.inf
         self._fights_until = -math.inf
         self._now = self._stepped = self._looked = self._reported = now - _LOOK_EVERY_S
         self._base = Base()
@@ -281,8 +280,7 @@ class CmdVelGuard(FleetNode):
         if report.stops and state is not was and loud:
             self.get_logger().warning(f'{name} is stopped: {reason}')
         self._report, self._reported = report, now
-        self._reports.publish(report.message(name, self._surroundings.cmd_vel, self._way))
-        self._way = math.inf
+        self._reports.publish(report.message(name, self._surroundings.cmd_vel))
 
     def _on_wheels(self, message: bytes) -> None:
         odometry = messages.read_odometry(message)
@@ -294,7 +292,6 @@ class CmdVelGuard(FleetNode):
         stamp = 0.0
         if isinstance(message, TwistStamped):
             stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-            self._way = min(self._way, 1e-9 * self._cmd_vel.received_ns - stamp)
         # Not the time of the step: after a stall, new commands would seem late, and old ones new.
         age = max(0.0, 1e-9 * (time.time_ns() - self._cmd_vel.received_ns))
         self._commands.receive(V, omega, stamp, time.monotonic() - age)

@@ -74,21 +74,13 @@ class GuardReport:
         is_new = before is not None and before.power is not Power.OFF and self.power is Power.OFF
         return is_new and self.state not in (State.EMERGENCY, State.RIVAL)
 
-    def message(self, name: str, topic: str, way: float = math.inf) -> DiagnosticStatus:
-        """Return the message.
-
-        Args:
-            name: Name of the robot.
-            topic: Where its base listens.
-            way: The shortest time in s from the stamp of a command, on the sender's clock, to its
-                arrival here, on this one; inf if unknown. Clocks are aligned with it.
-        """
+    def message(self, name: str, topic: str) -> DiagnosticStatus:
+        """Return the message of a robot by name, with the topic that its base listens to."""
         values = {
             'state': self.state.value,
             'private': 'yes' if self.private else 'no',
             'motor_power': self.power.value,
             'source': self.source,
-            'command_way': f'{way:.6f}' if math.isfinite(way) else '',
         }
         level = DiagnosticStatus.WARN if self.stops else DiagnosticStatus.OK
         if self.state is State.EMERGENCY:
@@ -132,7 +124,6 @@ class GuardWatch:
         intruder: Who else publishes to the base; empty if none.
         doubt: Why its reports cannot be trusted; empty if they can.
         has_cut: Set when it switches the motors off because the wheels do not obey zero.
-        processes: Those that report as it.
     """
 
     def __init__(self, node: Node, namespace: str) -> None:
@@ -147,7 +138,6 @@ class GuardWatch:
         self._intruders = TwiceSeen()
         self._received = self._now = -math.inf
         self._nb_senders = 0
-        self.processes: set[bytes] = set()
         self._messages = PolledTopic(
             node, DiagnosticStatus, self._topic, self._on_report, qos.STATE
         )
@@ -164,7 +154,7 @@ class GuardWatch:
         self._nb_senders = len(found)
         listeners = {one.participant for one in cmd_vel_topics.listeners(node, self._cmd_vel)}
         guards = cmd_vel_topics.participants(node, self._guarded) & listeners
-        reporters = self.processes = {one.participant for one in found}
+        reporters = {one.participant for one in found}
         self.doubt = ''
         if len(found) > 1:
             self.doubt = f'{len(found)} nodes report as its guard'

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
@@ -242,20 +241,6 @@ def _status(
         'speed': f'{mocap.speed:.3f}',
         'runs_away': 'yes' if runs_away else '',
         'held': held,
-        **_clocks(mocap, bridge),
     }
     name = topics.robot_name(bridge.robot)
     return diagnostic_status(level, name, decision.reason, bridge.topic, values)
-
-
-def _clocks(mocap: MocapBridge, bridge: CmdVelBridge) -> dict[str, str]:
-    """Return the ages of the samples since the last call, and whose clocks they are of."""
-    ages, here, robot = mocap.ages, bridge.here, bridge.machine
-    mocap.ages = []
-    known = {robot: 'robot', here: 'bridge', b'': ''}
-    return {
-        'camera_age': f'{float(np.median(ages)):.6f}' if ages else '',
-        'camera_age_worst': f'{max(ages):.6f}' if ages else '',
-        'camera_clock': known.get(mocap.camera, ''),
-        'robot_clock': known.get(robot, 'robot'),
-    }

@@ -170,7 +170,6 @@ class SafetyStepper:
     def _look_around(self) -> None:
         self._receiver.look_around()
         for mocap, bridge in self._robots:
-            mocap.look_around()
             bridge.look_around()
             if mocap.reckoning and (news := mocap.reckoning.news()):
                 self._warn(f'robot {mocap.robot} {news}, by wheel odometry')

@@ -22,7 +22,7 @@ from setcmas_expe.safety.bridge_decision import Decision, State
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
-from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, OnlySender, machine, velocities
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, OnlySender, velocities
 from setcmas_simu.ros.polling import PolledTopic
 
 _RECENT_S = 0.5
@@ -49,18 +49,11 @@ class MocapBridge:
         track: Its poses, and which of them to believe.
         speed: Last estimate of its forward speed in m/s.
         turn_rate: Last estimate of its turn rate in rad/s.
-        ages: Times in s from the stamp of each sample, on the camera's clock, to its publication,
-            on this one, since they were last cleared.
-        camera: Machine of motion capture; empty if unknown.
         reckoning: Places poses that count from the start; None if they do not.
     """
 
     def __init__(self, node: Node, robot: LabRobot, lab: Lab) -> None:
         self.robot = robot.number
-        self.ages: list[float] = []
-        self.camera = b''
-        self._node = node
-        self._topic = lab.mocap.topic_of(robot)
         self.body = robot.mocap_name
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = self.turn_rate = 0.0
@@ -89,17 +82,11 @@ class MocapBridge:
         out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
         out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, self.turn_rate
         self._publisher.publish(out)
-        if sample.stamp:
-            self.ages.append(1e-9 * messages.now_ns() - sample.stamp)
 
     @property
     def trouble(self) -> str:
         """Why its poses cannot be used, for messages; empty if they can."""
         return self.track.trouble or (self.reckoning.trouble if self.reckoning else '')
-
-    def look_around(self) -> None:
-        """Look where motion capture runs."""
-        self.camera = machine(cmd_vel_topics.participants(self._node, self._topic))
 
 
 class CmdVelBridge:
@@ -119,8 +106,6 @@ class CmdVelBridge:
         wheels: Forward speed by its odometry in m/s, and time of arrival in s; None before.
         has_invalid_wheels: Whether its odometry had velocities that are NaN or infinite.
         battery: Charge in percent; None if unknown.
-        here: This machine.
-        machine: That of its guard; empty if unknown.
     """
 
     def __init__(self, node: Node, robot: LabRobot, lab: Lab, own: bytes) -> None:
@@ -141,7 +126,6 @@ class CmdVelBridge:
         self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
         self._sent = self._rolls = (0.0, 0.0)
         self._own = own
-        self.here, self.machine = machine([own]), b''
         odometry, battery = robot.topic(topics.ODOM), robot.topic(topics.BATTERY)
         self._odometry = OnlySender(node, odometry)
         self._impostor = ''
@@ -207,7 +191,6 @@ class CmdVelBridge:
         # The pause node may command zero; several of them pause all robots.
         operator = cmd_vel_topics.participants(self._node, topics.PAUSED)
         guards = self.guard.look_around()
-        self.machine = machine(self.guard.processes)
         # Without a demanded guard, any process could play the guard of a robot that has none.
         allowed = {self._own} | operator | (guards if self._demands_guard else set())
         controllers = self._node.count_publishers(self._wanted)

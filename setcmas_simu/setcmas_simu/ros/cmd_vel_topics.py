@@ -88,18 +88,6 @@ def participants(node: Node, topic: str) -> set[bytes]:
     return {endpoint.participant for endpoint in publishers(node, topic)}
 
 
-_MACHINE = slice(2, 4)  # of a GUID prefix of Fast DDS: a hash of the machine's addresses
-_FAST_DDS = b'\x01\x0f'
-
-
-def machine(processes: Collection[bytes]) -> bytes:
-    """Return the machine that these processes are all on; empty if it is not known."""
-    found = {one[_MACHINE] for one in processes if one.startswith(_FAST_DDS)}
-    return (
-        found.pop() if len(found) == 1 and all(one[:2] == _FAST_DDS for one in processes) else b''
-    )
-
-
 def own_participant(node: Node) -> bytes:
     """Return the identifier of a node's process, from a unique hidden topic that it publishes.
 
