@@ -27,11 +27,15 @@ OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setc
 
 
 class PluginError(SetcmasError):
-    """A plugin cannot be used; `reason` says why, in one line."""
+    """A plugin, with its kind and title, cannot be used; `reason` says why, in one line."""
 
-    def __init__(self, kind: str, plugin: Plugin, reason: str) -> None:
+    def __init__(self, kind: str, title: str, reason: str) -> None:
+        super().__init__(kind, title, reason)
         self.reason = ' '.join(reason.split())
-        super().__init__(f'{kind} {plugin.title} cannot be used: {self.reason}')
+
+    def __str__(self) -> str:
+        kind, title, _ = self.args
+        return f'{kind} {title} cannot be used: {self.reason}'
 
 
 class InvalidPluginError(Exception):
@@ -112,7 +116,7 @@ class PluginGroup(_Group, Generic[T]):
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a plugin may even call sys.exit during its import
-            raise PluginError(self.kind, plugin, _reason(error)) from error
+            raise PluginError(self.kind, plugin.title, _reason(error)) from error
 
     def usable(self, warn: Callable[[str], None]) -> dict[str, T]:
         """Return all usable objects by name; warn of the others."""
@@ -139,13 +143,13 @@ class ScriptGroup(_Group):
         module = plugin.entry.module
         if '.' not in module:  # else site-packages would be the script's folder
             hint = f'its module {module} must be in a package, such as my_{module}.{module}'
-            raise PluginError(self.kind, plugin, hint)
+            raise PluginError(self.kind, plugin.title, hint)
         try:
             spec = importlib.util.find_spec(module)
         except Exception as error:  # raised by the parent package, which is imported
-            raise PluginError(self.kind, plugin, _reason(error)) from error
+            raise PluginError(self.kind, plugin.title, _reason(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():
-            raise PluginError(self.kind, plugin, f'its module {module} was not found')
+            raise PluginError(self.kind, plugin.title, f'its module {module} was not found')
         return Path(spec.origin)
 
 

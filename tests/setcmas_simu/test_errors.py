@@ -1,12 +1,26 @@
-"""A missing package of an extra: one line, exit status 2, and the command that installs it."""
+"""Errors: they cross processes; a missing package of an extra gives one line and exit status 2."""
 
 import importlib
+import multiprocessing
+import pickle
+import pkgutil
 import sys
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
 from launch_scripts.cli import main
+from launch_scripts.processes.child_process import ChildDiedError
+from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.scripts.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.options.group import ClashError
+from setcmas_simu.plugins import PluginError
+
+OURS = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+NOT_RAISED_YET = ('MachineError', 'EndedError')  # they are rewritten
 
 LAW = ('--algo', 'consensus', '--nb-robots', '2', '--duration', '1', '-o', 'out')
 
@@ -53,3 +67,48 @@ scenarios:
     criteria:
       - {name: they meet, metric: disagreement, at_most: 1, points: 1}
 """
+
+
+PLACE = (Path('law.py'), 3)
+WITH_MORE = {
+    ChildDiedError: ChildDiedError('robot 1 has died', 3),
+    ClashError: ClashError('{} needs {{it}} and {}', 'nb_robots', 'ctc'),
+    ControlError: ControlError('law.py, line 3: it fails', ('KeyError', *PLACE), 'stops', PLACE),
+    PluginError: PluginError('law', "'circle' of package p 1", 'it is a class'),
+}
+"""Errors whose constructors take more than a message."""
+
+
+def our_errors():
+    for name in OURS:
+        for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f'{name}.'):
+            # Modules of extras that are missing, and scripts of laws, have no errors of their own.
+            with suppress(ImportError):
+                for kind in vars(importlib.import_module(module.name)).values():
+                    if isinstance(kind, type) and kind.__module__ == module.name:
+                        yield kind
+
+
+def test_every_error_can_cross_processes():
+    kinds = {
+        kind
+        for kind in our_errors()
+        if issubclass(kind, BaseException) and kind.__name__ not in NOT_RAISED_YET
+    }
+    assert {*WITH_MORE} <= kinds
+    for kind in kinds:
+        error = WITH_MORE.get(kind) or kind('why')
+        other = pickle.loads(pickle.dumps(error))
+        assert type(other) is kind
+        assert (str(other), vars(other)) == (str(error), vars(error)), kind
+
+
+def test_an_error_of_another_process_is_raised_here_whole():
+    method = 'forkserver' if 'forkserver' in multiprocessing.get_all_start_methods() else 'spawn'
+    context = multiprocessing.get_context(method)
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        crossed = pool.submit(CommunicationOptions, ctc='law.py')
+        with pytest.raises(ClashError, match='ctc needs event_triggered; add it') as raised:
+            crossed.result()
+        assert raised.value.typed == '--ctc needs --event-triggered; add it'
+        assert pool.submit(len, 'still alive').result()

@@ -110,8 +110,11 @@ class ChildDiedError(Exception):
     """A process ended unexpectedly; `exit_status` is for the command."""
 
     def __init__(self, message: str, exit_status: int) -> None:
-        super().__init__(message)
+        super().__init__(message, exit_status)
         self.exit_status = exit_status
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class Child:

@@ -155,10 +155,13 @@ class ControlError(Exception):
         consequence: str = '',
         place: tuple[Path, int | None] | None = None,
     ) -> None:
-        super().__init__(message)
+        super().__init__(message, key)
         self.key = key
         self.consequence = consequence
         self.place = place
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def failure_of(error: BaseException, path: Path) -> ControlError:

@@ -26,9 +26,12 @@ class ClashError(SetcmasError):
     """Options contradict each other; `typed` is the message with their names as typed."""
 
     def __init__(self, message: str, *names: str) -> None:
-        super().__init__(message.format(*names))
+        super().__init__(message, *names)
         self.names = names
         self.typed = message.format(*map(spelled, names))
+
+    def __str__(self) -> str:
+        return str(self.args[0]).format(*self.names)
 
 
 def spelled(name: str) -> str:

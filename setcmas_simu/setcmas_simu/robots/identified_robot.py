@@ -73,7 +73,7 @@ class IdentifiedRobot(RobotModel):
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
         """Return the unicycle's commands, scaled down on the same curve as in an experiment."""
         commands = super().command(velocities, poses, komega)
-        if self.limits is not IDEAL:
+        if self.limits != IDEAL:
             commands[[0, 2]] = np.transpose(
                 [self.limits.scaled_down(V, omega) for V, omega in commands[[0, 2]].T.tolist()]
             )

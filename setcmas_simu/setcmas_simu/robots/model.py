@@ -39,7 +39,7 @@ class VelocityLimits:
         Takes and returns forward speeds in m/s and turn rates in rad/s, shapes (N,).
         """
         forward, turn = np.asarray(V, dtype=float), np.asarray(omega, dtype=float)
-        if self is IDEAL:
+        if self == IDEAL:
             return forward, turn
         forward = np.clip(forward, -self.V_max, self.V_max)
         turn = np.clip(turn, -self.omega_max, self.omega_max)

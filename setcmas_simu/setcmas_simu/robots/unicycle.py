@@ -32,20 +32,15 @@ class Unicycle(RobotModel):
         self.V_max = limits.V_max
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states one period later, as `step` of this module computes them."""
-        V, omega = self.limits.saturate(commands[0], commands[2])
-        return driven(states, V, omega, Ts)
+        """Return the states one period later."""
+        first: Floats = self.steps(states, commands, Ts, 1)[0]
+        return first
 
     def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
-        """Return the states after each of `count` periods, (count, S, N), in a few array calls."""
+        """Return the states after each of `count` periods, (count, S, N)."""
         V, omega = self.limits.saturate(commands[0], commands[2])
-        rows = np.empty((count + 1, *states.shape))
-        rows[:], later, travel = states, rows[1:], Ts * V
-        later[:, 2], later[:, 3], later[:, 5] = Ts * omega, V, omega
-        headings = np.add.accumulate(rows[:, 2])[1:]  # adds term by term, as `step` does
-        later[:, 0], later[:, 1] = travel * np.cos(headings), travel * np.sin(headings)
-        np.add.accumulate(rows[:, :2], out=rows[:, :2])
-        later[:, 2] = headings
+        later = steps(states, V, omega, Ts, count)
+        later[:, 3], later[:, 5] = V, omega
         return later
 
 
@@ -57,18 +52,27 @@ def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
 
 
 def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
-    """Integrate poses (3+, N) over Ts s, heading first; rows after x, y, theta stay.
+    """Return the poses Ts s later, as the first of `steps`."""
+    first: Floats = steps(poses, V, omega, Ts, 1)[0]
+    return first
+
+
+def steps(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float, count: int) -> Floats:
+    """Integrate poses (3+, N) over `count` periods of Ts s; return all, (count, 3+, N).
 
     theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+), with V
     (m/s) and omega (rad/s) of shape (N,): the semi-implicit Euler scheme of the kinematic unicycle
     (Siciliano et al., Robotics, 2009, section 11.2.1), in the order of the ROS 1 stack. The
-    heading is not wrapped.
+    heading is not wrapped; rows after x, y, theta stay.
     """
-    later = np.array(poses, dtype=float)
+    before = np.asarray(poses, dtype=float)
+    rows = np.empty((count + 1, *before.shape))
+    rows[:], later = before, rows[1:]
     travel = Ts * np.asarray(V, dtype=float)
-    later[2] += Ts * np.asarray(omega, dtype=float)
-    later[0] += travel * np.cos(later[2])
-    later[1] += travel * np.sin(later[2])
+    later[:, 2] = Ts * np.asarray(omega, dtype=float)
+    np.add.accumulate(rows[:, 2], out=rows[:, 2])  # all periods in a few calls
+    later[:, 0], later[:, 1] = travel * np.cos(later[:, 2]), travel * np.sin(later[:, 2])
+    np.add.accumulate(rows[:, :2], out=rows[:, :2])
     return later
 
 

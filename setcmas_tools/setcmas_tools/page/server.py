@@ -16,6 +16,7 @@ import socket
 import sys
 import threading
 from collections.abc import Collection, Mapping, Sequence
+from concurrent.futures import Future
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
@@ -113,12 +114,18 @@ class PageServer:
         self._viewers: dict[ServerConnection, asyncio.Queue[bytes]] = {}
         self._loop = asyncio.new_event_loop()
         self._stopping = asyncio.Event()
-        started = threading.Event()
+        started: Future[None] = Future()
         self._thread = threading.Thread(
             target=self._loop.run_until_complete, args=(self._serve(started),), daemon=True
         )
         self._thread.start()
-        started.wait()
+        try:
+            started.result()
+        except BaseException:
+            self._thread.join()
+            self._loop.close()
+            self._socket.close()
+            raise
 
     def has_viewers(self) -> bool:
         """Return whether a browser shows the live page."""
@@ -134,7 +141,15 @@ class PageServer:
         self._thread.join()
         self._loop.close()
 
-    async def _serve(self, started: threading.Event) -> None:
+    async def _serve(self, started: Future[None]) -> None:
+        try:
+            await self._serve_until_stopped(started)
+        except BaseException as error:
+            if started.done():
+                raise
+            started.set_exception(error)
+
+    async def _serve_until_stopped(self, started: Future[None]) -> None:
         async with serve(
             self._talk,
             sock=self._socket,
@@ -147,7 +162,7 @@ class PageServer:
             logger=_SILENT,
             server_header=None,
         ) as server:
-            started.set()
+            started.set_result(None)
             await self._stopping.wait()
             await _close(server)
 

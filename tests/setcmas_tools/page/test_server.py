@@ -109,6 +109,16 @@ def test_there_is_one_page_which_no_other_page_may_hold(serve):
     assert 'open it by its address' in text
 
 
+def test_a_server_that_cannot_start_raises_why(monkeypatch, serve):
+    def serve_nothing(*_, **__):
+        raise OSError('too many open files')
+
+    monkeypatch.setattr(page_server, 'serve', serve_nothing)
+
+    with pytest.raises(OSError, match='too many open files'):
+        serve()
+
+
 def test_a_taken_port_is_passed_over(serve):
     assert serve().port != serve().port
 
