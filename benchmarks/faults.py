@@ -26,7 +26,6 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 from fault_kinds import (
     arena,
-    cameras,
     guards,
     mocap,
     network,
@@ -54,7 +53,7 @@ STATUS = re.compile(r'RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY|\[lab\] robot \d
 
 KINDS: dict[str, Kind] = {
     name: kind
-    for room in (processes, scripts, mocap, cameras, arena, guards, people, rogues, network)
+    for room in (processes, scripts, mocap, arena, guards, people, rogues, network)
     for name, kind in room.KINDS.items()
 }
 

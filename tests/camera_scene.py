@@ -1,11 +1,18 @@
-"""A camera over a floor with tags, for tests: small pictures with known truth."""
+"""A camera over a floor with tags, and its short recorded video of robots with known poses.
+
+The pictures in data/camera were rendered with lens distortion, noise, uneven light and the blur
+of robots at 0.2 m/s, 15 a second; poses.csv has the true pose of each robot in each.
+"""
+
+import csv
+from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 cv2 = pytest.importorskip('cv2')
 
-from setcmas_expe.emulation.emulated_camera import PictureRenderer  # noqa: E402
 from setcmas_expe.mocap.camera_file import (  # noqa: E402
     Camera,
     CameraFile,
@@ -14,29 +21,53 @@ from setcmas_expe.mocap.camera_file import (  # noqa: E402
     RobotTags,
 )
 
+FOLDER = Path(__file__).parent / 'data/camera'
 FLOOR_TAGS = {501: (-0.8, -0.5), 502: (0.8, -0.5), 503: (0.8, 0.5), 504: (-0.8, 0.5)}
 DISTORTION = (-0.12, 0.03, 0.0005, -0.0004, 0.0)
 NO_ERROR = 0.0
 
 
-def camera(x=0.0, y=0.3, tilt=0.15, name='left', scale=1.0):
-    """Return a camera 2 m above x, y that looks at 0, 0, with its picture's top towards +y."""
+def camera(x=0.0, y=0.3, tilt=0.15, name='left'):
+    """Return a camera 2 m above x, y that looks at 0, 0, with its picture's top towards +y.
+
+    The video is of the default one.
+    """
     down = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
     rotation = cv2.Rodrigues(np.array([tilt, 0.0, 0.0]))[0] @ down
     vector = cv2.Rodrigues(rotation)[0].ravel()
-    size = (int(960 * scale), int(600 * scale))
-    lens = Lens(
-        size, (700.0 * scale, 702.0 * scale), (size[0] / 2, size[1] / 2), DISTORTION, NO_ERROR
-    )
+    lens = Lens((960, 600), (700.0, 702.0), (480.0, 300.0), DISTORTION, NO_ERROR)
     pose = CameraPose((x, y, 2.0), tuple(float(v) for v in vector), NO_ERROR)
     return Camera(name, '0', lens, pose)
 
 
-def scene(*cameras, size=0.12, height=0.2):
+def scene(*cameras):
     """Return the content of a camera file."""
-    return CameraFile(RobotTags(size, height), cameras or (camera(),), FLOOR_TAGS)
+    return CameraFile(RobotTags(0.12, 0.2), cameras or (camera(),), FLOOR_TAGS)
 
 
-def renderer(file, number=0, seed=1, **options):
-    """Return a renderer of one of the cameras."""
-    return PictureRenderer(file.cameras[number], file, seed, **options)
+def pictures():
+    """Return the pictures of the video, grey."""
+    return [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(FOLDER.glob('*.jpg'))]
+
+
+def true_poses():
+    """Return x, y in m and heading in rad of each robot by its number, a dict for each picture."""
+    poses = defaultdict(dict)
+    with (FOLDER / 'poses.csv').open() as file:
+        for row in csv.DictReader(file):
+            pose = float(row['x']), float(row['y']), float(row['heading'])
+            poses[row['picture']][int(row['robot'])] = pose
+    return list(poses.values())
+
+
+def with_copy(picture, robot, x, y):
+    """Return the first picture with a second tag of a robot at x, y in m."""
+    (column, row), (to_column, to_row) = (
+        camera().pixels(np.array([[*place, 0.2]]))[0].round().astype(int)
+        for place in (true_poses()[0][robot][:2], (x, y))
+    )
+    half, copied = 40, picture.copy()
+    copied[to_row - half : to_row + half, to_column - half : to_column + half] = picture[
+        row - half : row + half, column - half : column + half
+    ]
+    return copied

@@ -23,7 +23,6 @@ EXTRAS = {
     'launch_scripts/launch_scripts/terminal/status_display.py': 'lab',
     'launch_scripts/launch_scripts/commands/grade.py': 'grade',
     'setcmas_ctrl/setcmas_ctrl/filter': 'filter',
-    'setcmas_expe/setcmas_expe/emulation/emulated_camera.py': 'camera',
     'setcmas_expe/setcmas_expe/mocap': 'camera',
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
     'setcmas_tools/setcmas_tools/compare/response_fit.py': 'identify',

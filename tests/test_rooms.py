@@ -41,7 +41,6 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.odometry',
     'setcmas_expe.doctor.lab_examination',
     'setcmas_expe.doctor.lab_watch',
-    'setcmas_expe.doctor.nudge',
     'setcmas_expe.emulation.emulated_lab',
     'setcmas_expe.emulation.emulated_turtlebot3',
     'setcmas_expe.emulation.inject_fault',

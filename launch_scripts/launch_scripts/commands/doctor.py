@@ -1,14 +1,11 @@
 """Check this machine, and with --lab a lab: motion capture, robots, batteries, network.
 
-No robot moves unless you agree to the nudge: 5 cm forward and back and a small turn, which
-verifies that each motion-capture body belongs to the right robot and has the right heading. Exit
-status: 0 if all is well, 1 if there are problems.
+No robot moves. Exit status: 0 if all is well, 1 if there are problems.
 
 Examples:
   setcmas doctor
   setcmas doctor --lab lab.yaml
   setcmas doctor --emulate --nb-robots 3      check an emulated lab
-  setcmas doctor --camera camera.yaml --arena=-2,2,-1.5,1.5   stop setcmas camera before
 """
 
 from __future__ import annotations
@@ -22,7 +19,6 @@ from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import DOCTOR, node_command
 from launch_scripts.processes.supervisor import StoppedError, Supervisor, run_to_end
-from setcmas_expe.doctor.doctor_process import DoctorOptions
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions
 
@@ -30,7 +26,6 @@ from setcmas_expe.lab.lab_options import LabOptions
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     LabOptions.add_to(parser)
-    DoctorOptions.add_to(parser)
     emulate = 'check an emulated lab on this machine'
     parser.add_argument('--emulate', action='store_true', help=emulate)
 
@@ -42,8 +37,7 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         options = replace(options, nb_robots=lab.nb_robots)
-    arguments = options.arguments(DoctorOptions.of(args))
-    command = node_command(DOCTOR, arguments)
+    command = node_command(DOCTOR, options.arguments())
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
         return run_to_end(command, environment)

@@ -76,7 +76,7 @@ def examine(watch: LabWatch) -> tuple[list[list[str]], list[Finding]]:
             pose=poses.get(number),
             fault=watch.fault(number),
             kinds=[listener.kind for listener in watch.listeners(one.robot)],
-            rival=watch.rival(one.robot, experiment=True),
+            rival=watch.rival(one.robot),
             guard=watch.robot_guards[number].recent_report,
             battery=one.battery,
         )
@@ -87,6 +87,5 @@ def examine(watch: LabWatch) -> tuple[list[list[str]], list[Finding]]:
     if not bodies:
         findings += other_presets(watch.get_topic_names_and_types(), watch.lab.mocap.preset)
     if watch.runs_experiment():
-        advice = 'end it (q in its terminal) to nudge the robots'
-        findings.insert(0, Finding(NOTE, 'experiment', 'one is running', advice))
+        findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
     return [check.row() for check in checks], findings

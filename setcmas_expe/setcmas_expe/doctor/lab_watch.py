@@ -6,7 +6,6 @@ import time
 from dataclasses import dataclass, field
 from functools import partial
 
-from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
@@ -35,8 +34,6 @@ class RobotWatch:
         fault: What was wrong with the last bad pose; None if all were good.
         battery: Charge in percent; None if unknown.
         scale: Scale of its battery's messages.
-        wheels: Forward speed in m/s by its own odometry, and arrival in s on a steady clock, if
-            any.
     """
 
     robot: LabRobot
@@ -46,7 +43,6 @@ class RobotWatch:
     fault: str | None = None
     battery: float | None = None
     scale: Battery = field(default_factory=Battery)
-    wheels: tuple[float, float] | None = None
 
 
 class LabWatch(FleetNode):
@@ -76,12 +72,8 @@ class LabWatch(FleetNode):
         }
         self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
         for watch in self.robots.values():
-            robot = watch.robot
-            for kind, topic, callback in (
-                (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
-                (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
-            ):
-                self.create_subscription(kind, topic, partial(callback, watch), _BURST)
+            topic = watch.robot.topic(topics.BATTERY)
+            self.create_subscription(BatteryState, topic, partial(self._on_battery, watch), _BURST)
 
     def restart_statistics(self) -> None:
         """Forget the poses received so far."""
@@ -114,32 +106,25 @@ class LabWatch(FleetNode):
             if watch.track.pose and not watch.track.fault
         }
 
-    def pose_age(self, robot: int) -> float:
-        """Return the time in s since a robot's last good pose arrived."""
-        return time.monotonic() - self.robots[robot].track.received
-
     def fault(self, robot: int) -> str | None:
         """Return the fault of a robot's poses; None if they are good."""
-        return self.robots[robot].fault or self.source_conflict(robot) or None
-
-    def source_conflict(self, robot: int) -> str:
-        """Return why none of a robot's poses can be trusted; empty if they can."""
         self.mocap.look_around()
-        return self.mocap.trouble(self.robots[robot].robot.mocap_name)
+        watch = self.robots[robot]
+        return watch.fault or self.mocap.trouble(watch.robot.mocap_name) or None
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who receives a robot's commands, except recorders and displays."""
         return cmd_vel_topics.listeners(self, robot.topic(topics.CMD_VEL))
 
-    def rival(self, robot: LabRobot, experiment: bool = False) -> str:
-        """Return which other process may move a robot, or moves in its place; empty if none.
+    def rival(self, robot: LabRobot) -> str:
+        """Return which process may move a robot, or moves in its place; empty if none.
 
-        With `experiment`, the processes of an experiment do not count.
+        The processes of an experiment do not count.
         """
         topic = robot.topic(topics.CMD_VEL)
         guard = self.robot_guards[robot.number]
         allowed = {self._own} | guard.look_around()
-        for name in (topics.FLEET, topics.PAUSED) if experiment else ():
+        for name in (topics.FLEET, topics.PAUSED):
             allowed |= cmd_vel_topics.participants(self, name)
         return guard.intruder or cmd_vel_topics.rival(self, topic, allowed)
 
@@ -148,9 +133,6 @@ class LabWatch(FleetNode):
         watch.stamps.append(sample.stamp)
         watch.track.take(sample, time.monotonic())
         watch.fault = fault_of(sample, self.lab.arena) or watch.fault
-
-    def _on_wheel_odometry(self, watch: RobotWatch, message: Odometry) -> None:
-        watch.wheels = message.twist.twist.linear.x, time.monotonic()
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
         watch.battery = watch.scale.percent(message.percentage)

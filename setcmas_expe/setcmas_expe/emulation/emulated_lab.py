@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -33,7 +33,6 @@ from setcmas_expe.emulation.faults import Fault, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import ROBOT_LIMITS
@@ -46,9 +45,6 @@ from setcmas_simu.ros.process import (
 )
 from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.duplicate_simulators import RobotLocks
-
-if TYPE_CHECKING:
-    from setcmas_expe.emulation.emulated_camera import EmulatedCamera
 
 
 class Schedule:
@@ -159,8 +155,7 @@ class EmulatedLab(FleetNode):
         model = 'waffle' if lab.limits == ROBOT_LIMITS['waffle'] else 'burger'
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
         self._fleet = EmulatedFleet(poses, ROBOT_LIMITS[model], rng, options.robot_model(numbers))
-        self._camera = _emulated_camera(lab, options)
-        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng, self._camera)
+        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self._driver = EmulatedMocapDriver(lab)
         private = lab.guarded and options.remapped
         self._robots = [
@@ -238,8 +233,6 @@ class EmulatedLab(FleetNode):
             self._mocap.capture(self._fleet.poses, now)
         for sighting in self._mocap.due(now):
             self._driver.publish(sighting, sighting.stamp + offset)
-        while self._camera and self._camera.news:
-            self.get_logger().warning(self._camera.news.pop(0))
 
     def _publish_robots(self, now: float) -> None:
         stamp = self.get_clock().now().to_msg()
@@ -263,8 +256,6 @@ class EmulatedLab(FleetNode):
                     f"fault '{fault}' is for robot {fault.robot}; "
                     f'the lab has robots 1 to {len(self._robots)}'
                 )
-            if fault.kind in faults.OF_CAMERA and not self._camera:
-                raise SetcmasError(f"fault '{fault}' needs a camera: start with --mocap camera")
         except SetcmasError as error:
             self.get_logger().warning(str(error))
             return
@@ -286,14 +277,6 @@ class EmulatedLab(FleetNode):
             self._fleet.fail(fault.kind, index, fault.duration)
         elif fault.kind == faults.LIFT:
             self._fleet.fail(faults.BLOCKED, index, fault.duration)
-
-
-def _emulated_camera(lab: Lab, options: EmulationOptions) -> EmulatedCamera | None:
-    if lab.mocap.source is not CAMERA:
-        return None
-    from setcmas_expe.emulation.emulated_camera import EmulatedCamera
-
-    return EmulatedCamera(lab.arena, lab.nb_robots, options.seed)
 
 
 def main(argv: list[str] | None = None) -> int:

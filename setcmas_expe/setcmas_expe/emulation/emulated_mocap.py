@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from setcmas_expe.emulation import faults
-from setcmas_expe.emulation.faults import Fault, lifted
+from setcmas_expe.emulation.faults import Fault
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-
-if TYPE_CHECKING:
-    from setcmas_expe.emulation.emulated_camera import EmulatedCamera, Seen
 
 LATENCY_S = 0.01
 """Time from the exposure of a frame to the driver's message, in s."""
@@ -30,6 +26,8 @@ _JUMP = 1.0  # m
 _HEIGHT = 0.19  # m, of the markers on a Burger
 _DRIFTS = {faults.DRIFT: 0.3, faults.GLIDE: 2.0}  # m/s
 _SLOW_S = 0.5
+_LIFTED = 0.15  # m
+_LIFTING = 0.3  # m/s
 
 
 @dataclass(frozen=True)
@@ -52,23 +50,14 @@ class Sighting:
 class EmulatedMocap:
     """Sees robots, and delays each sighting by its latency."""
 
-    def __init__(
-        self,
-        nb_robots: int,
-        y_up: bool,
-        rng: np.random.Generator,
-        camera: EmulatedCamera | None = None,
-    ) -> None:
+    def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
         """Prepare for a number of bodies.
 
         Args:
             nb_robots: Number of bodies.
             y_up: Whether the y axis points upwards, not the z axis.
             rng: Draws the noise.
-            camera: Sees the bodies, with errors of its own; by default they are seen with noise.
         """
-        self._camera = camera
-        self._height = camera.file.tags.height if camera else _HEIGHT
         self._nb_robots = nb_robots
         self._y_up = y_up
         self._rng = rng
@@ -87,12 +76,13 @@ class EmulatedMocap:
     def capture(self, poses: Floats, now: float) -> None:
         """Take a frame at a time (s) of true poses: rows x, y in m, theta in rad, shape (3, N)."""
         self._faults = {key: span for key, span in self._faults.items() if span[1] > now}
-        for at, index, x, y, theta in self._seen_of(self._misplaced(poses, now), now):
-            sighting = self._spoilt(self._sighting(index, at, x, y, theta), index)
+        sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))
+        seen = self._misplaced(poses, now) + self._rng.normal(0.0, sigmas, poses.shape)
+        for index, (x, y, theta) in enumerate(seen.T.tolist()):
+            sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)
             if sighting and not self._skips(index, now):
                 self._last[index] = sighting
-                delay = 0.0 if self._camera else LATENCY_S
-                delay += _LATE_S * self._has(faults.LATE, index)
+                delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
                 # In order: a late sighting delays those that follow.
                 self._last_due[index] = max(now + delay, self._last_due.get(index, now))
                 self._waiting.append((self._last_due[index], sighting))
@@ -102,15 +92,6 @@ class EmulatedMocap:
         ready = [sighting for at, sighting in self._waiting if at <= now]
         self._waiting = [(at, sighting) for at, sighting in self._waiting if at > now]
         return ready
-
-    def _seen_of(self, poses: Floats, now: float) -> list[Seen]:
-        """Return what is seen of bodies that seem to be at some poses."""
-        if self._camera is None:
-            sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))
-            seen = poses + self._rng.normal(0.0, sigmas, poses.shape)
-            return [(now, index, x, y, th) for index, (x, y, th) in enumerate(seen.T.tolist())]
-        since = {key: span[0] for key, span in self._faults.items()}
-        return self._camera.expose(poses, since, now)
 
     def _has(self, kind: str, index: int) -> bool:
         return (kind, index) in self._faults
@@ -143,9 +124,10 @@ class EmulatedMocap:
         if self._has(faults.JUMP, index):
             x -= math.copysign(_JUMP, x)
         z, w = quaternion_of_yaw(theta)
-        height = self._height
-        if self._has(faults.LIFT, index) and not self._camera:
-            height += lifted(now - self._faults[faults.LIFT, index][0])
+        height = _HEIGHT
+        if self._has(faults.LIFT, index):
+            since, _ = self._faults[faults.LIFT, index]
+            height += min(_LIFTED, _LIFTING * (now - since))
         if self._y_up:
             return Sighting(self._name(index), now, (x, height, -y), (0.0, z, 0.0, w))
         return Sighting(self._name(index), now, (x, y, height), (0.0, 0.0, z, w))

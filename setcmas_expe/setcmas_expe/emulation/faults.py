@@ -27,16 +27,7 @@ STALLED = 'stalled'
 OFF = 'off'
 UNGUARDED = 'unguarded'
 DEAF = 'deaf'
-GLARE = 'glare'
-COVERED = 'covered'
-TWINS = 'twins'
 BACKWARDS = 'backwards'
-TAG_SIZE = 'tag_size'
-SHRUNK = 'shrunk'
-BUMPED = 'bumped'
-DARK = 'dark'
-TEN_FRAMES = 'ten_frames'
-STUCK = 'stuck'
 
 PURPOSES = {
     DROPOUT: 'motion capture sends nothing for the robot',
@@ -60,26 +51,11 @@ PURPOSES = {
     DEAF: 'its base takes no commands, and keeps the last one',
     PUSH: 'the robot is pushed out of the arena',
     BACKWARDS: 'its body is turned by 180 degrees',
-    GLARE: 'light shines on its tag',
-    COVERED: 'a hand is over its tag',
-    TWINS: 'its tag has the number of the next robot',
-    TAG_SIZE: 'its tag has a side of 80 mm instead of 120 mm',
-    SHRUNK: 'its tag was printed at 97 %',
-    BUMPED: 'the camera was turned by 2 degrees',
-    DARK: 'the exposure is a tenth of what it was',
-    TEN_FRAMES: 'the camera takes 10 pictures a second',
-    STUCK: 'no picture arrives from the camera',
 }
 """What happens in each fault, by name."""
 
-OF_CAMERA = frozenset({GLARE, COVERED, TWINS, TAG_SIZE, SHRUNK, BUMPED, DARK, TEN_FRAMES, STUCK})
-"""Faults of a lab that has a camera."""
-
 OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED, DEAF}
 """Faults of motion capture; the others are of the robot itself."""
-
-_LIFTED = 0.15  # m
-_LIFTING = 0.3  # m/s
 
 DEFAULT_S = 3.0
 """Default duration of a fault in s."""
@@ -98,11 +74,6 @@ class Fault:
     def __str__(self) -> str:
         """Return the text that `parse_fault` reads."""
         return f'{self.kind} {self.robot} {self.duration:g}'
-
-
-def lifted(t: float) -> float:
-    """Return how high in m a robot is t s after someone began to lift it."""
-    return min(_LIFTED, _LIFTING * t)
 
 
 def parse_fault(text: str) -> Fault:

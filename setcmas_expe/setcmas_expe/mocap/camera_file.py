@@ -20,9 +20,6 @@ with needs('camera'):
 
 Shape = TypeVar('Shape')
 
-CORNER_ERROR_PX = 0.15
-"""Standard deviation of a detected corner in px, as measured in rendered pictures."""
-
 FIRST_FLOOR_TAG = 501
 """Number of the first tag on the floor; robots have the numbers below it."""
 
@@ -85,15 +82,6 @@ class CameraPose:
 
 
 @dataclass(frozen=True)
-class Accuracy:
-    """Expected standard deviations of a pose: position in m, heading in rad, and the tag in px."""
-
-    position: float
-    heading: float
-    pixels_per_tag: float
-
-
-@dataclass(frozen=True)
 class Camera:
     """A camera, which maps points above the floor to pixels and back.
 
@@ -153,23 +141,6 @@ class Camera:
             return False
         pixel = self.pixels(point[None])[0]
         return bool((pixel >= 0).all() and (pixel <= np.array(self.lens.size) - 1).all())
-
-    def accuracy(self, tags: RobotTags, x: float, y: float) -> Accuracy | None:
-        """Return what to expect of a robot at x, y in m; None where the camera sees no tag.
-
-        The pixels of a metre are those of the direction with the fewest.
-        """
-        point, half = np.array([x, y, tags.height]), tags.size / 2
-        if not self.sees(point):
-            return None
-        ends = self.pixels(point + half * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]))
-        jacobian = (ends[::2] - ends[1::2]) / tags.size
-        per_metre = float(np.linalg.svd(jacobian, compute_uv=False)[-1])
-        mean_of_corners = CORNER_ERROR_PX / 2  # four corners
-        position = np.hypot(mean_of_corners, self.lens.error) / per_metre
-        heading = CORNER_ERROR_PX / (np.sqrt(2.0) * per_metre * tags.size)
-        position = np.hypot(position, self.placed.error)
-        return Accuracy(float(position), float(heading), per_metre * tags.size)
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ Shot = tuple[float, Picture]
 
 OLDEST_S = 0.25
 """Age in s from which a camera's pose is not used."""
-MOST_SHIFT_M = 0.03
-"""Distance in m from which a floor tag is away from its place."""
 
+_MOST_SHIFT_M = 0.03
+"""Distance in m from which a floor tag is away from its place."""
 _MOST_APART_M = 0.15
 """Distance between what two cameras see from which neither is believed."""
 _LONGEST_HIDDEN_S = 1.0
@@ -255,7 +255,7 @@ class FloorWatch:
     def look(self, t: float, corners: Mapping[int, Floats]) -> None:
         """Check the tags (4, 2) in px that the camera saw at t in s."""
         shifts = floor_shifts(self._camera, self._places, corners)
-        wrong = {tag: shift for tag, shift in shifts.items() if not shift <= MOST_SHIFT_M}
+        wrong = {tag: shift for tag, shift in shifts.items() if not shift <= _MOST_SHIFT_M}
         self.is_right = not wrong
         # Before the first picture, the last good one is now.
         self._last_seen = t if shifts else min(t, self._last_seen)

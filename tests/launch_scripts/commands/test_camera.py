@@ -7,7 +7,7 @@ from processes import refuses, run_here
 
 pytest.importorskip('cv2')
 
-from camera_scene import FLOOR_TAGS, camera, cv2, renderer, scene
+from camera_scene import FLOOR_TAGS, FOLDER, camera, scene
 
 from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
 
@@ -19,17 +19,13 @@ DISTANCES = {(501, 502): 1.6, (501, 503): 1.8868, (502, 503): 1.0} | {
 
 @pytest.fixture
 def folder(tmp_path):
-    """Pictures of the floor, and a camera file whose lens is calibrated."""
-    (tmp_path / 'pictures').mkdir()
-    pictures = renderer(scene())
-    for number in range(3):
-        cv2.imwrite(str(tmp_path / 'pictures' / f'{number}.png'), pictures.picture([]))
+    """A camera file whose lens is calibrated."""
     write(tmp_path)
     return tmp_path
 
 
 def write(folder, **changes):
-    begun = replace(camera(), source=str(folder / 'pictures'), pose=None)
+    begun = replace(camera(), source=str(FOLDER), pose=None)
     write_cameras(replace(scene(begun), **changes), folder / 'camera.yaml')
 
 
@@ -62,10 +58,10 @@ def test_mistakes_are_one_line(folder):
     write(folder, cameras=())
     refuses(*floor, message='camera.yaml, line 1: there is no camera; begin with', cwd=folder)
     refuses('camera', 'no.yaml', message='no.yaml', cwd=folder)
-    lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', 'pictures')
+    lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', str(FOLDER))
     refuses(*lens, message='the board was seen in 0 places: 15 more views', cwd=folder)
     assert not (folder / 'new.yaml').exists()
-    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', 'pictures')
+    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', str(FOLDER))
     refuses(*lens, message="there is no folder 'no'", cwd=folder)
     absent = replace(camera(), source='99')
     write(folder, cameras=(absent,))

@@ -37,19 +37,7 @@ def test_this_machine(start):
     assert 'none in sight' in output
 
 
-@pytest.mark.nightly
-def test_an_emulated_lab_that_is_well_is_nudged(start):
-    options = ('--emulate', '--nb-robots', '2', '--mocap', 'optitrack', '--nudge')
-    status, output = examine_until('all well', start, *options)
-
-    assert status == 0
-    for robot in ('tb3_1', 'tb3_2'):
-        assert f'ok  nudge of {robot}' in output
-        assert f'ok  turn of {robot}' in output
-
-
-@pytest.mark.nightly
-def test_exchanged_bodies_and_nothing_moves_unasked(start, peer, tmp_path):
+def test_the_bodies_and_the_experiment_of_an_emulated_lab(start, peer, tmp_path):
     start(*LAB)
     truth = peer.odometry(1)
     peer.wait_for(lambda: truth)
@@ -61,55 +49,36 @@ def test_exchanged_bodies_and_nothing_moves_unasked(start, peer, tmp_path):
         '- {number: 3}\n'
     )
 
-    two_robots = ('--lab', str(lab), '--nb-robots', '2')
-    status, output = examine_until('all well', start, *two_robots)
+    status, output = examine_until('all well', start, '--lab', str(lab), '--nb-robots', '2')
     assert status == 0
-    assert 'nudge' not in output
+    assert 'tb3_2' in output
     assert truth[-1].pose.pose.position.x == 0.0
 
-    status, output = examine_until('tb3_2 moves as robot 1 should', start, *two_robots, '--nudge')
-    assert status == 1
-    assert 'are their names swapped?' in output
-
+    peer.node.create_publisher(Bool, '/paused', 10)
     status, output = examine_until('sends tb3_1, tb3_2', start, '--lab', str(lab))
     assert status == 1
     assert 'nothing on /qualisys/tb3_3/odom' in output
     assert 'nothing listens to /tb3_3/cmd_vel' in output
-
-
-def test_no_nudge_while_an_experiment_runs(start, peer):
-    start(*LAB)
-    peer.node.create_publisher(Bool, '/paused', 10)
-
-    doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    output = doctor.wait_for_output('problem')
-    assert doctor.wait() == 1
-    assert 'an experiment is running' in output
-
-
-def test_a_robot_without_a_guard_is_not_nudged(start, peer):
-    start(*LAB, '--without-guard')
-    truth = peer.odometry(1)
-
-    doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    output = doctor.wait_for_output('problem')
-    assert doctor.wait() == 1
-    assert 'nudge of tb3_1  no nudge: no cmd_vel_guard on it' in output
-    assert all(message.twist.twist.linear.x == 0.0 for message in truth)
+    assert 'experiment one is running' in ' '.join(output.split())
 
 
 @pytest.mark.nightly
-def test_no_nudge_by_poses_of_two_senders(start, peer):
-    start(*LAB)
-    truth = peer.odometry(1)
-    peer.node.create_publisher(Odometry, '/qualisys/tb3_2/odom', 10)
+def test_an_emulated_lab_that_is_well(start):
+    status, output = examine_until(
+        'all well', start, '--emulate', '--nb-robots', '2', '--mocap', 'optitrack'
+    )
 
-    doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    doctor.wait_for_output('problem')
-    assert doctor.wait() == 1
-    output = ' '.join(doctor.output().split())
-    assert 'no nudge: 2 nodes send it on /qualisys/tb3_2/odom' in output
-    assert all(message.twist.twist.linear.x == 0.0 for message in truth)
+    assert status == 0
+    assert '[lab]' in output
+
+
+def test_a_robot_without_a_guard_and_poses_of_two_senders(start, peer):
+    start(*LAB, '--without-guard')
+    peer.node.create_publisher(Odometry, '/qualisys/tb3_2/odom', 10)
+    status, output = examine_until('2 nodes send it on', start, '--nb-robots', '2')
+
+    assert status == 1
+    assert 'guard of tb3_1 not there' in ' '.join(output.split())
 
 
 def test_a_mistake_in_the_lab_file_is_reported_in_one_line(start, tmp_path):

@@ -1,4 +1,4 @@
-"""Lens from rendered views of the board, pose from rendered floor tags, places from distances."""
+"""Lens from rendered views of the board, pose from floor tags, places from distances."""
 
 import math
 from dataclasses import replace
@@ -6,10 +6,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, renderer, scene
+from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, pictures
 
 from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose, places_from_distances
-from setcmas_expe.mocap.camera_poses import TagDetector
+from setcmas_expe.mocap.camera_poses import TAG_CORNERS, TagDetector
 from setcmas_expe.mocap.tag_sheets import board
 from setcmas_simu.errors import SetcmasError
 
@@ -48,14 +48,14 @@ class BoardPictures:
 
 
 @pytest.fixture(scope='module')
-def pictures():
+def board_pictures():
     return BoardPictures()
 
 
 @pytest.mark.nightly
-def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(pictures):
+def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(board_pictures):
     views = LensViews()
-    middle = pictures.picture(0, 0, 0.6, (0, 0, 0))
+    middle = board_pictures.picture(0, 0, 0.6, (0, 0, 0))
     assert views.add(middle)
     assert not views.add(middle)  # nothing new
     assert not views.add(np.full_like(middle, 100))
@@ -67,7 +67,7 @@ def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(pictures):
     places = [(x, y) for x in (-0.28, 0.0, 0.28) for y in (-0.13, 0.02, 0.15)]
     for number, (x, y) in enumerate(places * 2):
         z = 0.6 if number < len(places) else 0.75
-        views.add(pictures.picture(x, y, z, tilts[number % 5]))
+        views.add(board_pictures.picture(x, y, z, tilts[number % 5]))
 
     assert views.missing() == []
     lens = views.lens()
@@ -77,34 +77,38 @@ def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(pictures):
     assert lens.centre == pytest.approx(TRUTH.centre, abs=5.0)
 
 
-def floor_corners(file):
-    return TagDetector().corners(renderer(file).picture([]))[0]
-
-
 def test_a_camera_finds_its_pose_from_floor_tags():
     truth = camera()
-    found = floor_pose(replace(truth, pose=None), FLOOR_TAGS, floor_corners(scene()))
+    corners, _ = TagDetector().corners(pictures()[0])
+    found = floor_pose(replace(truth, pose=None), FLOOR_TAGS, corners)
 
     assert found.position == pytest.approx(truth.pose.position, abs=0.01)
     assert found.rotation == pytest.approx(truth.pose.rotation, abs=0.01)
     assert found.error < 0.002
 
 
+def floor_corners(places):
+    """Return the corners in px of floor tags with a side of 120 mm."""
+    corners = 0.12 * np.column_stack([TAG_CORNERS.real, TAG_CORNERS.imag, np.zeros(4)])
+    return {
+        tag: camera().pixels(corners + np.array([*place, 0.0])) for tag, place in places.items()
+    }
+
+
 def test_a_floor_tag_in_a_wrong_place_is_named():
-    file = replace(scene(), floor_tags=FIVE)
     wrong = FIVE | {502: (0.9, -0.5)}
 
     with pytest.raises(SetcmasError, match='do not fit the picture, that of 502 least, by'):
-        floor_pose(camera(), wrong, floor_corners(file))
+        floor_pose(camera(), wrong, floor_corners(FIVE))
     with pytest.raises(SetcmasError, match='501, 502, 503, 504 do not fit the picture'):
-        floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(scene()))
+        floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(FLOOR_TAGS))
 
 
 def test_three_floor_tags_are_too_few():
     few = {tag: FLOOR_TAGS[tag] for tag in (501, 502, 503)}
 
     with pytest.raises(SetcmasError, match="camera 'left' sees 3 of the floor tags 501, 502, 503"):
-        floor_pose(camera(), few, floor_corners(scene()))
+        floor_pose(camera(), few, floor_corners(FLOOR_TAGS))
 
 
 def distances(places):

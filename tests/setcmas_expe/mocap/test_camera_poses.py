@@ -1,13 +1,11 @@
-"""Tags in rendered pictures; two cameras that disagree; bumped cameras, hidden floor tags."""
+"""Tags in a recorded video; two cameras that disagree; bumped cameras, hidden floor tags."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from camera_scene import FLOOR_TAGS, camera, renderer, scene
+from camera_scene import FLOOR_TAGS, camera, cv2, pictures, scene, true_poses, with_copy
 
-from setcmas_expe.emulation.emulated_camera import PlacedTag
 from setcmas_expe.mocap.camera_file import RobotTags
 from setcmas_expe.mocap.camera_poses import (
     OLDEST_S,
@@ -84,12 +82,14 @@ def test_an_old_pose_is_not_used():
 
 
 FILE = scene()
+PICTURE = pictures()[0]
+TRUTH = true_poses()[0]
 
 
-def fault(pictured, seconds=0.4):
-    """Return the fault of the calibrated camera after pictures of another scene."""
-    watch = FloorWatch(FILE.cameras[0], FLOOR_TAGS)
-    corners, _ = TagDetector().corners(renderer(pictured).picture([]))
+def fault(file, seconds=0.4):
+    """Return the fault of the camera of a file while it shows the floor of the video."""
+    watch = FloorWatch(file.cameras[0], FLOOR_TAGS)
+    corners, _ = TagDetector().corners(PICTURE)
     for step in range(round(30 * seconds)):
         watch.look(step / 30, corners)
     return watch.fault
@@ -106,148 +106,98 @@ def test_a_bumped_camera_is_a_fault(bumped):
 
 
 def test_a_floor_tag_that_was_moved_is_named():
-    moved = replace(FILE, floor_tags=FLOOR_TAGS | {502: (0.8, -0.4)})
+    corners, _ = TagDetector().corners(PICTURE)
+    watch = FloorWatch(FILE.cameras[0], FLOOR_TAGS | {502: (0.8, -0.4)})
+    for t in (0.0, 0.2):
+        watch.look(t, corners)
 
-    assert fault(moved) == 'floor tag 502 is 100 mm from its place for camera left; put it back'
-
-
-def test_a_camera_without_floor_tags_is_a_fault():
-    covered = replace(FILE, floor_tags={})
-
-    assert fault(covered, 0.9) == ''
-    assert fault(covered, 1.2).startswith('camera left sees no floor tag')
+    assert watch.fault == 'floor tag 502 is 100 mm from its place for camera left; put it back'
 
 
 def test_poses_return_with_the_floor_tags():
-    robot = [PlacedTag(1, -0.3, 0.1, 0.5)]
-    light, dark = (renderer(FILE).picture(robot, brightness) for brightness in (1.0, 0.05))
-    poses = CameraPoses(FILE, 1)
-    for t, picture, robots in ((0.0, light, {1}), (0.1, dark, set()), (1.2, dark, set())):
+    dark = (PICTURE // 20).astype(np.uint8)
+    poses = CameraPoses(FILE, 7)
+    for t, picture, robots in ((0.0, PICTURE, set(TRUTH)), (0.1, dark, set()), (0.9, dark, set())):
         assert poses.look('left', t, picture).keys() == robots
+    assert poses.fault == ''
+    poses.look('left', 1.2, dark)
     assert poses.fault.startswith('camera left sees no floor tag')
-    assert poses.look('left', 1.3, light).keys() == {1}
+    assert poses.look('left', 1.3, PICTURE).keys() == set(TRUTH)
     assert poses.fault == ''
 
 
 def test_robots_are_found_unless_a_camera_was_bumped():
-    placed = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(2, 0.4, 0.0, 2.0)]
-    poses = CameraPoses(FILE, 2)
-    found = poses.look('left', 0.0, renderer(FILE).picture(placed))
+    poses = CameraPoses(FILE, 7)
+    bumped = np.roll(PICTURE, 20, axis=1)
 
-    assert found[1] == pytest.approx((-0.3, 0.1, 0.5), abs=0.02)
-    assert found[2] == pytest.approx((0.4, 0.0, 2.0), abs=0.02)
-
-    bumped = renderer(scene(camera(x=0.05))).picture(placed)
+    assert poses.look('left', 0.0, PICTURE).keys() == set(TRUTH)
     assert poses.look('left', 0.1, bumped) == {}  # at once, before the fault is certain
     assert poses.fault == ''
-    assert poses.look('left', 0.2, renderer(FILE).picture(placed)).keys() == {1, 2}
+    assert poses.look('left', 0.2, PICTURE).keys() == set(TRUTH)
     for t in (0.3, 0.4, 0.5):
         assert poses.look('left', t, bumped) == {}
     assert 'was moved' in poses.fault
-    assert poses.look('left', 0.6, renderer(FILE).picture(placed)) == {}
+    assert poses.look('left', 0.6, PICTURE) == {}
 
 
-def test_two_equal_tags_are_no_robot():
-    twins = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(1, 0.4, 0.0, 2.0)]
-    poses = CameraPoses(FILE, 2)
-
-    assert poses.look('left', 0.0, renderer(FILE).picture(twins)) == {}
-    assert poses.news() == ['robot 1: two tags have its number; each robot needs its own']
-
-
-def test_a_reason_is_reported_once_until_it_was_gone_for_seconds():
-    poses = CameraPoses(FILE, 2)
-    twins = [PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(1, 0.4, 0.0, 2.0)]
-    pictures = {True: renderer(FILE).picture(twins), False: renderer(FILE).picture(twins[:1])}
+def test_two_equal_tags_are_no_robot_and_reported_once_until_that_was_gone_for_seconds():
+    twins = with_copy(PICTURE, 1, 0.2, -0.35)
+    poses = CameraPoses(FILE, 7)
     reported = []
-    for t, is_wrong in ((0.0, True), (0.1, True), (0.2, False), (0.3, True), (9.0, True)):
-        poses.look('left', t, pictures[is_wrong])
-        reported.append(len(poses.news()))
+    for t, picture in ((0.0, twins), (0.1, twins), (0.2, PICTURE), (0.3, twins), (9.0, twins)):
+        assert (1 in poses.look('left', t, picture)) == (picture is PICTURE)
+        reported.append(poses.news())
 
-    assert reported == [1, 0, 0, 0, 1]
+    expected = ['robot 1: two tags have its number; each robot needs its own']
+    assert reported == [expected, [], [], [], expected]
 
 
 def test_equal_tags_in_two_cameras_are_no_robot():
-    file = replace(FILE, cameras=(camera(), replace(camera(), name='right')))
-    poses = CameraPoses(file, 1)
-    first, second = PlacedTag(1, -0.3, 0.1, 0.5), PlacedTag(1, 0.4, 0.0, 2.0)
+    poses = CameraPoses(scene(camera(), camera(name='right')), 7)
+    elsewhere = with_copy(PICTURE, 1, 0.2, -0.35)
+    hidden = camera().pixels(np.array([[*TRUTH[1][:2], 0.2]]))[0].round().astype(int)
+    cv2.circle(elsewhere, hidden.tolist(), 20, 140, cv2.FILLED)
 
-    assert poses.look('left', 0.0, renderer(FILE).picture([first])).keys() == {1}
-    assert poses.look('right', 0.01, renderer(FILE).picture([second])) == {}
+    assert 1 in poses.look('left', 0.0, PICTURE)
+    assert 1 not in poses.look('right', 0.01, elsewhere)
     assert poses.reasons['right'][1].startswith('two cameras')
 
 
-def errors(file, placed):
-    """Return position errors in m and heading errors in degrees, shape (N,) each."""
-    corners, _ = TagDetector().corners(renderer(file).picture(placed))
-    assert sorted(corners.keys() - FLOOR_TAGS.keys()) == [tag.number for tag in placed]
-    found = [(tag_pose(file.cameras[0], file.tags, corners[tag.number]), tag) for tag in placed]
-    position = [math.hypot(pose.x - tag.x, pose.y - tag.y) for pose, tag in found]
-    heading = [math.remainder(pose.heading - tag.heading, math.tau) for pose, tag in found]
-    return np.array(position), np.degrees(np.abs(heading))
+@pytest.mark.parametrize('grey', [255, 140])
+def test_a_robot_whose_tag_is_covered_has_no_pose(grey):
+    middle = camera().pixels(np.array([[*TRUTH[3][:2], 0.2]]))[0].round().astype(int).tolist()
+    picture = cv2.circle(PICTURE.copy(), middle, 20, grey, cv2.FILLED)
+
+    assert CameraPoses(FILE, 7).look('left', 0.0, picture).keys() == TRUTH.keys() - {3}
 
 
-def fleet(speed=0.0):
-    places = [(-0.7, -0.25), (0.0, 0.0), (0.6, 0.3), (-0.5, 0.35), (0.5, -0.3)]
-    headings = (-3.0, -1.2, 0.1, 1.5, 2.9)
-    return [
-        PlacedTag(
-            i + 1, x, y, heading, speed * math.cos(heading), speed * math.sin(heading), speed
-        )
-        for i, ((x, y), heading) in enumerate(zip(places, headings, strict=True))
-    ]
+def test_poses_are_those_of_the_robots_in_the_video():
+    poses = CameraPoses(FILE, 7)
+    distances, turns = [], []
+    for number, (picture, truth) in enumerate(zip(pictures(), true_poses(), strict=True)):
+        found = poses.look('left', number / 15, picture)
+        assert found.keys() == truth.keys()
+        for robot, (x, y, heading) in found.items():
+            distances.append(math.dist((x, y), truth[robot][:2]))
+            turns.append(abs(math.remainder(heading - truth[robot][2], math.tau)))
+
+    assert len(distances) == 60
+    assert max(distances) < 0.003
+    assert max(turns) < math.radians(1.0)
 
 
-@pytest.mark.parametrize('speed', [0.0, 0.2])
-def test_poses_are_those_of_the_tags(speed):
-    position, heading = errors(scene(), fleet(speed))
-
-    assert position.max() < 0.003
-    assert heading.max() < 1.0
-
-
-def test_the_expected_accuracy_is_that_of_many_pictures():
-    file = scene()
-    expected = file.cameras[0].accuracy(file.tags, 0.6, 0.3)
-    camera_pictures = renderer(file, noise=6.0)
-    tag = PlacedTag(1, 0.6, 0.3, 0.4)
-    found = []
-    for _ in range(12):
-        corners, _ = TagDetector().corners(camera_pictures.picture([tag]))
-        found.append(tag_pose(file.cameras[0], file.tags, corners[1]))
-    position = math.sqrt(np.mean([(one.x - tag.x) ** 2 + (one.y - tag.y) ** 2 for one in found]))
-    heading = math.sqrt(np.mean([(one.heading - tag.heading) ** 2 for one in found]))
-
-    assert position < 3 * expected.position
-    assert heading < 3 * expected.heading
-    assert file.cameras[0].accuracy(file.tags, 3.0, 0.0) is None
-
-
-def test_a_wrong_calibration_costs_the_expected_accuracy():
-    file = scene()
-    sure = file.cameras[0].accuracy(file.tags, 0.0, 0.0)
-    unsure = replace(camera(), pose=replace(camera().pose, error=0.02))
-
-    assert sure.position < 0.002
-    assert unsure.accuracy(file.tags, 0.0, 0.0).position == pytest.approx(0.02, rel=0.05)
-
-
-@pytest.mark.parametrize('tags', [RobotTags(0.12, 0.0), RobotTags(0.10, 0.2)])
+@pytest.mark.parametrize('tags', [RobotTags(0.12, 0.35), RobotTags(0.14, 0.2)])
 def test_a_tag_of_another_size_or_height_is_refused(tags):
-    file = scene()
-    picture = renderer(replace(file, tags=tags)).picture([PlacedTag(1, 0.0, 0.0, 0.0)])
-    corners, _ = TagDetector().corners(picture)
+    corners, _ = TagDetector().corners(PICTURE)
+    expected = f'must be {1e3 * tags.size:.0f} mm at {tags.height:g} m above the floor'
 
-    assert 'must be 120 mm at 0.2 m above the floor' in tag_pose(
-        file.cameras[0], file.tags, corners[1]
-    )
+    assert expected in tag_pose(FILE.cameras[0], tags, corners[2])
 
 
 def refusal(points):
     """Return why a tag has no pose whose corners are at points x, y, z in m from its centre."""
-    file = scene()
-    corners = file.cameras[0].pixels(points + np.array([0, 0, file.tags.height]))
-    return tag_pose(file.cameras[0], file.tags, corners)
+    corners = camera().pixels(points + np.array([0, 0, FILE.tags.height]))
+    return tag_pose(camera(), FILE.tags, corners)
 
 
 SQUARE = 0.06 * np.array([[1.0, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
@@ -266,8 +216,7 @@ def test_a_tag_whose_corners_are_no_square_is_refused():
 
 
 def test_a_camera_that_looks_up_has_no_pose():
-    file = scene(camera(tilt=math.pi))
     corners = np.array([[10.0, 10], [50, 10], [50, 50], [10, 50]])
 
-    reason = tag_pose(file.cameras[0], file.tags, corners)
+    reason = tag_pose(camera(tilt=math.pi), FILE.tags, corners)
     assert reason == 'the camera does not look down on it'

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from camera_scene import cv2, renderer, scene
+from camera_scene import FOLDER, cv2
 
 from setcmas_expe.mocap.picture_sources import FOLDER_HZ, NewestPicture, pictures
 from setcmas_simu.errors import SetcmasError
@@ -56,9 +56,8 @@ def test_what_is_no_source_is_refused(source, reason, tmp_path, monkeypatch):
         next(pictures(source, None))
 
 
-def test_pictures_of_another_size_are_refused(tmp_path):
-    cv2.imwrite(str(tmp_path / '1.png'), renderer(scene()).picture([]))
-    newest = NewestPicture(pictures(str(tmp_path), (640, 480)))
+def test_pictures_of_another_size_are_refused():
+    newest = NewestPicture(pictures(str(FOLDER), (640, 480)))
 
     while not newest.ended:
         time.sleep(0.01)

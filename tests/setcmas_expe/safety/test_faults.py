@@ -62,19 +62,6 @@ def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
     assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
 
 
-@pytest.mark.nightly
-def test_cameras_and_tags_fail_one_after_the_other(peer, tmp_path):
-    pytest.importorskip('cv2')
-    with Rehearsal(peer, tmp_path, *SLOW, '--mocap', 'camera') as running:
-        for kind in ('glare', 'covered', 'twins', 'tag_size', 'dark', 'stuck', 'bumped'):
-            running.let_go(GOES)  # by s, too: a busy machine may have paused the robots
-            assert running.wait_for_stop(running.fault(f'{kind} 1 1.2')).metres < WAY, kind
-        running.let_go(GOES)
-        running.fault('shrunk 1 10')
-        begin = len(running.truth[1])
-        peer.wait_for(lambda: way(running.truth[1][begin:]) > 0.3)
-
-
 @pytest.mark.nightly  # test_guard_node and test_bridges have a bridge that falls silent
 def test_the_bridge_is_killed(experiment):
     fault = experiment.kill(BRIDGES)
