@@ -24,7 +24,6 @@ PAGES = [
         'task',
         'metric',
         'plot',
-        'grade_format',
     )
 ]
 MAIN = 'from launch_scripts.cli import main; raise SystemExit(main())'
@@ -75,7 +74,6 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         'gathering .*takes CENTRES from the law',
         'excursion .*The largest distance of each robot',
         'radius .*Draw the distance from the origin',
-        'letters .*Letters from A to F',
         r'broken .*\(cannot be used: RuntimeError: no licence found \(broken.py, line 3\)\)',
         r'brick .*\(cannot be used: it is a str; it must be a RobotModel\)',
         r"no_topic .*\(cannot be used: topic 'no topic' must be the full name",
@@ -102,16 +100,6 @@ def test_law_model_task_metric_and_plot_are_used_by_name(setcmas, tmp_path):
     assert len(told) == 2
     assert "metric 'broken' of package example-lab 0.3 cannot be used" in result.stderr
     assert "plot 'unplotted' of package example-lab 0.3 cannot be used" in result.stderr
-
-
-def test_a_grade_format_is_used_by_name(setcmas, tmp_path):
-    (tmp_path / 'class').mkdir()
-    shutil.copy(ALGORITHMS.file('consensus'), tmp_path / 'class' / 'ada.py')
-    grade = ('grade', 'class', '--rubric', 'consensus', '--format', 'letters', '--jobs', '1')
-    result = setcmas(*grade, '-o', 'grades', cwd=tmp_path)
-
-    assert result.returncode == 0, result.stderr
-    assert (tmp_path / 'grades' / 'letters.txt').read_text() == 'ada: A\n'
 
 
 def test_law_and_model_are_used_over_ros(setcmas, domain, tmp_path):

@@ -10,11 +10,13 @@ Examples:
   setcmas check my_law.py                            or law.ipynb, a notebook
   setcmas check my_law.py --rubric final.yaml --show
   setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab
+  setcmas check my_law.py --json                            for programs, such as an autograder
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 
@@ -33,6 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     picture = 'picture (default: LAW_check.png)'
     parser.add_argument('--output', '-o', type=Path, metavar='FILE.png', help=picture)
     parser.add_argument('--show', action='store_true', help='open the picture in a window')
+    as_json = 'print marks, hints and status as JSON, and draw no picture'
+    parser.add_argument('--json', action='store_true', help=as_json)
     emulate = 'run in the emulated lab, in real time, and also measure safety'
     parser.add_argument('--emulate', action='store_true', help=emulate)
     OfflineOptions.add_to(parser)
@@ -56,6 +60,9 @@ def main(args: argparse.Namespace) -> int:
         else:
             marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
             result = law.tried(marks, rubric, call_timeout)
+    if args.json:
+        print(json.dumps(result.plain()))
+        return 0 if result.is_full else SCRIPT_FAILED
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
     print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))

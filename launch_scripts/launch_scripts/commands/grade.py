@@ -6,10 +6,9 @@ command in the same folder; it only regrades what has changed.
 
 Examples:
   setcmas grade submissions --rubric consensus -o grades        a folder or a downloaded zip
-  setcmas grade submissions.zip --rubric final.yaml --format canvas --format junit
+  setcmas grade submissions.zip --rubric final.yaml
   setcmas grade submissions -R final.yaml --emulate --trust     in the emulated lab
-  setcmas grade --make gradescope --rubric final.yaml -o autograder.zip
-  setcmas grade --make check --rubric final.yaml     for students: without the solution
+  setcmas grade --handout check.zip --rubric final.yaml     for students: without the solution
 """
 
 from __future__ import annotations
@@ -26,14 +25,6 @@ from typing import TYPE_CHECKING
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.grade.grade_options import GradeOptions
-from setcmas_tools.platforms.grade_format import (
-    CLASS_FORMATS,
-    GRADE_FORMATS,
-    format_files,
-    make_bundle,
-    write_files,
-)
-from setcmas_tools.platforms.rubric_handout import CHECK
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.rubric import Rubric
@@ -53,43 +44,39 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--rubric', '-R', metavar=RUBRIC, required=True, help=rubric)
     folder = 'folder of the grades (default: grades)'
     parser.add_argument('--output', '-o', type=Path, metavar='DIR', help=folder)
-    formats = f'tables to write; may be repeated (default: {", ".join(CLASS_FORMATS)})'
-    parser.add_argument('--format', action='append', metavar='NAME', help=formats)
     corrections = (
-        'file with points set by hand, late penalties and a curve '
+        'file with points set by hand and late penalties '
         f'(default: {CORRECTIONS} in FOLDER or DIR)'
     )
     parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
-    bundle = 'write the zip file for a grading platform; check: for students to check their laws'
-    parser.add_argument('--make', metavar='NAME', help=bundle)
+    handout = 'only write the rubric for students, without the solution and what is hidden'
+    parser.add_argument('--handout', type=Path, metavar='FILE.zip', help=handout)
     GradeOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    """Grade a class, or write the zip file for a platform; return the exit status."""
+    """Grade a class, or write the rubric for students; return the exit status."""
     from setcmas_tools.grade.check import chosen_rubric  # late: help texts need not wait for numpy
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
-    if args.make != CHECK:
-        rubric.check_place(options.emulate and not args.make)
-    if args.make:
-        file = args.output or Path(f'{args.make}.zip')
-        content = make_bundle(args.make, rubric, '--trust' if options.trust else '')
-        with _writing(file):
-            file.write_bytes(content)
-        print(f'for {"students" if args.make == CHECK else args.make}: {file}')
+    if args.handout:
+        from setcmas_tools.platforms.rubric_handout import archive, handout
+
+        top = f'{rubric.file.stem}_check'
+        content = archive({f'{top}/{path}': one for path, one in handout(rubric).items()})
+        with _writing(args.handout):
+            args.handout.write_bytes(content)
+        print(f'for students: {args.handout}')
         return 0
+    rubric.check_place(options.emulate)
     if not args.folder:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')
-    formats = args.format or CLASS_FORMATS
-    for name in formats:
-        GRADE_FORMATS.plugin(name)  # report a mistake before grading
     folder = args.output or Path('grades')
     _check_place(folder, args.folder)
     try:
         with _writing(folder):
-            return _grade(args, rubric, options, folder, formats)
+            return _grade(args, rubric, options, folder)
     except KeyboardInterrupt:
         warn('setcmas grade: stopped; run the same command to continue')
         raise
@@ -119,13 +106,7 @@ def _check_place(folder: Path, submissions: Path) -> None:
     raise SetcmasError(f"grades '{folder}' would be {place}; choose another folder with -o")
 
 
-def _grade(
-    args: argparse.Namespace,
-    rubric: Rubric,
-    options: GradeOptions,
-    folder: Path,
-    formats: Sequence[str],
-) -> int:
+def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, folder: Path) -> int:
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
@@ -133,6 +114,7 @@ def _grade(
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
     from setcmas_tools.offline.kernel_confinement import PrivateMounts
     from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
+    from setcmas_tools.platforms.gradebooks import tables_of
 
     own = WrittenFiles(folder)
     asked = own.changed()
@@ -157,15 +139,15 @@ def _grade(
         )
     graded = grade(submissions, rubric, folder, options, in_lab)
     marks = [corrections.applied(one) for one in graded]
-    files = format_files(formats, marks)
-    places = [*(folder / name for name in files), *page_paths(marks, folder)]
+    tables = tables_of(marks)
+    places = [*(folder / name for name in tables), *page_paths(marks, folder)]
     _check_overwriting([path for path in own.changed(places) if path not in asked], options)
-    written = write_files(files, folder)
+    for name, content in tables.items():
+        (folder / name).write_bytes(content)
     page = write_pages(marks, folder)
     own.record(places)
     print(marks_table(marks))  # after the files: the reader of the output may be gone
-    names = ', '.join(file.name for file in written if len(written) <= len(CLASS_FORMATS))
-    print(f'{_count(marks)}: {page}   {names}'.rstrip())
+    print(f'{_count(marks)}: {page}   {", ".join(tables)}')
     return 0
 
 

@@ -1,4 +1,4 @@
-"""List laws, exercises, robot models, mocap sources, tasks, metrics, plots and grade formats.
+"""List laws, exercises, robot models, mocap sources, tasks, metrics and plots.
 
 Each entry names its package. The last two tables list columns of studies, and
 comparisons for rubrics.
@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import inspect
 from collections.abc import Callable, Iterable
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,6 @@ from setcmas_simu.robots.models import MODELS
 from setcmas_simu.table import Table
 from setcmas_tools.compare.solution_comparison import COMPARED
 from setcmas_tools.measures.metric import METRICS
-from setcmas_tools.platforms.grade_format import GRADE_FORMATS
 from setcmas_tools.plots.plot import PLOTS
 from setcmas_tools.study.study_columns import COLUMNS
 
@@ -45,9 +43,6 @@ def main(args: argparse.Namespace) -> int:
     _print("tasks, for a law that says task = '...'", _rows(TASKS, _task))
     _print('metrics, for every run', _rows(METRICS, _purpose))
     _print('plots, for every run they apply to', _rows(PLOTS, _purpose))
-    _print(
-        'grade formats, for setcmas grade --format', _rows(GRADE_FORMATS, attrgetter('purpose'))
-    )
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
     _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
     compared = ((name, *unit_and_purpose) for name, unit_and_purpose in COMPARED.items())

@@ -17,11 +17,9 @@ from __future__ import annotations
 import argparse
 import base64
 import hashlib
-import io
 import json
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -90,14 +88,15 @@ def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: s
     """
     from setcmas_simu import __version__
     from setcmas_tools.page.document import site_files
-    from setcmas_tools.platforms.autograder import archive, own_wheel
+    from setcmas_tools.platforms.own_wheel import own_wheel
+    from setcmas_tools.platforms.rubric_handout import archive
 
     python = _pyodide(place)
     rubrics = [Path(one) for one in exercises if _is_file(one)]
     offered = _offered([one for one in exercises if not _is_file(one)], rubrics, scenarios)
     name, wheel = own_wheel(NEEDLESS)
     packed = archive(dict([*_packed_rubrics(rubrics), *_packed_scenarios(scenarios)]))
-    own = {name: wheel, PACKED: packed, LOCK: json.dumps(python.lock).encode()}
+    own = {name: archive(wheel), PACKED: packed, LOCK: json.dumps(python.lock).encode()}
     parts = {
         'first': [*python.first, *(_part(one, one, _sha256(own[one])) for one in own)],
         'later': python.later,
@@ -269,9 +268,8 @@ def _packed_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
     from setcmas_tools.platforms.rubric_handout import handout
 
     for file in rubrics:
-        with zipfile.ZipFile(io.BytesIO(handout(read_rubric(file)))) as shown:
-            for name in shown.namelist():
-                yield f'rubrics/{file.stem}/{name.partition("/")[2]}', shown.read(name)
+        for path, content in handout(read_rubric(file)).items():
+            yield f'rubrics/{file.stem}/{path}', content
 
 
 def _packed_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:

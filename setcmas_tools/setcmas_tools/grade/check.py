@@ -106,6 +106,27 @@ class Check:
         """Whether it has all points, in `setcmas grade`, too."""
         return self.marks.is_full and self.is_safe
 
+    def plain(self) -> dict[str, Any]:
+        """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
+        marks = self.marks
+        return {
+            'title': marks.title,
+            'submission': marks.submission,
+            'status': self._status,
+            'score': marks.score,
+            'max_score': marks.max_score,
+            'note': self.note,
+            'scenarios': [_plain(one) for one in marks.scenarios],
+        }
+
+    @property
+    def _status(self) -> str:
+        if self.marks.unfilled:
+            return 'unfilled'
+        if any(one.failure for one in self.marks.scenarios):
+            return 'failed'
+        return 'right' if self.is_full else 'incomplete'
+
     __repr__ = __str__  # in a terminal, where notebooks show HTML
 
     def picture(self) -> Any:
@@ -134,6 +155,28 @@ class Check:
             f'<img src="{self.picture_url()}" '
             'alt="your paths over those of the solution"></div>'
         )
+
+
+def _plain(scenario: ScenarioMark) -> dict[str, Any]:
+    return {
+        'name': scenario.name,
+        'score': scenario.points,
+        'max_score': scenario.max_points,
+        'failure': scenario.failure.message if scenario.failure else '',
+        'criteria': [
+            {
+                'name': one.name,
+                'score': one.points,
+                'max_score': one.max_points,
+                'metric': one.metric,
+                'wanted': one.wanted,
+                'reached': one.reached,
+                'unit': one.unit,
+                'hint': one.hint,
+            }
+            for one in scenario.criteria
+        ],
+    }
 
 
 def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:

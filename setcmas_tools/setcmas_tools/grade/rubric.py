@@ -210,7 +210,7 @@ def read_rubric(path: Path) -> Rubric:
 def _references(entry: Entry) -> dict[str, Path]:
     """Return the folders of the solution's runs by the names of scenarios."""
     if not isinstance(entry.value, dict) or not entry.value:
-        raise entry.mistake('a mapping from scenarios to folders, made by --make check')
+        raise entry.mistake('a mapping from scenarios to folders, made by setcmas grade --handout')
     place = ScenarioFolder(entry.file.parent).place_of('references')
     files: dict[str, Path] = {}
     for name, one in entry.value.items():

@@ -120,5 +120,5 @@ def read_solution(entry: Entry) -> Path:
     except SetcmasError as error:
         raise entry.error(
             f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "
-            'a copy without it, which `setcmas grade --make check` writes'
+            'a copy without it, which `setcmas grade --handout` writes'
         ) from None

@@ -1,1 +1,1 @@
-"""Platforms."""
+"""After the marking: tables for learning platforms, corrections, and what students are given."""

@@ -1,14 +1,11 @@
-"""Corrections of marks by hand, from corrections.yaml: points, lateness, a curve."""
+"""Corrections of marks by hand, from corrections.yaml: points and lateness."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
-
-import numpy as np
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Number
@@ -29,9 +26,8 @@ CORRECTIONS = 'corrections.yaml'
 """Name of the file in the folder of a class, or of its grades."""
 
 _SIGNED = ('reason', 'author', 'date')
-_KEYS = ('author', 'date', 'late', 'curve', 'corrections')
+_KEYS = ('author', 'date', 'late', 'corrections')
 _OF_ONE = ('student', 'criterion', 'points', 'add', 'total', *_SIGNED)
-_OF_CURVE = ('scale', 'add', 'table', *_SIGNED)
 _POINTS = Number(least=0, most=1e6)
 _CHANGE = Number(least=-1e6, most=1e6)
 
@@ -82,22 +78,6 @@ class _Change:
 
 
 @dataclass(frozen=True)
-class _Curve:
-    """A function of the score: linear between points, or scale times it plus a number."""
-
-    signature: _Signature
-    scale: float = 1.0
-    add: float = 0.0
-    table: tuple[tuple[float, float], ...] = ()
-
-    def __call__(self, score: float) -> float:
-        if not self.table:
-            return self.scale * score + self.add
-        before, after = zip(*self.table, strict=True)
-        return float(np.interp(score, before, after))
-
-
-@dataclass(frozen=True)
 class Corrections:
     """The corrections of a class, checked against its students and rubric.
 
@@ -107,11 +87,10 @@ class Corrections:
 
     _changes: Mapping[str, Sequence[_Change]] = field(default_factory=dict)
     _late: tuple[_Signature, Lateness] | None = None
-    _curve: _Curve | None = None
     untimed: tuple[str, ...] = ()
 
     def applied(self, marks: Marks) -> Marks:
-        """Return corrected marks: single points first, then the curve, lateness, and totals."""
+        """Return corrected marks: single points first, then lateness, and totals."""
         corrections: list[Correction] = []
         score = marks.automatic
 
@@ -125,8 +104,6 @@ class Corrections:
         for one in changes:
             if one.key != 'total':
                 add(one.signature, *_of_criterion(one, marks))
-        if self._curve and rounded(curved := self._curve(score) - score):
-            add(self._curve.signature, 'curve', curved)
         if self._late and (taken := self._late[1].taken(marks))[1]:
             add(self._late[0], taken[0], -taken[1])
         for one in changes:
@@ -176,8 +153,7 @@ def read_corrections(
         of_student.append(change)
     late = _late(fields['late'], known, common) if 'late' in fields else None
     without_time = untimed(fields['late'], late[1], students) if late else ()
-    curve = _curve(fields['curve'], common) if 'curve' in fields else None
-    return Corrections(changes, late, curve, without_time)
+    return Corrections(changes, late, without_time)
 
 
 def _late(
@@ -246,31 +222,3 @@ def _signature(
         if not text:
             raise known[key].mistake('a text that is not empty')
     return _Signature(reason, author, f'{read_time(known["date"]):%Y-%m-%d}')
-
-
-def _curve(entry: Entry, common: Mapping[str, Entry]) -> _Curve:
-    fields = entry.fields(_OF_CURVE)
-    if not {'scale', 'add', 'table'} & fields.keys() or {'table', 'scale'} <= fields.keys():
-        raise entry.mistake('a curve with scale, add or both, or with a table')
-    signature = _signature(entry, fields, common, 'for the whole class')
-    if 'table' in fields:
-        if 'add' in fields:
-            raise fields['add'].error('a curve has either add or a table')
-        return _Curve(signature, table=_table(fields['table']))
-    scale = _POINTS.of(fields['scale']) if 'scale' in fields else 1.0
-    return _Curve(signature, scale, _CHANGE.of(fields['add']) if 'add' in fields else 0.0)
-
-
-def _table(entry: Entry) -> tuple[tuple[float, float], ...]:
-    """Return pairs of scores, before and after, of which a better one never becomes worse."""
-    if not isinstance(entry.value, dict) or not entry.value:
-        raise entry.mistake('a mapping from scores to scores, such as {0: 0, 5: 6, 10: 10}')
-    pairs = []
-    for key, one in entry.value.items():
-        try:
-            pairs.append((float(key), _POINTS.of(one)))
-        except ValueError:
-            raise one.error(f"'{key}' must be a score, a number") from None
-    if any(x1 <= x0 or y1 < y0 for (x0, y0), (x1, y1) in pairwise(pairs)):
-        raise entry.error('the scores of a table must rise')
-    return tuple(pairs)

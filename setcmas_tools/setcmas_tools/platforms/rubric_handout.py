@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -13,52 +16,56 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.platforms.autograder import archive, package_folders, rubric_files
-from setcmas_tools.platforms.bundled_plugins import used_packages
 from setcmas_tools.run.run_tables import RunTables, write_tables
-
-CHECK = 'check'
-"""What `setcmas grade --make` calls a handout."""
 
 _KEPT = ('title', 'exercise', 'function')
 _HEAD = """\
-# The visible part of a rubric, made by `setcmas grade --make check`. The paths of the solution are
+# The visible part of a rubric, made by `setcmas grade --handout`. The paths of the solution are
 # in the folder references. To check a law: setcmas check LAW --rubric {name}
 """
-_NEEDS = '# It needs the packages: {names}\n'
+_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # earliest time in a zip file
 
 
-def handout(rubric: Rubric) -> bytes:
-    """Return a zip archive of what students need to check their laws by a rubric.
+def handout(rubric: Rubric) -> dict[str, bytes]:
+    """Return the files that students need to check their laws by a rubric, by path.
 
     It has no hidden criteria or scenarios, and neither the source of the solution nor what the
     rubric says about it; only the runs of the solution in the visible scenarios.
 
     Raises:
-        SetcmasError: The solution fails, no part of the rubric is visible, or a file of it
-            cannot be handed out.
+        SetcmasError: The solution fails or cannot be left out, or no part of the rubric is
+            visible.
     """
     shown = rubric.shown()
     if not shown.scenarios:
         raise SetcmasError(f"all of '{rubric.file}' is hidden; students can check nothing")
     is_public = rubric.solution is None or _ships(rubric.solution)
     own = [file for scenario in shown.scenarios for file in scenario.files]
-    files = [one for file in own for one in with_helpers(file)]
+    files = [one.resolve() for file in own for one in with_helpers(file)]
     if not is_public and rubric.solution in files:
         raise SetcmasError(f"a visible scenario needs the solution '{rubric.solution}' as a file")
     if not is_public and shown.compares_answers:
         raise SetcmasError(
             'answer_error and direction_error need the solution itself; use path_error, or hide it'
         )
-    found = rubric_files(rubric.file, files, package_folders().values())
+    text = _text(rubric, shown, is_public).encode()
     references = {} if is_public else _references(shown)
-    places = {f'rubric/{path}': content for path, content in references.items()}
-    text = _text(rubric, shown, is_public)
-    folder = f'{rubric.file.stem}_check'
-    contents = {**found, **places, f'rubric/{rubric.file.name}': text.encode()}
-    return archive(
-        {f'{folder}{path.removeprefix("rubric")}': one for path, one in contents.items()}
-    )
+    folder = rubric.file.parent  # all other files are laws of packages, which students have, too
+    inside = [file for file in files if file.is_relative_to(folder)]
+    named = {file.relative_to(folder).as_posix(): file.read_bytes() for file in inside}
+    return {**named, **references, rubric.file.name: text}
+
+
+def archive(files: Mapping[str, bytes]) -> bytes:
+    """Return a zip archive of files by path; the same files make the same bytes."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, 'w') as target:
+        for path, data in files.items():
+            info = zipfile.ZipInfo(path, _LONG_AGO)
+            info.external_attr = 0o100644 << 16
+            info.create_system = 3  # Unix, to keep modes
+            target.writestr(info, data, zipfile.ZIP_DEFLATED)
+    return content.getvalue()
 
 
 def _ships(solution: Path) -> bool:
@@ -99,9 +106,7 @@ def _text(rubric: Rubric, shown: Rubric, is_public: bool) -> str:
     scenarios = [_shown(one) for one in fields['scenarios'].items() if not _is_hidden(one)]
     content['scenarios'] = [one for one in scenarios if one['criteria']]
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
-    packages = ', '.join(used_packages(shown))
-    needs = _NEEDS.format(names=packages) if packages else ''
-    return _HEAD.format(name=rubric.file.name) + needs + text
+    return _HEAD.format(name=rubric.file.name) + text
 
 
 def _shown(scenario: Entry) -> dict[str, Any]:

@@ -1,6 +1,15 @@
 """`setcmas check`, in processes that hang, fail, and do what they should."""
 
-from processes import run_here
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from processes import SETCMAS, run_here
+
+GUIDE = Path(__file__).parents[3] / 'docs' / 'grading.md'
 
 RUBRIC = """\
 solution: nav_wp
@@ -53,3 +62,64 @@ def test_a_failure_is_reported_with_the_line_of_the_script(tmp_path):
     )
     assert 'kept' not in failing.stdout
     assert 'Nearer' not in failing.stdout  # it would lead away from the mistake
+
+
+RIGHT = 'def control(robotNo, nbRobots, poses, t):\n    return 0.0, 0.0\n'
+STILL = RUBRIC.replace('solution: nav_wp', 'solution: right.py')
+
+
+@pytest.mark.parametrize(
+    ('law', 'status', 'score', 'code'),
+    [
+        (RIGHT, 'right', 1.0, 0),
+        (RIGHT.replace('0.0, 0', '0.5, 0'), 'incomplete', 0.0, 1),
+        (LAW.replace('while', 'if'), 'failed', 0.0, 1),
+    ],
+)
+def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, score, code):
+    for name, text in {'r.yaml': STILL, 'right.py': RIGHT, 'law.py': law}.items():
+        (tmp_path / name).write_text(text)
+
+    result = run_here('check', 'law.py', '-R', 'r.yaml', '--json', cwd=tmp_path)
+
+    found = json.loads(result.stdout)
+    [scenario] = found['scenarios']
+    [criterion] = scenario['criteria']
+    assert (result.returncode, found['status'], found['score']) == (code, status, score)
+    assert (criterion['score'], criterion['max_score'], found['max_score']) == (score, 1, 1)
+    assert ("NameError: name 'undefined'" in scenario['failure']) == (status == 'failed')
+    assert bool(criterion['hint']) == (status == 'incomplete')
+    assert not list(tmp_path.glob('*.png'))
+
+
+@pytest.mark.parametrize(
+    ('law', 'score', 'output'),
+    [
+        (RIGHT, 1, 'reached 0.0'),
+        (LAW.replace('while', 'if'), 0, "NameError: name 'undefined'"),
+        ('def control(', 0, "SyntaxError: '(' was never closed"),
+    ],
+)
+def test_the_autograder_of_the_guide_writes_what_gradescope_reads(tmp_path, law, score, output):
+    text = re.search(r'^`run_autograder`:.*?^```python\n(.*?)^```', GUIDE.read_text(), re.S | re.M)
+    files = {
+        'source/rubric.yaml': STILL,
+        'source/right.py': RIGHT,
+        'submission/law.py': law,
+        'results/none': '',
+        'venv/bin/setcmas': f'#!/bin/sh\nexec {" ".join(map(str, SETCMAS))} "$@"\n',
+        'run_autograder': text[1].replace("'/autograder'", repr(str(tmp_path))),
+    }
+    for name, content in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(content)
+    (tmp_path / 'venv/bin/setcmas').chmod(0o755)
+
+    subprocess.run([sys.executable, tmp_path / 'run_autograder'], check=True)
+
+    results = json.loads((tmp_path / 'results/results.json').read_text())
+    tests = results.get('tests', [])
+    assert results.get('score', 0) + sum(one['score'] for one in tests) == score
+    assert output in results.get('output', '') + ''.join(one['output'] for one in tests)
+    assert all({'name', 'score', 'max_score', 'output'} == one.keys() for one in tests)
+    assert bool(tests) != ('score' in results)  # Gradescope adds up the tests, or takes the score

@@ -1,6 +1,5 @@
 """Corrections of an assistant, as they are typed into corrections.yaml."""
 
-import json
 from dataclasses import replace
 
 import pytest
@@ -10,7 +9,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.mark_pages import class_page, student_page
 from setcmas_tools.grade.rubric import read_rubric
 from setcmas_tools.platforms.corrections import find_corrections, read_corrections
-from setcmas_tools.platforms.grade_format import GRADE_FORMATS
+from setcmas_tools.platforms.gradebooks import tables_of
 
 RUBRIC = """
 scenarios:
@@ -114,19 +113,6 @@ def test_times_are_read_from_the_worksheet_of_moodle(corrected, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('curve', 'scores'),
-    [
-        ('{scale: 1.1, add: 1}', [7.05, 3.75]),
-        ('{table: {0: 0, 2.5: 4, 7.5: 8}}', [6.4, 4.0]),
-    ],
-)
-def test_a_curve_is_a_function_of_the_score(corrected, curve, scores):
-    made = corrected(f'author: Ann\ndate: 2026-11-22\ncurve: {curve}\n')
-
-    assert [one.score for one in made] == scores
-
-
-@pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
         (one_of('student: Ada Lovelance, add: 1'), 2, 'did you mean Ada Lovelace?'),
@@ -145,7 +131,7 @@ def test_a_curve_is_a_function_of_the_score(corrected, curve, scores):
         (LATE.replace('15 min', 'some'), 7, '15 min, 2 h or 1 day'),
         (f'{LATE}  submitted: {{Bob: 2026-11-20}}', 8, "no student 'Bob'"),
         (f'{LATE}  times: no.csv', 8, 'cannot be read'),
-        ('curve: {table: {5: 1, 0: 3}, author: A, date: 2026-11-22}', 1, 'must rise'),
+        ('curve: {scale: 1.1}', 1, "there is no key 'curve'"),
     ],
 )
 def test_a_mistake_is_one_line_with_its_file_and_line(corrected, text, line, message):
@@ -167,19 +153,15 @@ def test_canvas_says_that_a_submission_is_late_but_not_when(corrected):
 def test_corrections_are_on_pages_and_in_every_export_beside_the_automatic_mark(corrected):
     hidden = 'student: 12345, criterion: SECRET bound, points: 1.5'
     marks = corrected(one_of(hidden) + one_of('student: 777, add: 1').partition('\n')[2])
-    exports = {name: GRADE_FORMATS.get(name) for name in GRADE_FORMATS.plugins()}
-    texts = {name: ''.join(map(str, one.files(marks).values())) for name, one in exports.items()}
+    texts = {name: content.decode() for name, content in tables_of(marks).items()}
     texts['page'] = ''.join(map(student_page, marks))
     texts['class'] = class_page(marks, ['a', 'b'])
 
     for name, text in texts.items():
         assert 'seen by hand' in text, name
         assert 'Ann' in text, name
-        assert 'SECRET' not in text or name in ('csv', 'class')
-    for name in ('page', 'class', 'moodle', 'gradescope', 'coderunner', 'junit'):
-        assert '2.5' in texts[name], name  # Alan's automatic mark
-    results = [json.loads(one) for one in exports['gradescope'].files(marks).values()]
-    assert [one['score'] for one in results] == [6.5, 3.5]
+        assert 'SECRET' not in text or name in ('grades.csv', 'class')
+        assert '2.5' in text or name == 'canvas.csv', name  # Alan's automatic mark
 
 
 def test_corrections_are_found_in_the_folder_of_the_class_or_of_its_grades(tmp_path):

@@ -1,14 +1,11 @@
 """What students get to check their laws: no solution, nothing hidden, the same marks."""
 
-import io
-import zipfile
-
 import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
 from setcmas_tools.grade.rubric import read_rubric, rubric_of_exercise
-from setcmas_tools.platforms.grade_format import make_bundle
+from setcmas_tools.platforms.rubric_handout import handout
 
 RUBRIC = """
 title: A regular polygon  # SECRET comment
@@ -48,9 +45,10 @@ def rubric(tmp_path):
 
 
 def unpacked(rubric, folder):
-    with zipfile.ZipFile(io.BytesIO(make_bundle('check', read_rubric(rubric)))) as archive:
-        archive.extractall(folder)
-    return folder / f'{rubric.stem}_check' / rubric.name
+    for path, content in handout(read_rubric(rubric)).items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(content)
+    return folder / rubric.name
 
 
 def test_students_check_without_the_solution_and_get_the_same_marks(rubric, tmp_path):
@@ -74,7 +72,7 @@ def test_students_check_without_the_solution_and_get_the_same_marks(rubric, tmp_
 
 def test_a_solution_that_students_have_anyway_stays(tmp_path):
     rubric = rubric_of_exercise('consensus')
-    theirs = unpacked(rubric.file, tmp_path)
+    theirs = unpacked(rubric.file, tmp_path / 'theirs')
 
     assert read_rubric(theirs).solution == rubric.solution
     assert [path.name for path in theirs.parent.iterdir()] == ['consensus.yaml']
@@ -87,11 +85,11 @@ def test_a_solution_that_is_missing_is_reported_as_that(rubric, tmp_path):
         check(lambda *_: (0, 0), rubric)
 
     assert "line 3: the solution of this rubric, 'solution.py', is missing" in str(error.value)
-    assert 'setcmas grade --make check' in str(error.value)
+    assert 'setcmas grade --handout' in str(error.value)
 
 
 def test_runs_that_are_missing_are_reported(rubric, tmp_path):
-    theirs = unpacked(rubric, tmp_path)
+    theirs = unpacked(rubric, tmp_path / 'theirs')
     (theirs.parent / 'references' / '1' / 'fleet.csv').unlink()
 
     with pytest.raises(SetcmasError, match=r"no file 'references/1/fleet.csv'"):
@@ -102,18 +100,18 @@ def test_nothing_is_handed_out_if_all_is_hidden(rubric):
     rubric.write_text(RUBRIC.replace('    nb_robots: 5', '    nb_robots: 5\n    hidden: true'))
 
     with pytest.raises(SetcmasError, match='students can check nothing'):
-        make_bundle('check', read_rubric(rubric))
+        handout(read_rubric(rubric))
 
 
 def test_tables_cannot_replace_a_solution_whose_answers_are_compared(rubric):
     rubric.write_text(RUBRIC.replace('metric: path_error', 'metric: answer_error'))
 
     with pytest.raises(SetcmasError, match='answer_error and direction_error need the solution'):
-        make_bundle('check', read_rubric(rubric))
+        handout(read_rubric(rubric))
 
 
 def test_references_from_outside_the_lab_are_not_compared_with_runs_in_it(rubric, tmp_path):
-    theirs = read_rubric(unpacked(rubric, tmp_path))
+    theirs = read_rubric(unpacked(rubric, tmp_path / 'theirs'))
 
     with pytest.raises(SetcmasError, match=r'shape_error.*leave out --emulate'):
         theirs.check_place(in_lab=True)
