@@ -28,7 +28,7 @@ from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
+from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
 from setcmas_tools.offline import board
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
@@ -279,8 +279,8 @@ def _metrics(made: Run, page: _Page) -> Answer:
         parts: Mapping[str, Any] = measure(made, page.warn).parts
     except SetcmasError as error:
         return {'headers': [], 'rows': [], 'lines': [str(error)]}
-    table = robots_table(parts)
-    return {'headers': table.heads, 'rows': table.rows, 'lines': fleet_lines(parts)}
+    headers, *rows = robots_rows(parts) or [[]]
+    return {'headers': headers, 'rows': rows, 'lines': fleet_lines(parts)}
 
 
 def _checked(asked: Answer, page: _Page) -> Answer:

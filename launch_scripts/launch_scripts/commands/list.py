@@ -15,12 +15,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from tabulate import tabulate
+
 from setcmas_ctrl.control.references import TASKS, TaskNames
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS
-from setcmas_simu.table import Table
 from setcmas_tools.compare.solution_comparison import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.plots.plot import PLOTS
@@ -96,7 +97,8 @@ def _described(
 
 
 def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:
-    lines = str(Table(list(rows))).splitlines() or ['none; write one with setcmas new my_law']
+    table = tabulate(rows, tablefmt='plain', disable_numparse=True)
+    lines = table.splitlines() or ['none; write one with setcmas new my_law']
     print(f'{title}:')
     for line in lines:
         print(f'  {line}'.rstrip())

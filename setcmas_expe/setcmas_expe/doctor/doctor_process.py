@@ -8,13 +8,14 @@ from __future__ import annotations
 import argparse
 import sys
 
+from tabulate import tabulate
+
 from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
 from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_there
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import take_values
-from setcmas_simu.table import Table
 
 
 def _other_fleets(ros_arguments: list[str]) -> Finding:
@@ -35,7 +36,7 @@ def _examine_lab(lab: Lab, name: str, ros_arguments: list[str]) -> list[Finding]
     with ros_process(ros_arguments) as process:
         rows, findings = examine(watched_lab(process, lab))
         print(f'\nrobots of {name}')
-        print(Table(rows, COLUMNS), flush=True)
+        print(tabulate(rows, COLUMNS, disable_numparse=True), flush=True)
         if findings:
             print(f'\n{table(findings)}', flush=True)
     return findings

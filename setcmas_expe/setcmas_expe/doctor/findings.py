@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from setcmas_simu.table import Table
+from tabulate import tabulate
 
 OK = 'ok'
 NOTE = 'note'
@@ -34,7 +34,8 @@ class Finding:
 def table(findings: Iterable[Finding]) -> str:
     """Return a table with a line for each finding."""
     rows = [(finding.level, finding.what, finding.found) for finding in findings]
-    return str(Table(rows))
+    table: str = tabulate(rows, tablefmt='plain', disable_numparse=True)
+    return table
 
 
 def advice_lines(findings: Iterable[Finding]) -> list[str]:

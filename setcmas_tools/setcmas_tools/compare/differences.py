@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from tabulate import tabulate
 
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.table import Table
 from setcmas_tools.compare.run_distance import flat, is_experiment
 from setcmas_tools.measures.metrics import Metrics, as_dict
 from setcmas_tools.run.run import Run, arena_of
@@ -104,12 +104,13 @@ def _files(run: Run) -> dict[str, list[str]]:
     }
 
 
-def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> Table:
+def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 'simple') -> str:
     """Return a row for each number of any run; numbers of each robot as their mean.
 
     Args:
         names: Names of the runs; the first is the reference.
         metrics: Their metrics.
+        form: Format of `tabulate`.
     """
     columns = [flat(_means(as_dict(one))) for one in metrics]
     rows = []
@@ -118,7 +119,10 @@ def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> Table:
         if any(_is_number(value) for value in values):
             rows.append([name.replace('.(mean)', ' (mean)'), *_cells(values)])
     heads = ['', names[0], *(head for name in names[1:] for head in (name, 'difference'))]
-    return Table(rows, heads, 'lr')
+    table: str = tabulate(
+        rows, heads, form, stralign='right', colalign=('left',), disable_numparse=True
+    )
+    return table
 
 
 def _cells(values: Sequence[Any]) -> list[str]:

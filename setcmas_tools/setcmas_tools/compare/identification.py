@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
@@ -18,7 +19,6 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.robots.models import is_model_file
-from setcmas_simu.table import Table
 from setcmas_tools.compare.response_fit import Fit, HeldCommand, Measured, fitted
 from setcmas_tools.compare.robot_drive import Drive, Steps, drives, steps_of
 from setcmas_tools.run.run import Run
@@ -162,6 +162,7 @@ def limits_of(run: Run) -> str | None:
 
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)', 'measured with')
+_ALIGNED = (*['left'] * 2, *['right'] * 4, 'left')
 _UNKNOWN = '?'
 _GOOD_FIT = 70.0
 
@@ -173,7 +174,8 @@ def identified_table(found: Mapping[int, Identified]) -> str:
         for robot, one in found.items()
         for name, channel in one.channels.items()
     ]
-    return str(Table(rows, _HEADS, 'llrrrrl'))
+    table: str = tabulate(rows, _HEADS, colalign=_ALIGNED, disable_numparse=True)
+    return table
 
 
 def _cells(channel: Channel) -> list[str]:

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.table import Table
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 
@@ -112,19 +112,24 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
             yield steps, slice(begin, end), slice(begin + steps, end + steps)
 
 
-def departures(reference: Run, run: Run, shifted: Shifted) -> Table | None:
+def departures(reference: Run, run: Run, shifted: Shifted, form: str = 'simple') -> str:
     """Return when each robot departs from its simulation, and its RMS distance, as a table.
 
     Returns:
-        None unless one of the runs is an experiment and the other a simulation.
+        A table in a format of `tabulate`; empty unless one of the runs is an experiment and the
+        other a simulation.
     """
     if is_experiment(reference) == is_experiment(run):
-        return None
+        return ''
     rows = []
     for robot, rms in shifted.rms.items():
         t = departure(shifted.t, shifted.distances[robot])
         rows.append([robot_name(robot), 'never' if t is None else f'{t:.1f}', f'{rms:.3f}'])
-    return Table(rows, ('robot', f'more than {DEPARTED_M:g} m away from (s)', 'RMS (m)'), 'lr')
+    heads = ('robot', f'more than {DEPARTED_M:g} m away from (s)', 'RMS (m)')
+    table: str = tabulate(
+        rows, heads, form, stralign='right', colalign=('left',), disable_numparse=True
+    )
+    return table
 
 
 def departure(t: Floats, distances: Floats) -> float | None:

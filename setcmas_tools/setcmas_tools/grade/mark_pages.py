@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tabulate import tabulate
+
 from setcmas_simu.errors import needs
-from setcmas_simu.table import Table
 from setcmas_tools.grade.check import student_view
 from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.mark_pictures import path_picture
@@ -167,7 +168,8 @@ def marks_table(marks: Sequence[Marks]) -> str:
         for one in marks
     ]
     headers = ('student', f'points of {points_text(marks[0].max_score)}', 'remarks')
-    return str(Table(rows, headers, 'lrl'))
+    table: str = tabulate(rows, headers, colalign=('left', 'right', 'left'), disable_numparse=True)
+    return table
 
 
 def _short(text: str) -> str:

@@ -16,7 +16,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
-from setcmas_simu.table import Table
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.motion_metrics import largest_speed
 from setcmas_tools.measures.predicted_metrics import compared
@@ -32,11 +31,23 @@ def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
     return [line for part in parts.values() for line in part.lines()]
 
 
-def robots_table(parts: Mapping[str, Measured]) -> Table:
-    """Return a table with a row for each robot; empty if no metric is of robots."""
+def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
+    """Return `robots_rows` as a table in a format of `tabulate`; empty without rows."""
+    from tabulate import tabulate  # here: web pages do not have it
+
+    if not (rows := robots_rows(parts)):
+        return ''
+    table: str = tabulate(
+        rows, 'firstrow', form, stralign='right', colalign=('left',), disable_numparse=True
+    )
+    return table
+
+
+def robots_rows(parts: Mapping[str, Measured]) -> list[list[str]]:
+    """Return heads and a row for each robot; nothing if no metric is of robots."""
     columns: Columns = {k: c for part in parts.values() for k, c in part.columns().items()}
     if not columns:
-        return Table([])
+        return []
     robots = sorted({robot for _, values in columns.values() for robot in values})
     if len(robots) <= MOST_ROBOTS_IN_ROWS:
         rows = [
@@ -56,8 +67,8 @@ def robots_table(parts: Mapping[str, Measured]) -> Table:
             [name, *(_text(_summary(values, of), form) for form, values in columns.values())]
             for name, of in summaries.items()
         ]
-    headers = [f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot']
-    return Table(rows, [*headers, *columns], 'lr')
+    first = f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot'
+    return [[first, *columns], *rows]
 
 
 def _summary(
@@ -100,7 +111,7 @@ class Metrics(Mapping[str, Any]):
         return len(self.parts)
 
     def __str__(self) -> str:
-        rows = str(robots_table(self.parts)).splitlines()
+        rows = robots_table(self.parts).splitlines()
         return '\n'.join([*rows, *fleet_lines(self.parts)])
 
     __repr__ = __str__

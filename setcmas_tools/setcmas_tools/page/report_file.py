@@ -194,11 +194,11 @@ def _metrics(pair: Pair) -> Iterator[str]:
     yield '<section>\n<h2>Metrics</h2>'
     if pair.headline:
         yield element('p', f'{pair.headline}.')
-    yield f'<div class="scroll metrics">{table.html()}</div>'
+    yield f'<div class="scroll metrics">{table}</div>'
     yield from _paragraphs(remarks)
     if pair.departures:
         yield element('h2', 'Experiment against simulation')
-        yield f'<div class="scroll metrics">{pair.departures.html()}</div>'
+        yield f'<div class="scroll metrics">{pair.departures}</div>'
     if pair.differences:
         yield element('h2', 'What differs')
         yield f'<pre>{element("code", _joined(pair.differences))}</pre>'

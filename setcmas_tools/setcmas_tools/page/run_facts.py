@@ -17,7 +17,6 @@ from PIL import Image
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.script_calls import ScriptFailure
-from setcmas_simu.table import Table
 from setcmas_tools.compare.differences import differences, metrics_table
 from setcmas_tools.compare.pictures import drawn_pictures
 from setcmas_tools.compare.run_distance import Shifted, best_shift, departures, flat
@@ -211,22 +210,22 @@ class Pair:
         return differences(self.run, self.other) if self.other else []
 
     @property
-    def departures(self) -> Table | None:
-        """Times at which robots depart from their simulation, if one run is an experiment."""
+    def departures(self) -> str:
+        """HTML table of when robots depart from their simulation, if one run is an experiment."""
         if self.other is None or self.shifted is None:
-            return None
-        return departures(self.run, self.other, self.shifted)
+            return ''
+        return departures(self.run, self.other, self.shifted, 'html')
 
-    def metrics(self) -> tuple[Table, list[str]]:
-        """Return a table of metrics, and the lines below it."""
+    def metrics(self) -> tuple[str, list[str]]:
+        """Return an HTML table of metrics, and the lines below it."""
         try:
             own = measure(self.run, self.warn)
             if self.other is None:
-                return robots_table(own.parts), fleet_lines(own.parts)
+                return robots_table(own.parts, 'html'), fleet_lines(own.parts)
             both = [own, measure(self.other, self.warn)]
         except SetcmasError as error:
-            return Table([]), [str(error)]
-        return metrics_table([self.name, self.other_name], both), []
+            return '', [str(error)]
+        return metrics_table([self.name, self.other_name], both, 'html'), []
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """Yield the plots by name, those of both runs first; used within `plot_style`."""

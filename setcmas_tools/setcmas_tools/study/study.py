@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.table import Table
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run, data_frame, tool
 from setcmas_tools.study.study_columns import COLUMNS, predicted
@@ -281,7 +281,8 @@ def summary(study: Study) -> str:
     heads = [*names, 'runs', 'broken', *map(_head, metrics)]
     heads += ['success'] if study.plan.info.success else []
     rows = [[shown(value) for value in _summed_up(study, group, metrics)] for group in groups]
-    return str(Table(rows, heads, 'r'))
+    table: str = tabulate(rows, heads, stralign='right', disable_numparse=True)
+    return table
 
 
 def _head(metric: str) -> str:
