@@ -58,12 +58,6 @@ def generated_files() -> dict[Path, str]:
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()
     files[DOCS / 'pictures' / 'pose.svg'] = pose_picture.picture()
-    config = ROOT / 'setcmas_simu' / 'setcmas_simu' / 'config'
-    for reach in ('loopback', 'network'):  # Fast DDS 3 writes this element otherwise
-        profiles = (config / f'fastdds_{reach}.xml').read_text()
-        files[config / f'fastdds3_{reach}.xml'] = profiles.replace(
-            'heartbeatPeriod', 'heartbeat_period'
-        )
     for name, kind in {'fleet-1': Announcement, 'task-1': TaskMessage}.items():
         text = json.dumps({'$schema': _JSON_SCHEMA} | schema(kind), indent=2)
         text = re.sub(r'\\n +', r'\\n', text)  # only Python 3.13 strips the indentation itself

@@ -36,7 +36,6 @@ _LEAVING = (
     'ROS_DISCOVERY_SERVER',
     'ROS_SUPER_CLIENT',
     'FASTRTPS_DEFAULT_PROFILES_FILE',
-    'FASTDDS_DEFAULT_PROFILES_FILE',
 )
 """Variables through which topics may leave this machine despite the discovery range."""
 

@@ -1,7 +1,6 @@
 """Setup of Fast DDS: fast discovery, and UDP as the only transport.
 
-All that differs between ROS 2 Jazzy (Fast DDS 2.14) and Kilted (3.2) is here: the name of a
-variable, and of an element in profiles. `docs/generators` writes the profiles for Kilted.
+What depends on the version of Fast DDS (2.14 in ROS 2 Jazzy) is here and in its profiles.
 """
 
 from __future__ import annotations
@@ -9,24 +8,18 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
-from importlib import metadata, resources
+from importlib import resources
 
 import rclpy
 
-_OF_KILTED = 9  # major version of rclpy; 7 is that of Jazzy
-_IS_JAZZY = int(metadata.version('rclpy').partition('.')[0]) < _OF_KILTED
-_JAZZYS, _KILTEDS = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
-_PROFILES = _JAZZYS if _IS_JAZZY else _KILTEDS
+_PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _UDP = 'UDPv4'
 
 _CONFIG = resources.files('setcmas_simu') / 'config'
-_NETWORK, _LOOPBACK = (
-    str(_CONFIG / f'{"fastdds" if _IS_JAZZY else "fastdds3"}_{reach}.xml')
-    for reach in ('network', 'loopback')
-)
+_NETWORK, _LOOPBACK = (str(_CONFIG / f'fastdds_{reach}.xml') for reach in ('network', 'loopback'))
 
 
 @contextlib.contextmanager
@@ -40,9 +33,8 @@ def dds_setup() -> Iterator[None]:
     receiver. In the range LOCALHOST rmw_fastrtps insists on shared memory, so a profile with only
     the loopback interface replaces that range.
     """
-    given = {os.environ[name] for name in (_JAZZYS, _KILTEDS) if name in os.environ}
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
-    if not fast_dds or given - {_NETWORK, _LOOPBACK}:
+    if not fast_dds or os.environ.get(_PROFILES, _NETWORK) not in (_NETWORK, _LOOPBACK):
         yield
         return
     if os.environ.get(_TRANSPORTS, _UDP) != _UDP:
