@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import math
 import time
 
 import numpy as np
@@ -40,17 +41,21 @@ def places(seed: int, circle: bool) -> tuple[Floats, Floats]:
 
 
 def crossing(
-    seed: int, model: str, deadlock: str, duration: float, circle: bool
+    seed: int, model: str, turn: float, duration: float, circle: bool
 ) -> tuple[float, int, int]:
-    """Let 8 robots change places; returns least separation, who arrived, unsolved steps."""
+    """Let 8 robots change places; returns least separation, who arrived, unsolved steps.
+
+    Their law heads `turn` degrees to the right of the goal.
+    """
     start, goals = places(seed, circle)
+    cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
 
     def control(robotNo, nbRobots, poses, t):
-        way = goals[:2, robotNo - 1] - poses[:2, robotNo - 1]
-        return tuple(way)
+        x, y = goals[:2, robotNo - 1] - poses[:2, robotNo - 1]
+        return cos * x + sin * y, cos * y - sin * x
 
     run = simulate(
-        control, 8, duration, poses=start, model=model, filter='barrier', deadlock=deadlock,
+        control, 8, duration, poses=start, model=model, filter='barrier',
         min_separation=SEPARATION_M, warn=lambda _: None,
     )  # fmt: skip
     found = separation(on_grid(run.table, 10.0))
@@ -69,9 +74,9 @@ def step_time(nb_robots: int, jam: bool) -> float:
     commander = Commander(GainOptions(), FilterOptions(filter='barrier'), robots, nb_robots, len)
     commander.use([UNICYCLE] * nb_robots)
     times = []
-    for k in range(150):
+    for _ in range(150):
         begin = time.perf_counter()
-        commands = commander(goals - poses[:2], poses, 0.2 * k).commands
+        commands = commander(goals - poses[:2], poses).commands
         times.append(time.perf_counter() - begin)
         poses = UNICYCLE.step(UNICYCLE.start(poses), commands, 0.2)[:3]
     return 1e3 * float(np.median(times))
@@ -89,17 +94,17 @@ def print_step_times() -> None:
 
 def print_crossings(nb_runs: int, duration: float) -> None:
     """Print the table of crossings, a row for each kind."""
-    print('| robots | places | deadlock | runs | least distance | all arrive | unsolved steps |')
+    print('| robots | places | turn (deg) | runs | least distance | all arrive | unsolved steps |')
     print('|---|---|---|---|---|---|---|')
-    for circle, model, deadlock in itertools.product(
-        (False, True), ('omnidirectional', 'unicycle'), ('none', 'turn')
+    for circle, model, turn in itertools.product(
+        (False, True), ('omnidirectional', 'unicycle'), (0, 20)
     ):
         results = Parallel(n_jobs=2)(
-            delayed(crossing)(seed, model, deadlock, duration, circle) for seed in range(nb_runs)
+            delayed(crossing)(seed, model, turn, duration, circle) for seed in range(nb_runs)
         )
         least, arrived, unsolved = map(np.array, zip(*results, strict=True))
         print(
-            f'| {model} | {"circle" if circle else "random"} | {deadlock} | {nb_runs:,} '
+            f'| {model} | {"circle" if circle else "random"} | {turn} | {nb_runs:,} '
             f'| {least.min():.3f} m | {(arrived == 8).mean() * 100:.1f} % | {unsolved.sum()} |',
             flush=True,
         )

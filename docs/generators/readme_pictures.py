@@ -91,7 +91,7 @@ def swap(folder: Path) -> Path:
             f'--pose={i}:{2 * math.cos(a):.3f},{2 * math.sin(a):.3f},{a + math.pi:.3f}'
             for i, a in enumerate(circle, start=1)
         ]
-        filtered = ('--filter', 'barrier', '--deadlock', 'turn')
+        filtered = ('--filter', 'barrier', '--set', 'turn=20')
         plot_of_a_run(folder, 'trajectories', *options, *poses, *filtered)
     film = ('--animate', 'gif', '--speed', '3')
     subprocess.run(

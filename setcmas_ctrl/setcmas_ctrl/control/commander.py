@@ -10,10 +10,10 @@ import numpy as np
 
 from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.control.saturation import limited_rise, saturate
-from setcmas_ctrl.filter.deadlock import Now
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.unicycle import Unicycle
@@ -53,7 +53,7 @@ class Commander:
     ) -> None:
         """Prepare to command R robots of a fleet of N; `use` sets their models.
 
-        `report` is called with a message when robots block each other.
+        `report` is called with a message when the filter stops robots for long.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety at this rate.
@@ -94,13 +94,12 @@ class Commander:
         self._last = np.zeros((3, len(self._own)))
         return Commanded(np.zeros((2, len(self._own))), self._last)
 
-    def __call__(self, velocities: Floats, poses: Floats, t: float) -> Commanded:
+    def __call__(self, velocities: Floats, poses: Floats) -> Commanded:
         """Return the commands for one period.
 
         Args:
             velocities: Velocities of the laws: rows vx, vy in m/s, shape (2, R).
             poses: Poses of the fleet: rows x, y in m and theta in rad, shape (3, N).
-            t: Time in s.
         """
         gains, Ts = self.gains, 1.0 / self.gains.rate
         wanted = saturate(velocities, gains.vnom)
@@ -114,9 +113,12 @@ class Commander:
             return Commanded(wanted, self._last)
         if warning := self._filter.start_warning(poses):
             self._report(warning)
-        safe = self._filter(wanted, follow, poses, gains.vnom, self._last, Now(t, Ts))
-        for block in safe.blocks:
-            self._report(str(block))
+        safe = self._filter(wanted, follow, poses, gains.vnom, self._last, Ts)
+        if safe.stopped:
+            self._report(
+                f'the safety filter keeps {robots_in_words(safe.stopped)} stopped: other robots, '
+                'the arena or obstacles are in the way'
+            )
         self._last = safe.commands
         return Commanded(wanted, safe.commands, np.vstack([safe.velocities, safe.verdicts]))
 

@@ -275,7 +275,7 @@ class ControlStepper:
                 idle.add(controller.robot)
         self._commander.use([driver.model for driver in self._drivers])
         wanted = np.array(velocities).T
-        self._command(self._commander(wanted, self._odometry.poses, t), idle)
+        self._command(self._commander(wanted, self._odometry.poses), idle)
 
     def _command(self, commanded: Commanded, idle: Collection[int] = ()) -> None:
         """Publish wanted and allowed velocities, and command the robots."""

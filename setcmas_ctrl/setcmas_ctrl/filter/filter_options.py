@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from setcmas_simu.options.group import ClashError, Options, option, spelled
+from setcmas_simu.options.group import Options, option, spelled
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, Number, OneOf
 from setcmas_simu.robots.arena import Borders, ObstaclesKind
 
 NONE, BARRIER = FILTERS = ('none', 'barrier')
-TURN = 'turn'
 
 SEPARATION_M = 0.35
 """Default minimum distance of two robots' centres, as in the default lab file."""
@@ -31,9 +30,6 @@ class FilterOptions(Options):
         'keep robots apart, in the arena and off obstacles',
         default=None,
         default_text=NONE,
-    )
-    deadlock: str = option(
-        OneOf((NONE, TURN)), 'what robots do when they block each other', default=NONE
     )
     min_separation: float | None = option(
         LENGTH,
@@ -74,8 +70,3 @@ class FilterOptions(Options):
         if self.filter is not None or not idle:
             return []
         return [f'ignored without the filter: {", ".join(idle)}; add --filter barrier']
-
-    def check(self) -> None:
-        """Check that options that need the filter have it."""
-        if self.deadlock != NONE and not self.is_on:
-            raise ClashError('{} needs {} barrier; add it', 'deadlock', 'filter')

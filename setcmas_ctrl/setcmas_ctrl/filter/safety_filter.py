@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
-from setcmas_ctrl.filter.deadlock import Block, DeadlockWatch, Detour, Now
-from setcmas_ctrl.filter.filter_options import SEPARATION_M, TURN, FilterOptions
+from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions
 from setcmas_ctrl.filter.projection import Projection
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -26,12 +25,17 @@ class Verdict(enum.IntEnum):
 
     KEPT = 0
     CHANGED = 1
-    BLOCKED = 2
-    NO_SOLUTION = 3
+    NO_SOLUTION = 2
 
 
 _TOLERATED = 0.05
-"""Margin in m/s over the speed of points: tolerance of the solver and the deadlock monitor."""
+"""Margin in m/s over the speed of points, for the tolerance of the solver."""
+
+STOPPED_S = 3.0
+"""Time in s after which robots that the filter stops are reported."""
+
+_STOPPED = 0.1  # share of the wanted speed below which a robot counts as stopped
+_SLOWEST = 0.01  # m/s: a law with a lower speed wants its robot to stop
 
 
 @dataclass(frozen=True)
@@ -42,13 +46,13 @@ class Allowed:
         commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
         velocities: In m/s, shape (2, R): the wanted ones, or those of control points instead.
         verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (R,).
-        blocks: New groups of robots that block each other.
+        stopped: Robots that the filter has kept stopped for `STOPPED_S`, each once.
     """
 
     commands: Floats
     velocities: Floats
     verdicts: NDArray[np.int64]
-    blocks: Sequence[Block]
+    stopped: list[int]
 
 
 class SafetyFilter:
@@ -65,8 +69,7 @@ class SafetyFilter:
         self._is_own = np.isin(np.arange(nb_robots), self._own)
         self._obstacles = Obstacles.of(options.obstacles or '')
         self._project = Projection()
-        self._watch = DeadlockWatch(nb_robots)
-        self._detour = Detour(nb_robots) if options.deadlock == TURN else None
+        self._watch = _StopWatch(robots)
         self._points: ControlPoints  # `use` sets both
         self._barriers: BarrierConstraints
         self._started = False
@@ -113,7 +116,7 @@ class SafetyFilter:
         poses: Floats,
         fastest: float,
         before: Floats,
-        now: Now,
+        Ts: float,
     ) -> Allowed:
         """Return the velocities that robots may have for one period.
 
@@ -123,13 +126,12 @@ class SafetyFilter:
             poses: Poses of the fleet, shape (3, N).
             fastest: Speed limit in m/s.
             before: The previous commands, shape (3, R).
-            now: Time and period.
+            Ts: The period in s.
         """
         control_points, own = self._points, self._own
-        directed = self._detour.turned(wanted, own) if self._detour else wanted
-        commands = control_points.within_limits(follow(directed))
-        driven = control_points.driven(commands, poses) if self._options.accel else directed
-        moved = control_points.velocities(driven, commands, poses, now.period)
+        commands = control_points.within_limits(follow(wanted))
+        driven = control_points.driven(commands, poses) if self._options.accel else wanted
+        moved = control_points.velocities(driven, commands, poses, Ts)
         speeds = np.hypot(moved[0], moved[1])
         most = np.maximum(np.minimum(fastest, control_points.V_max), speeds)
         points = control_points.points(poses)
@@ -142,25 +144,23 @@ class SafetyFilter:
         found: Floats | None = moved
         if constrained.any():
             aim = moved.copy()  # a blocking robot goes as its law wants if possible
-            aim[:, own] = np.where(constrained[own], directed, moved[:, own])
-            limits = control_points.limits(moved, commands, poses, now.period)
-            rises = self._rises(moved, before, poses, now.period)
+            aim[:, own] = np.where(constrained[own], wanted, moved[:, own])
+            limits = control_points.limits(moved, commands, poses, Ts)
+            rises = self._rises(moved, before, poses, Ts)
             found = self._projected(
                 aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
             )
         allowed = np.zeros(moved.shape) if found is None else found
         changed = (allowed != moved).any(axis=0)[own]
-        velocities = np.where(changed, allowed[:, own], directed)
-        blocks = self._update_deadlock(wanted, velocities, constraints, now)
+        velocities = np.where(changed, allowed[:, own], wanted)
         verdicts = np.where((velocities != wanted).any(axis=0), Verdict.CHANGED, Verdict.KEPT)
-        verdicts[self._watch.blocked[own] & changed] = Verdict.BLOCKED
         if found is None:
             verdicts[:] = Verdict.NO_SOLUTION
         if changed.any():
-            safe = control_points.commands(allowed, poses, now.period)
+            safe = control_points.commands(allowed, poses, Ts)
             known = np.isfinite(safe).all(axis=0)  # a robot without a pose stops
             commands = np.where(changed, np.where(known, safe, 0.0), commands)
-        return Allowed(commands, velocities, verdicts, blocks)
+        return Allowed(commands, velocities, verdicts, self._watch.update(wanted, velocities, Ts))
 
     def _projected(
         self,
@@ -182,17 +182,6 @@ class SafetyFilter:
             return []
         return [self._points.rises(moved, before, poses, self._options.accel * Ts)]
 
-    def _update_deadlock(
-        self, wanted: Floats, velocities: Floats, constraints: Constraints, now: Now
-    ) -> list[Block]:
-        """Find blocked robots, and start their detours; velocities are (2, R)."""
-        fleet = np.zeros((2, 2, len(self._is_own)))
-        fleet[:, :, self._own] = wanted, velocities
-        blocks = self._watch.update(fleet[0], fleet[1], constraints, now)
-        if self._detour:
-            self._detour.update(fleet[0], self._watch.stopped_s, constraints, now)
-        return blocks
-
     def _constraints(self, points: Floats, centres: Floats, near: Indices) -> Constraints:
         barriers = self._barriers
         parts = [barriers.of_pairs(points, centres, near)]
@@ -201,3 +190,29 @@ class SafetyFilter:
         if self._options.obstacles:
             parts.append(barriers.of_obstacles(points, self._obstacles))
         return Constraints.stacked(parts)
+
+
+class _StopWatch:
+    """Finds robots that stay stopped although their laws want them to move."""
+
+    def __init__(self, robots: Sequence[int]) -> None:
+        self._robots = np.array(robots)
+        self._stopped = self._reported = np.zeros(len(robots), dtype=bool)
+        self._unchanged_s = 0.0
+
+    def update(self, wanted: Floats, allowed: Floats, Ts: float) -> list[int]:
+        """Take the velocities (2, R) of a period of Ts s; return newly found robots.
+
+        Robots that stop one after the other are returned together, once none has followed.
+        """
+        speeds = np.hypot(*wanted)
+        stopped = (speeds > _SLOWEST) & (np.hypot(*allowed) < _STOPPED * speeds)
+        is_same = np.array_equal(stopped, self._stopped)
+        self._unchanged_s = self._unchanged_s + Ts if is_same else 0.0
+        self._stopped = stopped
+        if self._unchanged_s < STOPPED_S:
+            return []
+        new = stopped & ~self._reported
+        self._reported = self._reported | stopped
+        found: list[int] = self._robots[new].tolist()
+        return found

@@ -254,15 +254,11 @@ class Filtering(Measured):
     """Effects of the safety filter, by robot."""
 
     overruled_s: dict[int, float]
-    blocked_s: dict[int, float]
     steps_without_solution: int
 
     def columns(self) -> Columns:
         """Return the times of each robot."""
-        return {
-            'overruled\n(s)': ('.1f', self.overruled_s),
-            'blocked\n(s)': ('.1f', self.blocked_s),
-        }
+        return {'overruled\n(s)': ('.1f', self.overruled_s)}
 
     def lines(self) -> list[str]:
         """Return the number of steps without solution, if any."""
@@ -279,15 +275,14 @@ def fleet_filtering(run: Run) -> Filtering | None:
     robots = {int(robot): commands.of(int(robot)) for robot in np.unique(commands.robot)}
     unsolved = commands.t[commands.allowed.verdict == Verdict.NO_SOLUTION]
     return Filtering(
-        {robot: _lasting(own, Verdict.CHANGED) for robot, own in robots.items()},
-        {robot: _lasting(own, Verdict.BLOCKED) for robot, own in robots.items()},
+        {robot: _overruled_s(own) for robot, own in robots.items()},
         len(np.unique(unsolved)),
     )
 
 
-def _lasting(commands: Commands, least: Verdict) -> float:
-    """Return how long, in s, a robot's verdict was this or a worse one."""
+def _overruled_s(commands: Commands) -> float:
+    """Return how long, in s, the filter changed the velocities of a robot."""
     assert commands.allowed
-    held = (commands.t >= 0.0) & (commands.allowed.verdict >= least)
+    held = (commands.t >= 0.0) & (commands.allowed.verdict >= Verdict.CHANGED)
     period = float(np.median(np.diff(commands.t))) if len(commands.t) > 1 else 0.0
     return round(float(held.sum()) * period, 3)

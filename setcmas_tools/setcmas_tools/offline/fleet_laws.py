@@ -119,4 +119,4 @@ class FleetLaws:
                 self._failing = True
                 self.reports.failed(law.robot, t, error)
         notes.end()
-        return self._commander(np.array(wanted).reshape(-1, 2).T, poses, t)
+        return self._commander(np.array(wanted).reshape(-1, 2).T, poses)

@@ -33,7 +33,6 @@ _MOST_MESSAGES = 20_000
 _TOO_MUCH = 'not on this page, because the run is too long'
 _OVERRULED = {
     Verdict.CHANGED: 'The safety filter overruled it.',
-    Verdict.BLOCKED: 'The safety filter overruled it: robots block each other.',
     Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
 }
 

@@ -101,7 +101,6 @@ def draw_errors(figure: Figure, run: Run) -> None:
 
 _LOOKS = {
     Verdict.CHANGED: ('changed', '0.75'),
-    Verdict.BLOCKED: ('blocked', '0.2'),
     Verdict.NO_SOLUTION: ('no solution', '#d62728'),
 }
 _BAR = 0.7

@@ -241,7 +241,7 @@ COMMANDS = CsvFile(
     (
         *_columns(NUMBER, allowed_vx='velocity that a safety filter allowed, along x in m/s'),
         *_columns(NUMBER, allowed_vy='the same along y in m/s'),
-        *_columns(COUNT, verdict='0 unchanged, 1 changed, 2 blocked, 3 no solution'),
+        *_columns(COUNT, verdict='0 unchanged, 1 changed, 2 no solution'),
     ),
 )
 SAFETY = CsvFile(
