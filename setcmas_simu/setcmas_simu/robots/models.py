@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -92,10 +93,12 @@ def _checked(thing: Any) -> RobotModel:
 
 
 MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
-SCRIPT_LOADERS = PluginGroup(
-    'setcmas.robot_scripts', 'loader', lambda ours: cast(ScriptLoader, ours)
-)
-"""Loaders of robot scripts. They ship with the control scripts, whose loader they use."""
+
+
+def _script_loader() -> ScriptLoader:
+    """Return the loader of robot scripts, which loads them as a controller loads its scripts."""
+    module = importlib.import_module('setcmas_ctrl.scripts.robot_script')
+    return cast(ScriptLoader, module.ScriptRobot)
 
 
 def is_script(name: str) -> bool:
@@ -216,7 +219,7 @@ def robot_models(
         if name == UNICYCLE:
             models.append(unicycle)
         elif is_script(name):
-            models.append(SCRIPT_LOADERS.get('python')(Path(name), robot, warn))
+            models.append(_script_loader()(Path(name), robot, warn))
         elif name in files:
             models.append(files[name].robot(robot))
         else:
@@ -228,7 +231,7 @@ def robot_models(
 def seed_scripts(names: Sequence[str], seed: int) -> None:
     """Seed the random numbers that the robot scripts among some models draw."""
     if any(map(is_script, names)):
-        SCRIPT_LOADERS.get('python').seed(seed)
+        _script_loader().seed(seed)
 
 
 def _model(name: str, warn: Callable[[str], None]) -> RobotModel:

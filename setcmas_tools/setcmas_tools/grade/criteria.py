@@ -70,11 +70,15 @@ class Bounds:
     none_below: float | None = None
     none_above: float | None = None
 
-    def share(self, number: float | None) -> float:
-        """Return the share of the points for a number, from 0 to 1; 0 for no number."""
-        if number is None or math.isnan(number):
-            return 0.0
-        if self.low < number < self.high or (not self.strict and number in (self.low, self.high)):
+    def hold(self, number: float) -> bool:
+        """Return whether a number is in the wanted range."""
+        if self.strict and number in (self.low, self.high):
+            return math.isinf(number)
+        return self.low <= number <= self.high
+
+    def share(self, number: float) -> float:
+        """Return the share of the points for a number, from 0 to 1."""
+        if self.hold(number):
             return 1.0
         if number <= self.low:
             return _partial(number, self.none_below, self.low)
@@ -127,8 +131,16 @@ class Criterion:
         return self.bounds.words(self.unit)
 
     def points_for(self, number: float | None) -> float:
-        """Return the points for a number, rounded to two decimals."""
-        return rounded(self.points * self.bounds.share(number))
+        """Return the points for a number, rounded to two decimals; 0 for no number.
+
+        A strict bound itself does not count as reached: it gets a hundredth less than all points.
+        """
+        if number is None or math.isnan(number):
+            return 0.0
+        points = rounded(self.points * self.bounds.share(number))
+        if self.bounds.strict and not self.bounds.hold(number):
+            return min(points, rounded(self.points - 1 / _CENTS))
+        return points
 
 
 def rounded(points: float) -> float:

@@ -6,11 +6,9 @@ import functools
 import re
 import statistics
 import unicodedata
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tabulate import tabulate
 
@@ -18,7 +16,7 @@ from setcmas_simu.errors import needs
 from setcmas_tools.grade.check import student_view
 from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.mark_pictures import path_picture
-from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
+from setcmas_tools.grade.marks import Failure, Marks
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -46,11 +44,7 @@ def _safe(name: str) -> str:
     return text.strip('_')[:_LONGEST] or 'student'
 
 
-_BINS = 10
-
-
-@dataclass(frozen=True)
-class CriterionFigures:
+class CriterionFigures(NamedTuple):
     """Results of a class for one criterion.
 
     Attributes:
@@ -66,19 +60,6 @@ class CriterionFigures:
     hidden: bool
 
 
-@dataclass(frozen=True)
-class Likeness:
-    """A pair of similar submissions, or a submission and 'the built-in law NAME'.
-
-    Attributes:
-        share: Similarity, from 0 to 1.
-    """
-
-    one: str
-    other: str
-    share: float
-
-
 def has_failed(marks: Marks) -> bool:
     """Return whether a script failed in a scenario, or could not run."""
     return bool(marks.failure or any(one.failure for one in marks.scenarios))
@@ -89,47 +70,24 @@ def share(points: float, most: float) -> float:
     return min(points / most, 1.0) if most else 1.0
 
 
-def bins(marks: Sequence[Marks]) -> list[int]:
-    """Return numbers of submissions by share of points, in steps of 10 %."""
-    counts = [0] * _BINS
-    for one in marks:
-        counts[min(int(share(one.score, one.max_score) * _BINS), _BINS - 1)] += 1
-    return counts
-
-
 def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
     """Return criteria by increasing share of points."""
-    found: dict[tuple[str, str], list[CriterionMark]] = defaultdict(list)
-    hidden: dict[tuple[str, str], bool] = {}
-    for one in marks:
-        for scenario in one.scenarios:
-            for mark in scenario.criteria:
-                found[scenario.name, mark.name].append(mark)
-                hidden[scenario.name, mark.name] = scenario.hidden or mark.hidden
+    each = (
+        [(scenario, mark) for scenario in one.scenarios for mark in scenario.criteria]
+        for one in marks
+    )
     figures = [
         CriterionFigures(
-            *key,
-            statistics.fmean(share(mark.points, mark.max_points) for mark in of_key),
-            sum(mark.is_full for mark in of_key),
-            hidden[key],
+            scenario.name,
+            first.name,
+            statistics.fmean(share(mark.points, mark.max_points) for _, mark in column),
+            sum(mark.is_full for _, mark in column),
+            scenario.hidden or first.hidden,
         )
-        for key, of_key in found.items()
+        for column in zip(*each, strict=True)
+        for scenario, first in column[:1]
     ]
     return sorted(figures, key=lambda one: one.share)
-
-
-def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
-    """Return similar pairs, most similar first, each pair once."""
-    ours = {one.submission for one in marks}
-    pairs: dict[tuple[str, str], float] = {}
-    for one in marks:
-        for similar in one.similar:
-            key = (one.submission, similar.submission)
-            if similar.submission in ours:  # each lists the other
-                key = (min(key), max(key))
-            pairs[key] = max(pairs.get(key, 0.0), similar.share)
-    ordered = sorted(pairs.items(), key=lambda pair: (-pair[1], pair[0]))
-    return [Likeness(*key, value) for key, value in ordered]
 
 
 _MOST_LIKE = 3
@@ -223,8 +181,7 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
     return _page(
         'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
         median=statistics.median(scores), full=sum(one.is_full for one in marks),
-        failed=sum(map(has_failed, marks)), bins=bins(marks), criteria=hardest_first(marks),
-        likenesses=likeness_pairs(marks),
+        failed=sum(map(has_failed, marks)), criteria=hardest_first(marks),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from setcmas_tools.grade.criteria import (
 
 AT_MOST = Bounds(high=0.1, none_above=0.5)
 BELOW = Bounds(high=0.1, strict=True)
+ABOVE = Bounds(low=5, strict=True, none_below=1)
 AT_LEAST = Bounds(low=6, none_below=1)
 BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
 
@@ -33,6 +34,11 @@ BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
         (AT_MOST, math.nan, 0),
         (BELOW, 0.1, 0),
         (BELOW, 0.0999, 3),
+        (ABOVE, 5.001, 3),
+        (ABOVE, math.inf, 3),
+        (ABOVE, 5, 2.99),  # as wanted: more than 5
+        (ABOVE, 4.999, 2.99),
+        (ABOVE, 3, 1.5),
         (AT_LEAST, 7, 3),
         (AT_LEAST, 3, 1.2),
         (AT_LEAST, -5, 0),

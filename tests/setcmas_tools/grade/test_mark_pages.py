@@ -7,13 +7,10 @@ import pytest
 from graded_classes import HOSTILE, graded_class, marks_of
 
 from setcmas_tools.grade.mark_pages import (
-    Likeness,
-    bins,
     class_page,
     file_names,
     hardest_first,
     has_failed,
-    likeness_pairs,
     marks_table,
     remark,
     student_page,
@@ -25,24 +22,10 @@ from setcmas_tools.grade.marks import Correction
 def test_figures_of_a_class():
     marks = graded_class()
 
-    assert bins(marks) == [0, 1, 1, 0, 0, 0, 2, 0, 0, 0]
     assert [one.name for one in hardest_first(marks)] == [
         'They settle', 'SECRET bound', 'All meet', 'SECRET',
     ]  # fmt: skip
     assert [has_failed(one) for one in marks] == [False, False, True, False]
-
-
-def test_a_pair_that_names_each_other_is_one_likeness():
-    from setcmas_tools.submissions.likeness import Similar
-
-    one, other, *_ = graded_class()
-    pair = [
-        replace(one, similar=(Similar(other.submission, 0.9),)),
-        replace(other, similar=(Similar(one.submission, 0.9),)),
-    ]
-
-    [found] = likeness_pairs(pair)
-    assert found == Likeness(other.submission, one.submission, 0.9)
 
 
 def test_names_are_safe_and_unique_on_systems_that_ignore_case():
@@ -138,12 +121,12 @@ def test_a_bonus_beyond_all_points_is_as_good_as_all_points():
     assert '<i class="good" style="width:100.0%">' in page
 
 
-def test_a_remark_begins_with_what_failed_and_ends_with_what_changed_the_whole_class():
-    curve = Correction('curve', 0.5, 'too hard', 'A. Assistant', '2026-11-22')
-    failed = replace(graded_class()[2], corrections=(curve,))
+def test_a_remark_begins_with_what_failed_and_ends_with_what_was_corrected():
+    bonus = Correction('bonus', 0.5, 'too hard', 'A. Assistant', '2026-11-22')
+    failed = replace(graded_class()[2], corrections=(bonus,))
 
     assert remark(failed, {}).startswith('ValueError')
-    assert remark(failed, {}).endswith('curve +0.5: too hard (A. Assistant, 2026-11-22)')
+    assert remark(failed, {}).endswith('bonus +0.5: too hard (A. Assistant, 2026-11-22)')
 
 
 def test_pages_name_the_file_within_the_submission_not_its_folder_again():
