@@ -9,7 +9,6 @@ Examples:
   setcmas new my_law --from consensus --exercise     then fill in the parts marked TODO
   setcmas check my_law.py                            or law.ipynb, a notebook
   setcmas check my_law.py --rubric final.yaml --show
-  setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab
   setcmas check my_law.py --json                            for programs, such as an autograder
 """
 
@@ -37,29 +36,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--show', action='store_true', help='open the picture in a window')
     as_json = 'print marks, hints and status as JSON, and draw no picture'
     parser.add_argument('--json', action='store_true', help=as_json)
-    emulate = 'run in the emulated lab, in real time, and also measure safety'
-    parser.add_argument('--emulate', action='store_true', help=emulate)
     OfflineOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import Check, chosen_rubric, opened, runs_apart
+    from setcmas_tools.grade.check import chosen_rubric, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
 
     call_timeout = OfflineOptions.of(args).call_timeout
     with opened(args.law) as law:
         rubric = chosen_rubric(law.script, args.rubric).shown()
-        rubric.check_place(args.emulate)
         picture = args.output or Path(f'{Path(law.name).stem}_check.png')
         check_picture(picture)
-        if args.emulate:
-            from launch_scripts.processes.emulated_runs import runners_in_lab
-
-            result = Check(law.marks(rubric, runners_in_lab(rubric, 'check')(law.script)))
-        else:
-            marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
-            result = law.tried(marks, rubric, call_timeout)
+        marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
+        result = law.tried(marks, rubric, call_timeout)
     if args.json:
         print(json.dumps(result.plain()))
         return 0 if result.is_full else SCRIPT_FAILED

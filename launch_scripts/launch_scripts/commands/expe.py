@@ -2,10 +2,12 @@
 
 The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
 If poses, commands or the operator's pause node are missing, it pauses until you press s again.
+With --emulate and --duration or --output it starts by itself, and is recorded as by `setcmas run`.
 
 Examples:
   setcmas expe square.yaml --emulate
   setcmas expe --emulate --algo nav_wp           rehearse without any hardware
+  setcmas expe --emulate --algo nav_wp --duration 60 -o out     starts, records and ends by itself
   setcmas expe --lab lab.yaml --algo consensus
   setcmas expe --mocap vicon --nb-robots 8 --algo consensus
 """
@@ -15,7 +17,10 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from functools import partial
 
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.run import concluded, new_run
 from launch_scripts.commands.scenario_options import (
     add_scenario_arguments,
     scenario_of,
@@ -23,12 +28,19 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.emulated_runs import bounded_lab_options, check_emulated
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
+)
+from launch_scripts.processes.recorded_experiment import RecordedExperiment
+from launch_scripts.processes.run_robots import run_robots
+from launch_scripts.processes.scenario_lab import (
+    bounded_lab_options,
+    check_emulated,
+    decided,
+    in_lab,
 )
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, open_keyboard, single_keys
@@ -39,6 +51,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.scenario.scenario import Scenario, options
 
 _STOPS = {
@@ -48,11 +61,15 @@ _STOPS = {
 }
 """If several arrive together, the first of these counts: stopping comes first."""
 
+_OF_SIMULATED_ROBOTS = ('cmd_timeout', 'robot_rate', 'lockstep', 'rtf')
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parts = ('law', 'communication', 'safety', 'robots', 'lab')
-    add_scenario_arguments(parser, without=('cmd_timeout', 'robot_rate'), parts=parts)
+    RunOptions.add_to(parser)
+    FormatOptions.add_to(parser)
+    parts = ('time', 'law', 'communication', 'safety', 'robots', 'lab')
+    add_scenario_arguments(parser, without=_OF_SIMULATED_ROBOTS, parts=parts)
     WatchOptions.add_to(parser)
     of_scenario = [name for name in LabOptions.options() if name in options()]
     LabOptions.add_to(parser, without=of_scenario)
@@ -72,6 +89,8 @@ def main(args: argparse.Namespace) -> int:
         warn(f'setcmas expe: {note}')
     require_ros()
     lab.mocap.source.message_class()
+    if _is_recorded(args):
+        return _record(args, in_lab(scenario, lab), of_lab, lab)
     environment = experiment_environment(lab, scenario.lab.emulate)
     numbers = [robot.number for robot in lab.robots]
     with (
@@ -118,6 +137,60 @@ def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
         check_emulated(scenario, lab)
     elif {'poses', 'pose', 'random_poses', 'model'} & typed_values(args).keys():
         raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
+    elif _is_recorded(args):
+        raise SetcmasError(
+            '--duration and --output start robots by themselves, emulated ones alone: add '
+            '--emulate, or record real ones with setcmas record'
+        )
+    if args.hold and _is_recorded(args):
+        raise SetcmasError(
+            '--hold needs a person who holds s; leave it out where robots start by themselves '
+            '(--duration, --output)'
+        )
+
+
+def _is_recorded(args: argparse.Namespace) -> bool:
+    """Return whether the experiment starts, records and ends by itself."""
+    return 'duration' in typed_values(args) or args.output is not None
+
+
+def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, lab: Lab) -> int:
+    """Run an emulated experiment for its duration, and record it; return the exit status."""
+    folder, info = new_run(args, scenario, decided(lab))
+    robots = [robot.number for robot in lab.robots]
+    with (
+        fleet_views(ViewOptions.of(args), robots, True, args.palette) as views,
+        open_keyboard() as keyboard,
+        Supervisor(experiment_environment(lab, emulated=True), prefix=True) as supervisor,
+    ):
+        if keyboard.there:
+            supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
+
+        def start() -> RecordedExperiment:
+            serve = partial(_serve_stops, keyboard)
+            bag = folder.bag
+            return RecordedExperiment(supervisor, scenario, bag, lab, of_lab, args.watch, serve)
+
+        duration = scenario.time.duration
+        status, outcome = run_robots('expe', supervisor, start, duration, folder, info, views)
+        supervisor.stop(*supervisor.children)
+        with supervisor.signals_handed_back():
+            return concluded(args, folder, info, None, status, outcome)
+
+
+def _serve_stops(keyboard: Keyboard, experiment: Experiment) -> None:
+    _stop_by(single_keys(keyboard.pressed()).lower(), experiment)
+
+
+def _stop_by(keys: str, experiment: Experiment) -> None:
+    """Pass on the keys that stop the robots, or that the terminal is there.
+
+    Raises:
+        StoppedError: The operator pressed q.
+    """
+    if 'q' in keys:
+        raise StoppedError
+    experiment.request(*next((_STOPS[key] for key in _STOPS if key in keys), (Action.ALIVE,)))
 
 
 def _serve(
@@ -133,11 +206,8 @@ def _serve(
     def serve_terminal() -> None:
         display.note_silence()
         pressed = keyboard.pressed()
-        keys = single_keys(pressed).lower()
         starts = start_key.pressed(pressed, time.monotonic())
-        if 'q' in keys:
-            raise StoppedError
-        experiment.request(*next((_STOPS[key] for key in _STOPS if key in keys), (Action.ALIVE,)))
+        _stop_by(single_keys(pressed).lower(), experiment)
         if pressed and set(pressed) == {'R'}:
             for _ in pressed:  # more than one: it is held down
                 experiment.request(Action.RELEASE)

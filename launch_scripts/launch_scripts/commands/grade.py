@@ -7,7 +7,6 @@ command in the same folder; it only regrades what has changed.
 Examples:
   setcmas grade submissions --rubric consensus -o grades        a folder or a downloaded zip
   setcmas grade submissions.zip --rubric final.yaml
-  setcmas grade submissions -R final.yaml --emulate --trust     in the emulated lab
   setcmas grade --handout check.zip --rubric final.yaml     for students: without the solution
 """
 
@@ -69,7 +68,6 @@ def main(args: argparse.Namespace) -> int:
             args.handout.write_bytes(content)
         print(f'for students: {args.handout}')
         return 0
-    rubric.check_place(options.emulate)
     if not args.folder:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')
     folder = args.output or Path('grades')
@@ -127,17 +125,12 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         warn(
             f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
         )
-    in_lab = None
-    if options.emulate:
-        from launch_scripts.processes.emulated_runs import runners_in_lab
-
-        in_lab = runners_in_lab(rubric, 'grade')
     if not (options.trust or PrivateMounts.are_possible()):
         warn(
             'user namespaces are forbidden here: robots of a submission could exchange data '
             'without their links (docs/grading.md, The sandbox)'
         )
-    graded = grade(submissions, rubric, folder, options, in_lab)
+    graded = grade(submissions, rubric, folder, options)
     marks = [corrections.applied(one) for one in graded]
     tables = tables_of(marks)
     places = [*(folder / name for name in tables), *page_paths(marks, folder)]

@@ -6,7 +6,6 @@ Examples:
   setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
   setcmas run --algo my_law.py --nb-robots 4 --limits burger --set K=1.2
   setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
-  setcmas run --emulate --algo consensus --nb-robots 8     an experiment in an emulated lab
   setcmas run --from out                                   repeat the run in out
 """
 
@@ -18,6 +17,7 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from launch_scripts.commands.plot_options import FormatOptions, print_evaluation
 from launch_scripts.commands.scenario_options import (
@@ -26,42 +26,33 @@ from launch_scripts.commands.scenario_options import (
     earlier_run,
     output_folder,
     scenario_of,
-    typed_values,
 )
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.emulated_runs import (
-    bounded_lab_options,
-    check_emulated,
-    decided,
-    in_lab,
-)
 from launch_scripts.processes.environment import local_environment, require_ros
-from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
+from launch_scripts.processes.run_processes import SimulatedRun
 from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import open_keyboard
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options.group import spelled, take_values
+from setcmas_simu.options.group import take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
 from setcmas_tools.scenario.scenario import Scenario
 
+_PARTS = ('law', 'robots', 'communication', 'safety', 'time')
 _ENDED = (State.COMPLETE, State.FAILED)
-_OF_SIMULATED_ROBOTS = ('robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
-    add_scenario_arguments(parser, parts=tuple(Scenario.PARTS))
+    add_scenario_arguments(parser, parts=_PARTS)
     add_from_argument(parser)
     ViewOptions.add_to(parser)
     take_values(parser)
@@ -71,44 +62,66 @@ def main(args: argparse.Namespace) -> int:
     """Do the whole job; return the exit status."""
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
-    for note in scenario.notes_on_simulation:
+    scenario.start_poses()
+    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
         warn(f'setcmas run: {note}')
-    lab = _emulated_lab(args, scenario)
-    if lab:
-        scenario = in_lab(scenario, lab)
-    found = scenario.found()
-    inputs = inputs_of(found)
-    folder = RunFolder(output_folder(args, found), inputs)
-    folder.check(args.overwrite)
+    folder, info = new_run(args, scenario)
     require_ros("'setcmas offline' takes the same options and needs no ROS; ")
-    info = RunInfo(
-        ['setcmas', *sys.argv[1:]],
-        Outcome(State.NOT_FINISHED),
-        kept_record(found.replace(nb_robots=found.nb_robots), inputs),
-        decided(lab) if lab else None,
-        started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
-    )
     robots = list(range(1, scenario.nb_robots + 1))
     view = ViewOptions.of(args)
-    environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     with (
-        fleet_views(view, robots, lab is not None, args.palette) as views,
-        Supervisor(environment, prefix=True) as supervisor,
+        fleet_views(view, robots, palette=args.palette) as views,
+        Supervisor(local_environment(), prefix=True) as supervisor,
     ):
-        status, outcome = run_robots(supervisor, scenario, folder, info, lab, views)
+        status, outcome = run_robots(
+            'run',
+            supervisor,
+            lambda: SimulatedRun(supervisor, scenario, folder.bag),
+            scenario.time.duration,
+            folder,
+            info,
+            views,
+        )
         attended = sys.stdin.isatty() and sys.stdout.isatty()
         stays = attended and view.view == BROWSER and outcome and outcome.state in _ENDED
         pages = (child for child in supervisor.children if stays and child.name == PAGE)
         page = next(pages, None)
         supervisor.stop(*[child for child in supervisor.children if child is not page])
         with supervisor.signals_handed_back():
-            status = _concluded(args, folder, info, earlier, status, outcome)
+            status = concluded(args, folder, info, earlier, status, outcome)
         if page and status != STOPPED:
             _show_until_enter(supervisor, page)
         return status
 
 
-def _concluded(
+def new_run(
+    args: argparse.Namespace, scenario: Scenario, lab: dict[str, Any] | None = None
+) -> tuple[RunFolder, RunInfo]:
+    """Return the folder of a run, which can be written, and what its run.yaml begins with.
+
+    Args:
+        args: The options of the run.
+        scenario: Its scenario.
+        lab: Values of its lab that replace those of the scenario.
+
+    Raises:
+        SetcmasError: A script is missing, or the folder holds something else.
+    """
+    found = scenario.found()
+    inputs = inputs_of(found)
+    folder = RunFolder(output_folder(args, found), inputs)
+    folder.check(args.overwrite)
+    info = RunInfo(
+        ['setcmas', *sys.argv[1:]],
+        Outcome(State.NOT_FINISHED),
+        kept_record(found.replace(nb_robots=found.nb_robots), inputs),
+        lab,
+        started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
+    )
+    return folder, info
+
+
+def concluded(
     args: argparse.Namespace,
     folder: RunFolder,
     info: RunInfo,
@@ -127,16 +140,16 @@ def _concluded(
     try:
         status = _evaluate(args, folder, info, earlier) or status
         if outcome.state is State.FAILED:
-            warn(f'setcmas run: {outcome}; see the messages above the table')
+            warn(f'setcmas {args.verb}: {outcome}; see the messages above the table')
         return status
     except KeyboardInterrupt:
         bag = folder.shown(folder.bag)
-        warn(f'setcmas run: the bag is complete; continue with bag_to_csv {bag}')
+        warn(f'setcmas {args.verb}: the bag is complete; continue with bag_to_csv {bag}')
         return STOPPED
     except SetcmasError as error:
         if not status:
             raise
-        warn(f'setcmas run: {error}')  # the reason why the run ended matters more
+        warn(f'setcmas {args.verb}: {error}')  # the reason why the run ended matters more
         return status
 
 
@@ -144,26 +157,6 @@ def _show_until_enter(supervisor: Supervisor, page: Child) -> None:
     print('the page shows the end of the run until you press Enter here', flush=True)
     with open_keyboard() as keyboard, suppress(StoppedError):
         supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
-
-
-def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
-    """Return the lab of an emulated experiment; None for a simulation."""
-    typed = typed_values(args)
-    if not scenario.lab.emulate:
-        scenario.start_poses()
-        for note in scenario.safety.notes:
-            warn(f'setcmas run: {note}')
-        if name := next((name for name in ExperimentOptions.options() if name in typed), ''):
-            raise SetcmasError(f'{spelled(name)} is for an emulated lab; add --emulate')
-        return None
-    if name := next((name for name in _OF_SIMULATED_ROBOTS if name in typed), ''):
-        raise SetcmasError(f'{spelled(name)} is for simulated robots; it has no place in a lab')
-    # What an earlier run recorded was bounded by its own lab: only another lab can refuse it.
-    from_file = args.scenario is not None or (args.earlier is not None and 'lab' in typed)
-    lab = bounded_lab_options(scenario, typed, from_file, nb_robots=scenario.nb_robots).chosen()
-    check_emulated(scenario, lab)
-    lab.check_rate(scenario.law.rate)
-    return lab
 
 
 def _evaluate(
@@ -176,14 +169,14 @@ def _evaluate(
     report = convert(folder.bag, folder.csv)
     info = replace(info, parameters_set=report.parameters_set or None)
     if not report.fleet:
-        warn('setcmas run: no odometry was recorded, so there are no plots')
+        warn(f'setcmas {args.verb}: no odometry was recorded, so there are no plots')
         return 1
     run = Run.load(folder.path, warn)
     folder.write_info(replace(info, references=run.references))
     strangers = set(run.robots) - set(range(1, info.scenario['nb_robots'] + 1))
     if strangers:
         warn(
-            f'setcmas run: plots and metrics include {robots_in_words(sorted(strangers))} '
+            f'setcmas {args.verb}: plots and metrics include {robots_in_words(sorted(strangers))} '
             'of another simulator'
         )
     files = print_evaluation(args, folder, run, earlier)

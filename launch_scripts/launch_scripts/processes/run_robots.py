@@ -1,24 +1,22 @@
-"""The robots of `setcmas run`, from start to end of their processes."""
+"""The robots of a recorded run, from start to end of their processes."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from tqdm import tqdm
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
-from launch_scripts.processes.emulated_runs import EmulatedRun
 from launch_scripts.processes.node_commands import PAGE
+from launch_scripts.processes.recorded_experiment import RecordedExperiment
 from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.terminal_output import Stream, write_line
-from setcmas_expe.lab.lab import Lab
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.run_folder import RunFolder
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
-from setcmas_tools.scenario.scenario import Scenario
 
 STOPPED = 130
 """Exit status after Ctrl-C, as in shells."""
@@ -27,23 +25,27 @@ _START_TIMEOUT_S = 60.0  # fifty robots take half of it on a busy machine
 _PAGE_TIMEOUT_S = 15.0
 _ROUNDING_S = 1e-9
 
+Robots = RecordedExperiment | SimulatedRun
+
 
 def run_robots(
+    verb: str,
     supervisor: Supervisor,
-    scenario: Scenario,
+    start: Callable[[], Robots],
+    duration: float,
     folder: RunFolder,
     info: RunInfo,
-    lab: Lab | None,
     views: Sequence[tuple[str, list[str]]],
 ) -> tuple[int, Outcome | None]:
     """Run the robots, from start to end of their processes.
 
     Args:
+        verb: Name of the command for messages.
         supervisor: Starts the processes.
-        scenario: The run's scenario.
+        start: Starts those of the robots.
+        duration: Length of the run in s, from the first command.
         folder: The run's folder.
         info: Its run.yaml.
-        lab: The lab of an emulated experiment; None for a simulation.
         views: Pages and windows that show the robots.
 
     Returns:
@@ -58,24 +60,20 @@ def run_robots(
     supervisor.write = write
     pages = [supervisor.start(name, command, needed=False) for name, command in views]
     pages = [page for page in pages if page.name == PAGE]
-    run: EmulatedRun | SimulatedRun | None = None
+    run: Robots | None = None
     try:
         _wait_for(pages, supervisor)
-        run = (
-            EmulatedRun(supervisor, scenario, folder.bag, lab)
-            if lab
-            else SimulatedRun(supervisor, scenario, folder.bag)
-        )
+        run = start()
         deadline = time.monotonic() + _START_TIMEOUT_S
         supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
         if not run.started:
             supervisor.warn(
-                f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
+                f'setcmas {verb}: the robots did not start within {_START_TIMEOUT_S:g} s; '
                 f'{run.missing}'
             )
             return 1, Outcome(State.NOT_STARTED, detail=run.missing)
-        _show_progress(supervisor, scenario.time.duration, run)
-        return _finish(supervisor, run, folder)
+        _show_progress(supervisor, duration, run)
+        return _finish(verb, supervisor, run, folder)
     except StoppedError:
         if run and run.started:
             return STOPPED, Outcome(State.STOPPED)
@@ -85,7 +83,7 @@ def run_robots(
     except ChildDiedError as death:
         reason = str(death)
         if reason:
-            supervisor.warn(f'setcmas run: {reason}; the others are stopped')
+            supervisor.warn(f'setcmas {verb}: {reason}; the others are stopped')
             return death.exit_status, Outcome(State.DIED, detail=reason)
         if run:
             run.recorder.shown = False
@@ -96,7 +94,7 @@ def run_robots(
 
 
 def _finish(
-    supervisor: Supervisor, run: EmulatedRun | SimulatedRun, folder: RunFolder
+    verb: str, supervisor: Supervisor, run: Robots, folder: RunFolder
 ) -> tuple[int, Outcome]:
     """Stop the control laws; return exit status and outcome."""
     trouble, is_stuck = run.trouble, run.is_stuck
@@ -106,7 +104,7 @@ def _finish(
     if is_stuck:
         outcome = replace(outcome, state=State.NOT_FINISHED)
     if trouble:
-        supervisor.warn(f'setcmas run: {trouble}')
+        supervisor.warn(f'setcmas {verb}: {trouble}')
         return 1, replace(outcome, detail=trouble)
     if run.status:
         return run.status, replace(outcome, state=State.FAILED)
@@ -124,9 +122,7 @@ def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:
     )
 
 
-def _show_progress(
-    supervisor: Supervisor, duration: float, run: EmulatedRun | SimulatedRun
-) -> None:
+def _show_progress(supervisor: Supervisor, duration: float, run: Robots) -> None:
     begin = time.monotonic()
 
     def elapsed() -> float:

@@ -199,13 +199,11 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         raise RuntimeError(_WITHIN)
     if callable(law):
         chosen = chosen_rubric(None, rubric).shown()
-        chosen.check_place(in_lab=False)
         name = getattr(law, '__name__', chosen.function)
         run = runs_here(law, chosen.function)
         return Check(mark(chosen, run, name, Student(name)), _not_tried(law))
     with opened(str(law)) as own:
         chosen = chosen_rubric(own.script, rubric).shown()
-        chosen.check_place(in_lab=False)
         return own.tried(own.marks(chosen, runs_here(str(own.script), chosen.function)), chosen)
 
 

@@ -132,12 +132,12 @@ _SANDBOX = 5
 class KeptMarks:
     """A folder with a file of marks for each graded submission."""
 
-    def __init__(self, folder: Path, grader: Grader, in_lab: bool = False) -> None:
+    def __init__(self, folder: Path, grader: Grader) -> None:
         """Open the folder in that of the grades; marks of another grader do not count."""
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
         self._grader = _digest(
-            repr((__version__, _SANDBOX, grader.times, grader.confined, in_lab)).encode(),
+            repr((__version__, _SANDBOX, grader.times, grader.confined)).encode(),
             *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
         )
 
@@ -195,7 +195,6 @@ def grade(
     rubric: Rubric,
     folder: Path,
     options: GradeOptions,
-    in_lab: Runners | None = None,
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
@@ -204,7 +203,6 @@ def grade(
         rubric: Rubric for the marks.
         folder: Folder of the grades.
         options: Options of the grading.
-        in_lab: Runs in the emulated lab, one at a time; None runs offline, in a sandbox.
 
     Raises:
         SetcmasError: There is no sandbox, the rubric's solution fails, or the machine has kept
@@ -224,14 +222,13 @@ def grade(
     with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as place:
         times = Times(options.call_timeout, options.timeout)
         grader = Grader(rubric, times, not options.trust, Path(place))
-        kept = KeptMarks(folder, grader, in_lab is not None)
+        kept = KeptMarks(folder, grader)
         earlier = () if options.overwrite else submissions
         marks = {one.name: found for one in earlier if (found := kept.found(one))}
         left = [one for one in submissions if one.name not in marks]
         bar = tqdm(desc='grading', total=len(submissions), initial=len(marks), disable=None)
         with bar:
-            some = _made_in_lab(left, grader, in_lab) if in_lab else None
-            for submission, made in some or _made(left, grader, options.jobs):
+            for submission, made in _made(left, grader, options.jobs):
                 if made:
                     marks[submission.name] = kept.keep(submission, made)
                 bar.update()
@@ -255,13 +252,6 @@ def _check_all_marked(marks: Mapping[str, Marks], submissions: Sequence[Submissi
             'memory, disk or processes, or setcmas failed; repeat the command, with fewer --jobs, '
             'to grade the rest and write the tables'
         )
-
-
-def _made_in_lab(
-    submissions: Sequence[Submission], grader: Grader, in_lab: Runners
-) -> Iterator[tuple[Submission, Marks | None]]:
-    for one in submissions:
-        yield one, grader.marks(one, in_lab)
 
 
 def _made(

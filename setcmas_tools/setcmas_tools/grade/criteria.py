@@ -14,19 +14,9 @@ from setcmas_tools.measures.metrics import measure
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
 
-SAFETY = {
-    'safety_stops': '',
-    'safety_stopped_s': 's',
-    'safety_overruled_s': 's',
-    'safety_outside_arena_s': 's',
-    'safety_too_near_s': 's',
-}
-"""Units of the numbers of experiments, such as those in the emulated lab."""
-
 UNITS = {
     **{name: column.unit for name, column in COLUMNS.items()},
     **{name: unit for name, (unit, _) in COMPARED.items()},
-    **SAFETY,
 }
 """Units of all numbers, except those of plugins; '' for none."""
 

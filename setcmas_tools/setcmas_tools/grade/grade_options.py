@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from setcmas_simu.options.group import ClashError, Options, flag, option
+from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Number, Whole
 from setcmas_tools.study.study_options import cores
 
@@ -27,20 +27,6 @@ class GradeOptions(Options):
         Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
     )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
-    emulate: bool = flag(
-        'run submissions in the emulated lab, in real time, and also measure safety; they run '
-        'outside the sandbox, so add --trust'
-    )
     overwrite: bool = flag(
         'grade again those already graded, and replace files that were changed by hand'
     )
-
-    def check(self) -> None:
-        """Check that nothing runs submissions without sandbox by mistake."""
-        if self.emulate and not self.trust:
-            raise ClashError(
-                '{} runs submissions outside the sandbox, where they can do whatever you can; '
-                'add {} if you trust them',
-                'emulate',
-                'trust',
-            )

@@ -249,7 +249,7 @@ class ScenarioRun:
 
 
 class LawRunner(Protocol):
-    """Runs scenarios with a submission: in this process, in a sandbox, or in the emulated lab.
+    """Runs scenarios with a submission: in this process or in a sandbox.
 
     It raises for no error of a script; SetcmasError is for mistakes of the teacher and for faults
     of the machine.

@@ -13,7 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
-from setcmas_tools.grade.criteria import SAFETY, UNITS, figures_of
+from setcmas_tools.grade.criteria import UNITS, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
     CTC,
@@ -77,26 +77,6 @@ class Rubric:
         solution = [self.solution] if self.solution else []
         found = (one for file in [self.file, *solution, *named] for one in with_helpers(file))
         return tuple(dict.fromkeys(found))
-
-    def check_place(self, in_lab: bool) -> None:
-        """Check that all criteria can be measured in the emulated lab, or outside.
-
-        Raises:
-            SetcmasError: One cannot.
-        """
-        for scenario in self.scenarios:
-            for one in scenario.criteria:
-                if one.metric in SAFETY and not in_lab:
-                    raise SetcmasError(
-                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, is only "
-                        'measured in the emulated lab; add --emulate'
-                    )
-                if one.metric in COMPARED and in_lab and self.references:
-                    raise SetcmasError(
-                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, compares "
-                        'with a run of the solution, which this rubric has from outside the '
-                        'emulated lab only; leave out --emulate'
-                    )
 
     def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
         """Use a run as that of the model solution.

@@ -90,9 +90,9 @@ def test_when_a_process_dies_everything_stops(terminal, victim):
     assert all_gone(children)
 
 
-def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
+def test_with_a_duration_it_starts_records_and_ends_by_itself(start, tmp_path):
     process = start(
-        *SETCMAS, 'run', *PATIENT_LAB, '--algo', 'consensus', '--nb-robots', '2',
+        *SETCMAS, 'expe', *PATIENT_LAB, '--algo', 'consensus', '--nb-robots', '2',
         '--duration', '4', '--without-motion-check', '--no-plots', '--output', 'out', cwd=tmp_path,
     )  # fmt: skip
 
@@ -108,20 +108,22 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     recorded = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert recorded['scenario']['arena'] == [-3, 3, -3, 3]
     assert recorded['lab']['limits']['V_max'] == pytest.approx(0.2108)
+    assert recorded['outcome'] == {'state': 'complete'}
+    measured = run_here('metrics', 'out', cwd=tmp_path)
+    assert 'safety: ' in measured.stdout
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'message'),
-    [
-        (('--lab', 'lab.yaml'), 'add --emulate'),
-        (('--resume',), '--resume is for an emulated lab; add --emulate'),
-        (('--emulate', '--cmd-timeout', '1'), '--cmd-timeout is for simulated robots'),
-        (('--emulate', '--rate', '1'), '--rate is 1; it must be above 2 Hz in this lab'),
-    ],
-)
-def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
-    refuses('run', '--algo', 'nav_wp', *arguments, message=message, cwd=tmp_path)
-    assert list(tmp_path.iterdir()) == []
+def test_a_recording_that_is_stopped_keeps_its_bag(domain, tmp_path):
+    terminal = Terminal('expe', *ALGO, '--duration', '600', '--no-plots', '-o', tmp_path / 'out')
+    terminal.wait_for('started: by command.*running: ')
+    terminal.press('q')
+
+    assert terminal.wait() == 130
+    assert termios.tcgetattr(terminal.slave) == terminal.before
+    terminal.close()
+    outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
+    assert outcome == {'state': 'stopped'}
+    assert read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv').robots == [1]
 
 
 @NIGHTLY
@@ -170,6 +172,11 @@ def test_after_q_no_status_is_shown(domain, tmp_path):
         (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
         (('--rate', '2'), '--rate is 2; it must be above 2 Hz in this lab'),
+        (('--duration', '9'), 'start robots by themselves, emulated ones alone: add --emulate'),
+        (('--output', 'out'), 'or record real ones with setcmas record'),
+        (('--emulate', '--duration', '0'), '--duration is 0; it must be'),
+        (('--emulate', '--hold', '-o', 'out'), '--hold needs a person who holds s'),
+        (('--emulate', '-o', 'bad.yaml'), "output 'bad.yaml' is not a folder"),
     ],
 )
 def test_mistakes_are_reported_before_anything_starts(arguments, message, tmp_path):

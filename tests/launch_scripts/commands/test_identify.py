@@ -81,7 +81,7 @@ def test_a_lockstep_run_over_ros_moves_by_the_model_and_announces_it(folder, dom
 @pytest.mark.alone
 def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
     lab = (*PATIENT_LAB, '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
-    ran = run_here('run', '--algo', 'nav_wp', *lab, '--duration', '30', '--no-plots', '-o', 'lab')
+    ran = run_here('expe', '--algo', 'nav_wp', *lab, '--duration', '30', '--no-plots', '-o', 'lab')
     assert ran.returncode == 0, ran.stderr
 
     assert main(['identify', 'lab', '-o', 'found.yaml']) == 0

@@ -32,24 +32,24 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['law.py']
 
 
-def test_an_emulated_run_that_cannot_be_restarted_ends_and_says_so(start, peer, tmp_path):
+def test_a_recorded_experiment_that_cannot_be_restarted_ends_and_says_so(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
-    run = ('run', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
+    run = ('expe', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
     process = start(*SETCMAS, *run, '--no-plots', '-o', 'out', cwd=tmp_path, env=NO_WINDOWS)
     process.wait_for_output('started: by command')
     peer.publisher(Bool, '/pause').publish(Bool(data=True))
 
     assert process.wait() == 1
     detail = 'the robots were paused: by /pause; nothing can start them again'
-    assert f'setcmas run: {detail}' in process.output()
+    assert f'setcmas expe: {detail}' in process.output()
     outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
     assert outcome == {'state': 'not finished', 'detail': detail}
 
 
 @pytest.mark.nightly
-def test_a_second_emulated_run_pauses_no_robot(start, peer, tmp_path):
+def test_a_second_emulated_experiment_pauses_no_robot(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
-    run = ('run', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1')
+    run = ('expe', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1')
     first = start(*SETCMAS, *run, '--duration', '600', cwd=tmp_path, env=NO_WINDOWS)
     commands, paused = peer.listen(TwistStamped, '/tb3_1/cmd_vel'), peer.listen(Bool, '/paused')
     peer.wait_for(lambda: commands and commands[-1].twist.linear.x > 0.0)

@@ -108,12 +108,3 @@ def test_tables_cannot_replace_a_solution_whose_answers_are_compared(rubric):
 
     with pytest.raises(SetcmasError, match='answer_error and direction_error need the solution'):
         handout(read_rubric(rubric))
-
-
-def test_references_from_outside_the_lab_are_not_compared_with_runs_in_it(rubric, tmp_path):
-    theirs = read_rubric(unpacked(rubric, tmp_path / 'theirs'))
-
-    with pytest.raises(SetcmasError, match=r'shape_error.*leave out --emulate'):
-        theirs.check_place(in_lab=True)
-    theirs.check_place(in_lab=False)
-    read_rubric(rubric).check_place(in_lab=True)  # there, the solution runs in the lab, too
