@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, fields
 
-from setcmas_simu.options.group import default_of
+from setcmas_simu.options.group import Option, default_of, plain
 from setcmas_simu.options.kinds import Number, OneOf, Whole
-from setcmas_simu.options.option import Option, plain
 from setcmas_tools.scenario.scenario import Scenario
 
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import ClashError, Options, option
+from setcmas_simu.options.group import ClashError, Form, Options, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf
-from setcmas_simu.options.option import Form
 from setcmas_tools.page.browser import palette_option
 from setcmas_tools.plots.plot_settings import FILMS, FORMATS, PAPERS, FilmSettings, PlotSettings
 from setcmas_tools.run.run_folder import RunFolder
@@ -83,10 +82,7 @@ class _OneOfBeforeFolder(OneOf):
 class _Pixels(Kind):
     """Sizes of pictures in pixels, such as 1280x720."""
 
-    @property
-    def must_be(self) -> str:
-        """The bounds."""
-        return f'WIDTHxHEIGHT in pixels from {_LEAST_PX} to {_MOST_PX}, such as 1280x720'
+    MUST_BE = f'WIDTHxHEIGHT in pixels from {_LEAST_PX} to {_MOST_PX}, such as 1280x720'
 
     def parse(self, text: str) -> tuple[int, ...] | str:
         """Return the size in a text."""
@@ -97,10 +93,6 @@ class _Pixels(Kind):
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a size within the bounds."""
         return isinstance(value, tuple) and all(_LEAST_PX <= side <= _MOST_PX for side in value)
-
-    def text(self, value: Any) -> str:
-        """Return the size as text."""
-        return f'{value[0]}x{value[1]}'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,7 +151,10 @@ class FilmOptions(Options):
         default=FilmSettings.speed,
     )
     size: tuple[int, int] = option(
-        _Pixels(metavar='WIDTHxHEIGHT'), 'size of the video in pixels', default=FilmSettings.size
+        _Pixels(metavar='WIDTHxHEIGHT'),
+        'size of the video in pixels',
+        default=FilmSettings.size,
+        default_text='x'.join(map(str, FilmSettings.size)),
     )
     dpi: float = option(
         Number(least=50, most=600, metavar='N'),

@@ -30,9 +30,8 @@ from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.options.group import ClashError, Options, flag, option
+from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
 from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number
-from setcmas_simu.options.option import names_and_files
 
 Graph = str | Path | ArrayLike
 Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
@@ -49,10 +48,6 @@ class _Condition(NameOrFile):
 @dataclass(frozen=True)
 class _Graph(_Condition):
     """A name or a file; in Python also a matrix."""
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return tuple(PRESETS)
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         names_file = isinstance(value, str) and ('.' in value or '/' in value)
@@ -78,7 +73,7 @@ class CommunicationOptions(Options):
         default=THRESHOLD_M,
     )
     graph: Graph = option(
-        _Graph(metavar='NAME|FILE.yaml'),
+        _Graph(metavar='NAME|FILE.yaml', choices=tuple(PRESETS)),
         f'communication graph: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
         complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,8 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import kinds
-from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.option import Form, names_and_files
+from setcmas_simu.options.group import Form, Options, flag, names_and_files, option
 from setcmas_simu.robots.model import KOMEGA, VelocityLimits
 
 Law = str | Path | Callable[..., Any]
@@ -58,9 +57,7 @@ class GainOptions(Options):
 class _LawName(kinds.NameOrFile):
     """Names and files of control laws; in Python also functions, and a law for each robot."""
 
-    @property
-    def must_be(self) -> str:
-        return 'a control law by name, a script, or in Python a function'
+    MUST_BE = 'a control law by name, a script, or in Python a function'
 
     def accepts(self, value: Any) -> bool:
         return isinstance(value, (str, Mapping)) or callable(value)
@@ -70,24 +67,14 @@ class _LawName(kinds.NameOrFile):
 class _Settings(kinds.Kind):
     """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
 
-    @property
-    def must_be(self) -> str:
-        return 'a mapping from names of the script to values, such as {K: 1.2}'
+    MUST_BE = 'a mapping from names of the script to values, such as {K: 1.2}'
+    gather = dict
 
     def parse(self, text: str) -> tuple[str, Any]:
         return parse_setting(text)
 
     def value(self, given: Any) -> Any:
         return dict(given) if isinstance(given, Mapping) else given
-
-    def gathered(self, values: Iterable[Any]) -> Any:
-        pairs = list(values)
-        return dict(pairs) if all(map(self.accepts, pairs)) else pairs
-
-    def spread(self, value: Any) -> Iterable[Any]:
-        if isinstance(value, (Mapping, list)):
-            return value.items() if isinstance(value, Mapping) else value
-        return [value]
 
     def accepts(self, value: Any) -> bool:
         return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
@@ -208,9 +195,7 @@ class FleetOptions(Options):
 class _Limits(kinds.Kind):
     """Limits of a robot as numbers."""
 
-    @property
-    def must_be(self) -> str:
-        return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
+    MUST_BE = 'four numbers: forward, turn and wheel speed, and distance of the wheels'
 
     def value(self, given: Any) -> Any:
         try:

@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, astuple, dataclass, field, fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
+import numpy as np
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Kind
-from setcmas_simu.options.option import Form, Option, plain
-from setcmas_simu.yaml_entries import entries_of, yaml_line
+from setcmas_simu.yaml_entries import Entry, entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')
+Completer = Callable[..., Iterable[str]]
 
 
 class ClashError(SetcmasError):
@@ -34,9 +37,99 @@ class ClashError(SetcmasError):
         return str(self.args[0]).format(*self.names)
 
 
+@contextmanager
+def typed_words() -> Iterator[None]:
+    """Show options in messages as the user types them: raise SetcmasError for a ClashError."""
+    try:
+        yield
+    except ClashError as error:
+        raise SetcmasError(error.typed) from None
+
+
 def spelled(name: str) -> str:
     """Return an option's name as typed, such as --nb-robots."""
     return f'--{name.replace("_", "-")}'
+
+
+class Form(Enum):
+    """How an option is typed."""
+
+    ONE = 'with a value'
+    FLAG = 'alone; --no- before its name turns it off if it is on by default'
+    REPEATED = 'with a value, any number of times'
+    SEVERAL = 'with one or more values'
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option; the field of its group has its name and default.
+
+    Attributes:
+        kind: Kind of its values.
+        help: Its help text, without unit and default.
+        form: How it is typed.
+        default_text: The default in words, if its value says nothing by itself.
+        alone: The value if only the name is typed; None if that is a mistake.
+        short: Another name, such as '-o'.
+        flag: The name as typed, if it is not --NAME.
+        complete: Offers values to argcomplete; None for files and listed words.
+    """
+
+    kind: Kind
+    help: str
+    form: Form = Form.ONE
+    default_text: str = ''
+    alone: str | None = None
+    short: str = ''
+    flag: str = ''
+    complete: Completer | None = None
+
+    @property
+    def is_switch(self) -> bool:
+        """Whether it is true or false."""
+        return self.form is Form.FLAG
+
+    @property
+    def is_several(self) -> bool:
+        """Whether it has several values."""
+        return self.form in (Form.REPEATED, Form.SEVERAL)
+
+    def value(self, given: Any) -> Any:
+        """Convert a value from Python, YAML or text; a malformed text raises SetcmasError."""
+        if given is None or self.is_switch:
+            return given
+        if self.is_several and isinstance(given, (list, tuple, str)):
+            return self.gathered(
+                map(self.kind.value, [given] if isinstance(given, str) else given)
+            )
+        return self.kind.value(given)
+
+    def gathered(self, values: Iterable[Any]) -> Any:
+        """Join several values; invalid ones stay a list, which `check` refuses."""
+        several = list(values)
+        return self.kind.gather(several) if all(map(self.kind.accepts, several)) else several
+
+    def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
+        """Return the value of a YAML entry, or raise SetcmasError with file and line.
+
+        `place` returns the path of a file that a text names, and other texts unchanged.
+        """
+        with entry.located():
+            is_one = self.form is Form.ONE
+            value = self.kind.read(entry, place) if is_one else self.value(entry.plain())
+            self.check(entry.name, value)
+            return value
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise SetcmasError if a value is invalid."""
+        if self.is_switch:
+            if not isinstance(value, bool):
+                raise SetcmasError(f'{name} is {value!r}; it must be true or false')
+            return
+        several = value.items() if isinstance(value, Mapping) else value
+        is_several = self.is_several and not isinstance(value, str) and np.iterable(several)
+        for one in several if is_several else [value]:
+            self.kind.check(name, one)
 
 
 def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> Any:  # noqa: A002
@@ -47,15 +140,14 @@ def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> An
     return field(default=default, metadata=metadata)
 
 
+def flag(help: str, default: bool = False) -> Any:  # noqa: A002
+    """Return a field of a group, for an option that is typed without a value."""
+    return field(default=default, metadata={'option': Option(Kind(), help, Form.FLAG)})
+
+
 def default_of(one: Field[Any]) -> Any:
     """Return the default of a field of a group; MISSING if there is none."""
     return one.default if one.default_factory is MISSING else one.default_factory()
-
-
-def flag(help: str, default: bool = False, **known: Any) -> Any:  # noqa: A002
-    """Return a field of a group, for an option that is typed without a value."""
-    form = Form.SWITCH if default else Form.FLAG
-    return field(default=default, metadata={'option': Option(Kind(), help, form, **known)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +161,8 @@ class Options:
         """Check the values; raise SetcmasError if one is invalid or they contradict each other."""
         for one in fields(self):
             value = getattr(self, one.name)
-            kept: Option = one.metadata['option']
             if value is not None or one.default is not None:
-                kept.check(one.name, value)
+                one.metadata['option'].check(one.name, value)
         self.check()
 
     def check(self) -> None:
@@ -93,9 +184,8 @@ class Options:
         group = _argument_group(parser, cls.TITLE)
         for one in _in_order(cls):
             if one.name not in without:
-                kept: Option = one.metadata['option']
                 default = defaults.get(one.name, default_of(one))
-                kept.add_to(group, one.name, kept.flag or spelled(one.name), default, quiet)
+                _add(group, one.name, one.metadata['option'], default, quiet)
 
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
@@ -106,12 +196,9 @@ class Options:
     @classmethod
     def typed(cls, args: argparse.Namespace) -> dict[str, Any]:
         """Return the values in parsed arguments by name."""
-        found = {}
-        for name, one in cls.options().items():
-            if name in args:
-                value = getattr(args, name)
-                found[name] = one.kind.gathered(value) if isinstance(value, list) else value
-        return found
+        found = {name: getattr(args, name) for name in cls.options() if name in args}
+        several = {k: cls.options()[k].gathered(v) for k, v in found.items() if type(v) is list}
+        return found | several
 
     @classmethod
     def options(cls) -> dict[str, Option]:
@@ -134,18 +221,15 @@ class Options:
 
     def changed(self) -> dict[str, Any]:
         """Return the values that differ from their defaults, by name."""
-        return {
-            one.name: getattr(self, one.name)
-            for one in _in_order(type(self))
-            if differs(getattr(self, one.name), default_of(one))
-        }
+        found = {one.name: (getattr(self, one.name), one) for one in _in_order(type(self))}
+        return {k: v for k, (v, one) in found.items() if plain(v) != plain(default_of(one))}
 
     def record(self) -> dict[str, Any]:
         """Return the values by name for run.yaml; None for a default of inf."""
-        values = {one.name: (getattr(self, one.name), one.default) for one in fields(self)}
+        infinite = {one.name for one in fields(self) if one.default == math.inf}
         return {
-            name: None if default == math.inf and not differs(value, default) else plain(value)
-            for name, (value, default) in values.items()
+            name: None if name in infinite and value == math.inf else plain(value)
+            for name, value in self.values().items()
         }
 
 
@@ -187,15 +271,73 @@ def _argument_group(parser: argparse.ArgumentParser, title: str) -> argparse._Ar
     return next(titled, None) or parser.add_argument_group(title)
 
 
-def differs(value: Any, other: Any) -> bool:
-    """Return whether two values of an option differ; matrices are compared as lists."""
-    return bool(plain(value) != plain(other))
+def _add(
+    group: argparse._ArgumentGroup, name: str, one: Option, default: Any, quiet: bool
+) -> None:
+    """Add an option to a command line; it is required if the default is MISSING."""
+    typed = one.flag or spelled(name)
+    known: dict[str, Any] = {'dest': name, 'default': default, 'help': _help(one, default)}
+    if one.is_switch:
+        known['action'] = argparse.BooleanOptionalAction if default else 'store_true'
+    else:
+        known['type'] = _parser_of(one.kind, typed)
+        known['metavar'] = one.kind.metavar or getattr(one.kind, 'unit', '').upper() or None
+        known['choices'] = None if known['metavar'] else one.kind.choices or None
+        known |= {'nargs': '?', 'const': one.alone} if one.alone is not None else {}
+        known |= {'nargs': '+'} if one.form is Form.SEVERAL else {}
+        known |= {'action': 'append', 'default': []} if one.form is Form.REPEATED else {}
+        known |= {'required': True, 'default': None} if default is MISSING else {}
+    if quiet:
+        known |= {'default': argparse.SUPPRESS, 'required': False}
+    action = group.add_argument(*filter(None, (one.short, typed)), **known)
+    action.option = one  # type: ignore[attr-defined]  # for VALUES
+    if one.complete:
+        action.completer = one.complete  # type: ignore[attr-defined]  # argcomplete's
 
 
-@contextmanager
-def typed_words() -> Iterator[None]:
-    """Show options in messages as the user types them: raise SetcmasError for a ClashError."""
-    try:
-        yield
-    except ClashError as error:
-        raise SetcmasError(error.typed) from None
+def _help(one: Option, default: Any) -> str:
+    text = one.default_text
+    if not text and one.form in (Form.ONE, Form.SEVERAL) and default not in (MISSING, None):
+        several = default if one.form is Form.SEVERAL else [default]
+        words = ' '.join(str(value).removesuffix('.0') for value in several)
+        text = f'{words} {getattr(one.kind, "unit", "")}'.rstrip()
+    return f'{one.help} (default: {text})' if text else one.help
+
+
+def _parser_of(kind: Kind, typed: str) -> Callable[[str], Any]:
+    def parse(text: str) -> Any:
+        try:
+            value = kind.parse(text)
+            kind.check(typed, value)
+        except SetcmasError as error:
+            raise argparse.ArgumentError(None, str(error)) from error
+        return value
+
+    return parse
+
+
+def names_and_files(
+    names: Callable[[], Iterable[str]], endings: tuple[str, ...] = ()
+) -> Callable[..., list[str]]:
+    """Return a completer of names, looked up on demand, and of files with endings such as 'py'."""
+
+    def complete(prefix: str, **_: Any) -> list[str]:
+        from argcomplete.completers import FilesCompleter
+
+        files = FilesCompleter(endings)(prefix) if endings else []
+        return [*(name for name in names() if name.startswith(prefix)), *files]
+
+    return complete
+
+
+def plain(value: Any) -> Any:
+    """Return a value of an option as YAML has it; functions stay unchanged."""
+    if isinstance(value, Mapping):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [plain(one) for one in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return list(astuple(value))
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return str(value) if isinstance(value, Path) else value

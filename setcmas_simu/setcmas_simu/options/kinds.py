@@ -1,9 +1,9 @@
-"""Kinds of values that options take: read from a text, checked, written as a text."""
+"""Kinds of values that options take: read from a text, checked, described."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
@@ -16,18 +16,26 @@ from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.yaml_entries import Entry
 
 
+def is_number(value: Any) -> bool:
+    """Return whether a value is a real number, and no truth value."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 @dataclass(frozen=True)
 class Kind:
-    """Any text; `metavar` is its placeholder in help texts."""
+    """Any text.
+
+    Attributes:
+        metavar: Placeholder in help texts.
+        choices: Words to offer in help texts and messages.
+    """
 
     metavar: str | None = field(default=None, kw_only=True)
+    choices: tuple[str, ...] = field(default=(), kw_only=True)
 
     MUST_BE: ClassVar[str] = 'a text'
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        """All values if they are words, for help texts and completion."""
-        return ()
+    gather: ClassVar[type] = tuple
+    """Makes the value of an option with several values."""
 
     @property
     def must_be(self) -> str:
@@ -36,8 +44,7 @@ class Kind:
 
     def expected(self, value: Any) -> str:
         """Return the words that follow "must be" for a refused value."""
-        del value  # some kinds suggest a similar one
-        return self.must_be
+        return f'{self.must_be}{did_you_mean(value, self.choices)}'
 
     def parse(self, text: str) -> Any:
         """Return the value of a text; a malformed text unchanged."""
@@ -47,13 +54,14 @@ class Kind:
         """Return whether a value is of this kind."""
         return isinstance(value, str)
 
-    def text(self, value: Any) -> str:
-        """Return a value as text for help and messages."""
-        return str(value)
-
     def value(self, given: Any) -> Any:
         """Convert a value from Python or YAML; texts as on a command line."""
         return self.parse(given) if isinstance(given, str) else given
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Replace the files that a YAML value names by their paths."""
+        del place  # most values name no file
+        return value
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
         """Return the value of a YAML entry, unchecked, or raise SetcmasError if it is malformed.
@@ -67,19 +75,6 @@ class Kind:
         value = self.value(entry.plain())
         if not self.accepts(value):
             raise entry.mistake(self.expected(value))
-        return value
-
-    def gathered(self, values: Iterable[Any]) -> Any:
-        """Join the values of a repeated option."""
-        return tuple(values)
-
-    def spread(self, value: Any) -> Iterable[Any]:
-        """Return the values that `gathered` joins."""
-        return value if isinstance(value, (tuple, list)) else [value]
-
-    def located(self, value: Any, place: Callable[[str], str]) -> Any:
-        """Replace the files that a YAML value names by their paths."""
-        del place  # most values name no file
         return value
 
     def check(self, name: str, value: Any) -> None:
@@ -102,14 +97,17 @@ class Number(Kind):
     @property
     def must_be(self) -> str:
         """The bounds, with their unit."""
-        unit = f' {self.unit}' if self.unit else ''
-        has_least, has_most = self.least > -math.inf, self.most < math.inf
-        if has_least and has_most:
-            return f'from {self.least:g} to {self.most:g}{unit}'
-        lower = f'at least {self.least:g}' if has_least else f'above {self.above:g}'
-        if has_most:
-            return f'{lower} and at most {self.most:g}{unit}'
-        return f'{lower}{unit} and finite' if self.finite else f'{lower}{unit}'
+        lower = f'at least {self.least:g}' if self.least > -math.inf else f'above {self.above:g}'
+        if self.most < math.inf:
+            at_least = self.least > -math.inf
+            lower = f'from {self.least:g} to' if at_least else f'{lower} and at most'
+            lower = f'{lower} {self.most:g}'
+        return f'{lower} {self.unit}'.rstrip() + ' and finite' * self.finite
+
+    def expected(self, value: Any) -> str:
+        """Return the bounds; they begin with "a number" unless the value is one."""
+        of = 'of ' * self.must_be.startswith('at least')
+        return self.must_be if is_number(value) else f'a number {of}{self.must_be}'
 
     def parse(self, text: str) -> float | str:
         """Return the number in a text."""
@@ -118,28 +116,14 @@ class Number(Kind):
         except ValueError:
             return text
 
-    def accepts(self, value: Any) -> bool:
-        """Return whether a value is a number within the bounds."""
-        if not isinstance(value, Real) or isinstance(value, bool):
-            return False
-        number = float(value)
-        inside = self.above < number and self.least <= number <= self.most
-        return inside and not (self.finite and math.isinf(number))
-
     def value(self, given: Any) -> Any:
         """Return a number as a float."""
-        is_number = isinstance(given, Real) and not isinstance(given, bool)
-        return float(given) if is_number else given
+        return float(given) if is_number(given) else given
 
-    def text(self, value: Any) -> str:
-        """Return the shortest text for a number to the last bit."""
-        return repr(float(value)).removesuffix('.0')
-
-    def expected(self, value: Any) -> str:
-        """Return the bounds; they begin with "a number" unless the value is one."""
-        if isinstance(value, Real) and not isinstance(value, bool):
-            return self.must_be
-        return f'a number {"of " * self.must_be.startswith("at least")}{self.must_be}'
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a number within the bounds."""
+        inside = is_number(value) and self.above < value and self.least <= value <= self.most
+        return inside and not (self.finite and math.isinf(value))
 
 
 MAX_RATE_HZ = 200.0
@@ -172,14 +156,12 @@ class Whole(Kind):
 
     def value(self, given: Any) -> Any:
         """Return a number as an int, also 2.0 in a range of a study."""
-        is_whole = isinstance(given, Real) and not isinstance(given, bool) and given % 1 == 0
-        return int(given) if is_whole else given
+        return int(given) if is_number(given) and given % 1 == 0 else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a whole number within the bounds."""
-        if not isinstance(value, Integral) or isinstance(value, bool):
-            return False
-        return self.least <= int(value) and (self.most is None or int(value) <= self.most)
+        is_whole = is_number(value) and isinstance(value, Integral)
+        return is_whole and self.least <= value <= (math.inf if self.most is None else self.most)
 
 
 NB_ROBOTS = Whole(1, MAX_ROBOTS)
@@ -193,31 +175,22 @@ SEEDS = Whole(0, 2**32 - 1)
 class OneOf(Kind):
     """Words of a list."""
 
-    words: tuple[str, ...]
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        """The list."""
-        return self.words
+    choices: tuple[str, ...] = field(kw_only=False)
 
     @property
     def must_be(self) -> str:
         """The list."""
-        *others, last = self.words
+        *others, last = self.choices
         return f'{", ".join(others)} or {last}' if others else last
-
-    def expected(self, value: Any) -> str:
-        """Return the list, and the word in it most like the value."""
-        return f'{self.must_be}{did_you_mean(value, self.words)}'
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is in the list."""
-        return value in self.words
+        return value in self.choices
 
 
 @dataclass(frozen=True)
 class ParsedText(Kind):
-    """Texts that a function reads; it raises SetcmasError for other texts."""
+    """Texts of a form that a function reads; it raises SetcmasError for other texts."""
 
     read_text: Callable[[str], object]
     form: str
@@ -243,7 +216,7 @@ class PathTo(Kind):
 
     MUST_BE = 'a path'
 
-    def parse(self, text: str) -> Path | str:
+    def parse(self, text: str) -> Any:
         """Return the path in a text; an empty text has none."""
         return Path(text) if text else text
 
@@ -277,16 +250,16 @@ class Robots(Kind):
 
     MUST_BE = "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
 
+    def value(self, given: Any) -> Any:
+        """Return numbers of a list as a tuple."""
+        return tuple(given) if isinstance(given, list) else super().value(given)
+
     def parse(self, text: str) -> tuple[int, ...] | str:
         """Return the numbers in a text."""
         try:
             return tuple(parse_robots(text))
         except SetcmasError:
             return text
-
-    def value(self, given: Any) -> Any:
-        """Return numbers of a list as a tuple."""
-        return tuple(given) if isinstance(given, list) else super().value(given)
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a tuple of numbers."""

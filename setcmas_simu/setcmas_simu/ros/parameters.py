@@ -16,9 +16,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.options.group import Group
+from setcmas_simu.options.group import Group, Option
 from setcmas_simu.options.kinds import Number
-from setcmas_simu.options.option import Option
 
 
 class ProcessParameters(Generic[Group]):
@@ -95,9 +94,7 @@ class ProcessParameters(Generic[Group]):
         if self.options != before:
             self.on_change(self.options)
             own = [one for one in parameters if one.name in self._names]
-            texts = [
-                f'{one.name} is {self._options[one.name].kind.text(one.value)}' for one in own
-            ]
+            texts = [f'{one.name} is {str(one.value).removesuffix(".0")}' for one in own]
             self._node.get_logger().info(f'{", ".join(texts)} from now on')
 
 

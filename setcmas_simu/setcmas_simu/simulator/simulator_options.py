@@ -21,8 +21,7 @@ from setcmas_simu.fleet.start_poses import (
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options import kinds
-from setcmas_simu.options.group import ClashError, Options, flag, option
-from setcmas_simu.options.option import Form, names_and_files
+from setcmas_simu.options.group import ClashError, Form, Options, flag, names_and_files, option
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.group import Form, Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number, PathTo
-from setcmas_simu.options.option import Form
 from setcmas_simu.reports.reports import Message
 
 

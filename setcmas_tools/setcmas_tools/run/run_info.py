@@ -19,8 +19,8 @@ from setcmas_ctrl.control.references import References
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.options.group import plain
 from setcmas_simu.options.kinds import OneOf
-from setcmas_simu.options.option import plain
 from setcmas_simu.plugins import plugin_versions
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml

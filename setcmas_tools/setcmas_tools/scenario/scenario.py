@@ -22,9 +22,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.per_robot import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
-from setcmas_simu.options.group import ClashError, Options, option
+from setcmas_simu.options.group import ClashError, Option, Options, option, plain
 from setcmas_simu.options.kinds import DURATION
-from setcmas_simu.options.option import Option, plain
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 from setcmas_simu.simulator.simulator_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml

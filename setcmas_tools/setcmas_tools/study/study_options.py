@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.group import Form, Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Kind, PathTo, Whole
-from setcmas_simu.options.option import Form
 from setcmas_tools.run.run_folder import RunOptions
 
 

@@ -17,8 +17,8 @@ from setcmas_ctrl.scripts.loader import names_to_set
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.options.group import Form
 from setcmas_simu.options.kinds import Number, Whole
-from setcmas_simu.options.option import Form
 from setcmas_tools.scenario.scenario import Scenario, options
 
 SETTING, OPTION = 'set.', 'option.'

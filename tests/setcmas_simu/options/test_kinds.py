@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import plain
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots, Whole
-from setcmas_simu.options.option import plain
 from setcmas_simu.yaml_entries import entries_of, yaml_line
 
 SPEED = Number(above=0, unit='m/s')
@@ -39,7 +39,8 @@ def test_a_value_comes_from_a_text_and_from_a_document(kind, text, value):
 
 
 def test_numbers_keep_their_last_bit():
-    assert SPEED.parse(SPEED.text(0.1 + 0.2)) == 0.1 + 0.2
+    line = yaml_line({'v': 0.1 + 0.2})
+    assert SPEED.of(entries_of(line, Path('f')).value['v']) == 0.1 + 0.2
 
 
 @pytest.mark.parametrize(
