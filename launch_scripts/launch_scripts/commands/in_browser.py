@@ -29,7 +29,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
-from setcmas_tools.offline import board
+from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
@@ -136,7 +136,7 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
         with (
             redirect_stdout(page),
             redirect_stderr(page),
-            limited_calls(board.current, limit, page.alive),
+            limited_calls(run_progress.current, limit, page.alive),
         ):
             answer = {'ok': True, **work(asked, page)}
     except SetcmasError as error:
@@ -167,7 +167,7 @@ def _place_in(message: str) -> Answer:
 def _late(error: LateCallError, limit: float) -> str:
     """Return the message on a call that took longer than a limit in s."""
     file, line = script_place(error, Path())
-    notes, place = board.current, described_place(file, line, file)
+    notes, place = run_progress.current, described_place(file, line, file)
     if notes.function is Function.LOADING:
         what = f'{file.name} has been loading for {limit:g} s'
     else:

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,10 +30,9 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.terminal.terminal_output import progress_output, warn
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
-from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
-from setcmas_tools.run.run_info import Outcome, State
+from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -106,12 +104,10 @@ def _written(seconds: float) -> str:
 
 
 def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
-    """Return the run, or its remains, and its time in s; scripts cannot harm this process."""
-    from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
-    from setcmas_tools.offline.offline_tables import remains
+    """Return the run, or what there is of it, and its time in s; scripts run elsewhere."""
+    from setcmas_tools.offline.offline_run import OfflineRun
 
-    robot_rate, scripts = scenario.robots.robot_rate, scenario.law.scripts()
-    duration = scenario.time.duration
+    robot_rate, duration = scenario.robots.robot_rate, scenario.time.duration
     with (
         tqdm(total=duration, desc='running', bar_format=_BAR, disable=None) as bar,
         progress_output(),
@@ -121,24 +117,13 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
         def show(states: int) -> None:
             bar.update(max(0, states - 1) / robot_rate - bar.n)
 
-        begin = time.perf_counter()
         try:
-            run = offline_run.result(call_timeout, warn, show)
-            elapsed = offline_run.elapsed or time.perf_counter() - begin
+            return offline_run.result(call_timeout, warn, show), offline_run.elapsed
         except KeyboardInterrupt:
             message = f'setcmas offline: stopped by the user{offline_run.place()}'
-            states = offline_run.states()
-            if len(states) < 2:
+            run = offline_run.stopped()
+            if len(run.t) < 2:
                 warn(message)
                 raise
-            warn(f'{message}{_written((len(states) - 1) / robot_rate)}')
-            elapsed = time.perf_counter() - begin
-            return remains(states, robot_rate, Outcome(State.STOPPED)), elapsed
-    if not isinstance(run, BrokenRun):
-        return run, elapsed
-    failed = {scripts.script(run.robot).name: [run.robot]} if run.robot else {}
-    outcome = Outcome(State.DIED, failed, {}, str(run))
-    rest = remains(run.states, robot_rate, outcome)
-    t = max(0, len(run.states) - 1) / robot_rate
-    ended = ScriptFailure(t, run.robot, run.function, run.file, run.line or None, run.reason)
-    return replace(rest, info=replace(rest.info, failures=[ended])), elapsed
+            warn(f'{message}{_written(float(run.t[-1]))}')
+            return run, offline_run.elapsed

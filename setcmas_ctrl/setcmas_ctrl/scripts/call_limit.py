@@ -44,7 +44,7 @@ def limited_calls(
         return
     watch = _Watch(notes, seconds, alive, monitoring.DISABLE)
     events = monitoring.events.JUMP, monitoring.events.PY_START
-    before, robot_script.on_call = robot_script.on_call, notes.begin
+    before, robot_script.on_call = robot_script.on_call, lambda robot, _: notes.begin(robot)
     monitoring.use_tool_id(_TOOL, 'setcmas')
     for event in events:
         monitoring.register_callback(_TOOL, event, watch)

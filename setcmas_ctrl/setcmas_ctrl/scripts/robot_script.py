@@ -44,8 +44,13 @@ _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'
 _STOPS = 'stops; the other robots continue'
 _process = ExitStack()
 
-on_call: Callable[[int], object] = int
-"""Called with the robot's number before each call of a script; by default does nothing."""
+
+def _record_nothing(_: int, __: Path) -> None:
+    """Stand in for `on_call`."""
+
+
+on_call: Callable[[int, Path], object] = _record_nothing
+"""Called with robot and script before each call of a script."""
 
 
 class ScriptRobot(RobotModel):
@@ -128,7 +133,7 @@ class ScriptRobot(RobotModel):
         self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
         """Call a function of the script; return its numbers, or None if it fails."""
-        on_call(self._robot)
+        on_call(self._robot, self._path)
         try:
             result = _numbers(function(*arguments), sizes, function.__name__)
         except (StopCall, KeyboardInterrupt):

@@ -36,7 +36,7 @@ def shared_file() -> int:
 class CurrentCall:
     """The script call of a process: the process itself writes it, others read it."""
 
-    def __init__(self, memory: bytearray | mmap.mmap | None = None) -> None:
+    def __init__(self, memory: bytearray | memoryview | mmap.mmap | None = None) -> None:
         """Use the first bytes of some memory; by default of new memory of this process alone."""
         view = memoryview(bytearray(SIZE) if memory is None else memory)
         self._notes = view[:_NAME].cast('q')

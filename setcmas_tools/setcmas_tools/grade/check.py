@@ -5,12 +5,10 @@ from __future__ import annotations
 import base64
 import html
 import io
-import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from dataclasses import dataclass, replace
-from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,8 +30,7 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.offline_tables import remains
-from setcmas_tools.run.run_info import Outcome, State
+from setcmas_tools.run.run_info import State
 from setcmas_tools.submissions.student import Student
 
 if TYPE_CHECKING:
@@ -80,7 +77,6 @@ _WITHIN = (
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
 _DPI = 55
-_OF_SCRIPT = re.compile(r'tb3_\d+: ')  # what it prints, and warnings such as numpy's
 
 
 @dataclass(frozen=True)
@@ -313,28 +309,19 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
     Returns:
         A runner that raises SetcmasError if the script cannot be loaded.
     """
-    from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
+    from setcmas_tools.offline.offline_run import OfflineRun
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
         chosen = scenario.of(str(script), rubric.function).found()
-        printed = io.StringIO()
-        with redirect_stderr(printed), folded_output(), OfflineRun(chosen) as offline_run:
-            made = offline_run.result(call_timeout, lambda _: None, lambda _: None)
-        if isinstance(made, BrokenRun):
-            outcome = Outcome(State.DIED, {}, {}, str(made))
-            rest = remains(made.states, chosen.robots.robot_rate, outcome)
-            return ScenarioRun(rest, Failure(str(made)), is_complete=False)
-        message = _first_message(printed.getvalue())
-        return ScenarioRun(made, Failure(message) if message else None)
+        messages: list[str] = []
+        nowhere = io.StringIO()
+        with redirect_stderr(nowhere), folded_output(), OfflineRun(chosen) as offline_run:
+            made = offline_run.result(call_timeout, messages.append)
+        if made.outcome.state is State.DIED:
+            return ScenarioRun(made, Failure(made.outcome.detail), is_complete=False)
+        return ScenarioRun(made, Failure(messages[0]) if messages else None)
 
     return run
-
-
-def _first_message(text: str) -> str:
-    """Return the first message that the script did not print itself, with its further lines."""
-    lines = (line for line in text.splitlines() if not _OF_SCRIPT.match(line))
-    first, *others = [*dropwhile(lambda line: line.startswith(' '), lines), '']
-    return '\n'.join([first, *takewhile(lambda line: line.startswith(' '), others)])
 
 
 def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:

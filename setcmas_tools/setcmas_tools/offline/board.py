@@ -6,13 +6,10 @@ It survives the process of the run, however a script ends it.
 from __future__ import annotations
 
 import mmap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.current_call import SIZE, CurrentCall
 
@@ -40,7 +37,7 @@ class Board(CurrentCall):
     def done(self, states: int) -> None:
         self._run[_DONE] = states
 
-    def new_states(self, nb_states: int, nb_rows: int, nb_robots: int) -> Floats:
+    def new_states(self, nb_states: int, nb_robots: int, nb_rows: int = 6) -> Floats:
         """Return an array for the states of a run, shape (nb_states, nb_rows, nb_robots)."""
         shape = nb_states, nb_rows, nb_robots
         self._run[_STATES], self._run[_ROWS], self._run[_ROBOTS] = shape
@@ -50,6 +47,10 @@ class Board(CurrentCall):
         """Return the complete states."""
         shape = (self._run[_STATES], self._run[_ROWS], self._run[_ROBOTS])
         return self._array(shape)[: self.done]
+
+    def begin_step(self, robot: int, _: Path) -> None:
+        """Record that a robot's script is called."""
+        self.begin(robot)
 
     def _array(self, shape: tuple[int, int, int]) -> Floats:
         if self._file is None:
@@ -63,20 +64,3 @@ def _mapped(path: Path, size: int) -> mmap.mmap:
         if file.seek(0, 2) < size:
             file.truncate(size)
         return mmap.mmap(file.fileno(), 0)
-
-
-current = Board()
-"""The board of the run in this process."""
-
-
-@contextmanager
-def of_run() -> Iterator[None]:
-    """Keep the current board for its run: a run that a script starts gets a board of its own."""
-    global current
-    before = current
-    if calling_robot() is not None:
-        current = Board()
-    try:
-        yield
-    finally:
-        current = before

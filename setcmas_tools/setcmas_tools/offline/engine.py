@@ -22,7 +22,7 @@ from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
-from setcmas_tools.offline import board, offline_tables
+from setcmas_tools.offline import offline_tables, run_progress
 from setcmas_tools.offline.fleet_laws import FleetLaws
 from setcmas_tools.offline.offline_communication import OfflineCommunication
 from setcmas_tools.offline.simulation import Simulation
@@ -84,7 +84,7 @@ def simulate(
     seed_scripts(one.seed)
     radio = OfflineCommunication(one.communication, one.nb_robots, warn)
     with (
-        board.of_run(),
+        run_progress.of_run(),
         kept_state(_warning_of_functions(one)),
         named_output(),
         network.exchanged_by(radio),
@@ -149,8 +149,8 @@ def _integrate(
     t = np.arange(nb_steps + 1) / robot_rate
     control_t, due = _calls(t, 1 / robot_rate, scenario.law.rate)
     velocities = np.empty((len(control_t), 5 if scenario.safety.is_on else 2, nb_robots))
-    notes = board.current
-    states = notes.new_states(nb_steps + 1, 6, nb_robots)
+    notes = run_progress.current
+    states = notes.new_states(nb_steps + 1, nb_robots)
     states[0] = fleet.states[:6]
     notes.done = 1
     poses = through_quaternion(fleet.poses)

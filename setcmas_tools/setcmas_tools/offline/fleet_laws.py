@@ -15,7 +15,7 @@ from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.offline import board
+from setcmas_tools.offline import run_progress
 
 
 def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
@@ -33,16 +33,16 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
         scripts = LawScripts(_text(algo, functions), chosen.exercise, chosen.set)
         scripts.check(nb_robots, functions)
     check_in_fleet(functions, nb_robots, 'algo')
-    board.current.enter(Function.LOADING)
+    notes = run_progress.current
     laws = []
     for robot in robots:
-        board.current.begin(robot)
-        laws.append(
-            ControlLaw.of_function(functions[robot], robot, nb_robots)
-            if robot in functions or scripts is None
-            else scripts.law(robot, nb_robots)
-        )
-    board.current.end()
+        if robot in functions or scripts is None:
+            laws.append(ControlLaw.of_function(functions[robot], robot, nb_robots))
+            continue
+        notes.enter(Function.LOADING, scripts.script(robot))
+        notes.begin(robot)
+        laws.append(scripts.law(robot, nb_robots))
+        notes.end()
     return laws
 
 
@@ -87,6 +87,7 @@ class FleetLaws:
         self._commander = commander
         self.reports = ErrorReports(warn)
         self._failing = False
+        self._is_mixed = len({law.path for law in laws}) > 1
 
     def __call__(
         self,
@@ -104,11 +105,14 @@ class FleetLaws:
             adjacency: Adjacency matrix; None is the complete graph.
         """
         wanted: list[float] = []
-        notes = board.current
-        notes.enter(Function.CONTROL)
+        notes = run_progress.current
+        if not self._is_mixed:
+            notes.enter(Function.CONTROL, self._laws[0].path)
         for law, known in zip(
             self._laws, repeat(poses) if received is None else received, strict=False
         ):
+            if self._is_mixed:
+                notes.enter(Function.CONTROL, law.path)
             notes.begin(law.robot)
             try:
                 wanted += law(known, t, adjacency)

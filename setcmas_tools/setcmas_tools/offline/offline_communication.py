@@ -21,7 +21,7 @@ from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_g
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.offline import board
+from setcmas_tools.offline import run_progress
 from setcmas_tools.run.communication_record import (
     CommunicationRecord,
     Counts,
@@ -105,7 +105,7 @@ class OfflineCommunication:
 
     def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
-        notes = board.current
+        notes = run_progress.current
         notes.enter(Function.CONDITION)
         results: list[bool] = []
         for one, (x, y, theta), speed in states:

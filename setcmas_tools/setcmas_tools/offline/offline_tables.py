@@ -13,9 +13,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
-from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import Outcome, RunInfo
-from setcmas_tools.run.run_tables import RunTables
 
 
 def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
@@ -44,21 +41,6 @@ def commands(t: Floats, velocities: Floats) -> Commands:
     carried = velocities.astype(np.float32).astype(float)
     vx, vy, *allowed = carried.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
     return Commands(times, robots, vx, vy, Filtered(*allowed) if allowed else None)
-
-
-def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:
-    """Return a run that a script has ended.
-
-    Args:
-        states: Rows x, y, theta, V, ... of the robots so far, shape (K, rows, N).
-        robot_rate: Rate of the states in Hz.
-        outcome: Its outcome.
-    """
-    if not states.size:  # it ended before the first
-        states = np.empty((0, 6, 0))
-    t = np.arange(len(states)) / robot_rate
-    fleet = motion(t, states[:, :3], states[:, 3], states[:, 5])
-    return Run(RunTables(fleet), RunInfo(outcome=outcome))
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from typing import Any
 from setcmas_ctrl.scripts import robot_script
 from setcmas_ctrl.scripts.script_errors import summarise
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline import board
+from setcmas_tools.offline import board, run_progress
 from setcmas_tools.offline.child_channel import Channel
 from setcmas_tools.offline.forked_child import Child
 from setcmas_tools.offline.host import Host
@@ -53,8 +53,8 @@ class ScriptCall:
 
     def __call__(self, channel: Channel, folder: Path) -> None:
         """Call the function in this process."""
-        board.current = board.Board(folder / _BOARD)
-        robot_script.on_call = lambda robot: board.current.begin(robot)
+        run_progress.current = now = board.Board(folder / _BOARD)  # type: ignore[assignment]
+        robot_script.on_call = now.begin_step
         try:
             kind, result = Kind.RESULT, self.function(folder)
         except SetcmasError as error:

@@ -63,8 +63,7 @@ class Simulation:
         self.warn = warn
         self.progress = progress
         robots = scenario.robots
-        self.nb_steps = robots.nb_steps(scenario.time.duration)
-        _check_size(self.nb_steps, self.nb_robots)
+        self.nb_steps = checked_steps(scenario)
         self.start = scenario.start_poses()
         # Files are found before a script is loaded: it may change the current folder.
         self._found = found = scenario.found()
@@ -112,14 +111,21 @@ class Simulation:
         return Run(tables, info, tuple(self._inputs))
 
 
-def _check_size(nb_steps: int, nb_robots: int) -> None:
-    nb_states = nb_steps * nb_robots
+def checked_steps(scenario: Scenario) -> int:
+    """Return the number of steps of the robots.
+
+    Raises:
+        SetcmasError: They are too many to be stored.
+    """
+    nb_steps = scenario.robots.nb_steps(scenario.time.duration)
+    nb_states = nb_steps * scenario.nb_robots
     if nb_states > MAX_STATES:
         raise SetcmasError(
             f'the run would store {nb_states:.3g} states of robots (about '
             f'{nb_states * _BYTES_A_STATE / 1e9:.3g} GB); the limit is {MAX_STATES:.3g}: use a '
             'shorter duration, fewer robots, or a lower robot rate'
         )
+    return nb_steps
 
 
 def _by_script(names: Sequence[str], robots: Sequence[int]) -> dict[str, list[int]]:

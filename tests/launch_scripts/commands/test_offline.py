@@ -1,11 +1,11 @@
 import shutil
 import signal
-import threading
 
 import pytest
 import yaml
 from processes import SETCMAS, refuses, run_here
 
+from setcmas_tools.offline.script_process import ScriptProcess
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import read_fleet
 
@@ -157,11 +157,10 @@ def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
 
 
 def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
-    def interrupted(thread, start=threading.Thread.start):
-        start(thread)
+    def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(threading.Thread, 'start', interrupted)
+    monkeypatch.setattr(ScriptProcess, '_answer', interrupted)
     result = run_here('offline', '--algo', 'consensus', cwd=tmp_path)
 
     assert result.returncode == 130

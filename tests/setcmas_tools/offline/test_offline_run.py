@@ -1,15 +1,18 @@
 """Scripts that hang, die or break what they run in: the command keeps its word and its results."""
 
-import os
+import contextlib
 import sys
 import textwrap
 import time
 
+import psutil
 import pytest
 from processes import SETCMAS, TIMEOUT_S
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
+from setcmas_simu.reports.script_calls import Function
+from setcmas_tools.offline.offline_run import OfflineRun
+from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
 
 LAW = """
@@ -27,7 +30,7 @@ def control(robotNo, nbRobots, poses, t):
 
 @pytest.fixture
 def run(tmp_path):
-    """Run a script in a process of its own; returns the outcome, what was told, and how long."""
+    """Run a script in a process of its own; returns the run, and what was told."""
 
     def run_script(body='pass', top='', call_timeout=3.0, **options):
         path = tmp_path / 'law.py'
@@ -35,9 +38,15 @@ def run(tmp_path):
         said = []
         scenario = Scenario.of(path, **{'nb_robots': 3, 'duration': 4.0, **options})
         with OfflineRun(scenario.found()) as process:
-            return process.result(call_timeout, said.append, lambda _: None), said
+            return process.result(call_timeout, said.append), said
 
     return run_script
+
+
+def reason(run):
+    """Return why a script has ended a run."""
+    assert run.outcome.state is State.DIED
+    return run.outcome.detail
 
 
 def test_a_run_that_goes_well_is_the_same_as_without_a_process(run, tmp_path):
@@ -74,7 +83,7 @@ def test_a_run_that_a_script_starts_leaves_the_outer_run_and_its_limit_alone(run
     assert result.poses.shape[1:] == (3, 3)
 
     endless, _ = run(top=f'{top}    while True: simulate("nav_wp", duration=1)', call_timeout=0.5)
-    assert endless.reason.startswith('law.py has been loading for 0.5 s')
+    assert reason(endless).startswith('tb3_1: law.py has been loading for 0.5 s')
 
 
 def nightly(*bodies):
@@ -85,7 +94,6 @@ def nightly(*bodies):
     'body',
     [
         'time.sleep(1000)',
-        'signal.raise_signal(signal.SIGSTOP)',
         *nightly(
             'while True: pass',
             'sum(range(10 ** 14))',
@@ -98,21 +106,21 @@ def nightly(*bodies):
 def test_a_call_that_does_not_return_is_reported_and_ended(run, body):
     result, said = run(body)
 
-    assert isinstance(result, BrokenRun)
-    assert result.robot == 2
-    assert result.reason.startswith('control has not returned for 3 s (--call-timeout) at law.py')
+    late = 'tb3_2: control has not returned for'
+    assert reason(result).startswith(f'{late} 3 s (--call-timeout) at law.py, line 9\n    9 | ')
     assert len(said) == 1
-    assert said[0].startswith('tb3_2: control has not returned for 2 s')
-    assert 'law.py, line 9\n    9 | ' in result.reason
-    assert (result.file, result.line) == ('law.py', 9)
-    assert 3 <= len(result.states) <= 7  # 0.4 s at 10 Hz
+    assert said[0].startswith(f'{late} 2 s; it is at law.py, line 9')
+    [failure] = result.info.failures
+    assert (failure.robot, failure.script, failure.line) == (2, 'law.py', 9)
+    assert failure.function is Function.CONTROL
+    assert 3 <= len(result.t) <= 7  # 0.4 s at 10 Hz
 
 
 @pytest.mark.parametrize('body', ['while True: pass', 'sum(range(10 ** 14))'])
 def test_a_short_limit_names_the_line_too(run, body):
     result, said = run(body, call_timeout=1.0)
 
-    assert 'for 1 s (--call-timeout) at law.py, line 9\n    9 | ' in result.reason
+    assert 'for 1 s (--call-timeout) at law.py, line 9\n    9 | ' in reason(result)
     assert said == []
 
 
@@ -121,7 +129,7 @@ def test_a_call_that_swallows_everything_is_ended_too(run):
 
     result, _ = run(body, call_timeout=1.0)
 
-    assert result.reason.startswith('control has not returned for 1 s')
+    assert reason(result).startswith('tb3_2: control has not returned for 1 s')
 
 
 def test_a_robot_that_does_not_step_is_reported_and_ended(run, tmp_path):
@@ -130,37 +138,37 @@ def test_a_robot_that_does_not_step_is_reported_and_ended(run, tmp_path):
 
     result, said = run(model=f'3:{robot}')
 
-    assert result.robot == 3
-    assert result.reason.startswith('step has not returned for 3 s (--call-timeout) at robot.py')
+    late = 'tb3_3: step has not returned for 3 s (--call-timeout) at robot.py'
+    assert reason(result).startswith(late)
     assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line ')
 
 
 def test_a_script_that_does_not_load_is_reported_and_ended(run):
     result, said = run(top='time.sleep(1000)')
 
-    assert 'law.py has been loading for 3 s' in result.reason
+    assert 'law.py has been loading for 3 s' in reason(result)
     assert said[0].startswith('tb3_1: law.py has been loading for 2 s; it is at law.py, line 4')
 
 
+LINE_9 = ' at law.py, line 9\n    9 | '
+
+
 @pytest.mark.parametrize(
-    ('body', 'reason'),
+    ('body', 'cause', 'place'),
     [
-        ('os._exit(7)', 'ended its process with exit status 7'),
-        (
-            'os.kill(os.getpid(), signal.SIGKILL)',
-            'killed by SIGKILL',
-        ),
-        ('import ctypes; ctypes.string_at(0)', 'killed by SIGSEGV'),
-        ('os.abort()', 'killed by SIGABRT'),
+        ('os._exit(7)', 'ended its process with exit status 7', ', in control of law.py'),
+        ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL', ', in control of law.py'),
+        ('import ctypes; ctypes.string_at(0)', 'was killed by SIGSEGV', LINE_9),
+        ('os.abort()', 'was killed by SIGABRT', LINE_9),
     ],
 )
-def test_a_script_that_dies_is_reported_with_robot_and_line(run, body, reason):
+def test_a_script_that_dies_is_reported_with_robot_and_script(run, body, cause, place):
     result, _ = run(body)
 
-    assert isinstance(result, BrokenRun)
-    assert result.robot == 2
-    assert f'{reason} at law.py, line 9\n    9 | ' in result.reason
-    assert len(result.states) >= 3
+    assert reason(result).startswith('tb3_2: the ')
+    assert f'{cause}{place}' in reason(result)
+    assert result.outcome.failed_laws == {'law.py': [2]}
+    assert len(result.t) >= 3
 
 
 @pytest.mark.parametrize(
@@ -175,11 +183,9 @@ def test_a_script_that_dies_is_reported_with_robot_and_line(run, body, reason):
     ],
 )
 def test_what_a_script_leaves_behind_holds_nothing_up(run, top):
-    begin = time.monotonic()
-    result, _ = run(top=top)
+    result, _ = run(top=top)  # not after 1000 s, pytest's time-out
 
-    assert not isinstance(result, BrokenRun)
-    assert time.monotonic() - begin < 500  # 1000 s is what it would take
+    assert result.outcome.state is State.COMPLETE
 
 
 @pytest.mark.parametrize(
@@ -199,34 +205,44 @@ def test_what_a_script_leaves_behind_holds_nothing_up(run, top):
 def test_a_script_that_breaks_what_it_runs_in_loses_nothing(run, body):
     result, _ = run(body)
 
-    if isinstance(result, BrokenRun):
-        assert result.reason
-        assert len(result.states) >= 3
+    if result.outcome.state is State.DIED:
+        assert reason(result)
+        assert len(result.t) >= 3
     else:
         assert len(result.t) == 41
+
+
+def ended(pid):
+    """Wait until a process has ended; return whether it has."""
+    with contextlib.suppress(psutil.NoSuchProcess):
+        process, deadline = psutil.Process(pid), time.monotonic() + TIMEOUT_S
+        while process.status() != psutil.STATUS_ZOMBIE:
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(0.01)
+    return True
 
 
 def test_a_fork_goes_on_once(run, tmp_path):
     result, _ = run(f'os.fork(); open({str(tmp_path / "pids")!r}, "a").write(f"{{os.getpid()}} ")')
 
-    assert not isinstance(result, BrokenRun)
-    for pid in (tmp_path / 'pids').read_text().split():
-        assert not os.path.exists(f'/proc/{pid}')  # noqa: PTH110
+    assert result.outcome.state is State.COMPLETE
+    for pid in map(int, (tmp_path / 'pids').read_text().split()):
+        assert ended(pid)
 
 
 @pytest.mark.skipif(sys.platform != 'linux', reason='the kernel ends the process there')
 def test_a_command_that_is_killed_leaves_no_process(start, tmp_path):
-    psutil = pytest.importorskip('psutil')
     law = tmp_path / 'law.py'
     law.write_text('def control(i, n, p, t):\n    print("here")\n    while True:\n        pass\n')
     command = start(*SETCMAS, 'offline', '--algo', str(law), '--call-timeout', '600')
     command.wait_for_output('here')
-    [worker] = psutil.Process(command.pid).children()
+    children = psutil.Process(command.pid).children(recursive=True)
 
     command.popen.kill()
 
-    psutil.wait_procs([worker], timeout=TIMEOUT_S)
-    assert not worker.is_running()
+    assert children
+    assert all(ended(child.pid) for child in children)
 
 
 def test_mistakes_are_those_of_the_user(run):
@@ -253,4 +269,5 @@ def test_ctrl_c_is_answered_with_the_place(tmp_path):
 
         with pytest.raises(KeyboardInterrupt):
             process.result(TIMEOUT_S, print, press_ctrl_c)
+        assert len(process.stopped().t) >= 3
         assert 'line 9' in process.place()

@@ -1,0 +1,355 @@
+"""Process of a function that runs scripts: one that hangs or dies ends it, not this process."""
+
+from __future__ import annotations
+
+import faulthandler
+import multiprocessing
+import os
+import re
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from math import inf
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import IO, Any, Generic, TypeVar
+
+import numpy as np
+
+from setcmas_ctrl.scripts import robot_script
+from setcmas_ctrl.scripts.call_watch import STUCK_S
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.script_errors import described_place, quoted_line, summarise
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.current_call import SIZE
+from setcmas_simu.reports.script_calls import Function
+from setcmas_tools.offline import run_progress
+from setcmas_tools.offline.run_progress import RunProgress
+
+Result = TypeVar('Result')
+Warn = Callable[[str], None]
+Place = tuple[Path, int]
+"""File and line."""
+
+_LOOK_S = 0.05
+_PLACE_S = 2.0  # a process that waits for a core answers late
+_LAST_S = 0.5
+_MOST_READ = 1 << 16
+_ENVIRONMENT = {
+    'PYTHONHASHSEED': '0',  # sets of texts have the same order in each run
+    'PYTHONUNBUFFERED': '1',
+    'OMP_NUM_THREADS': '1',
+    'OPENBLAS_NUM_THREADS': '1',
+}
+_FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in .*\n', re.MULTILINE)
+_IS_POSIX = hasattr(signal, 'SIGUSR1') and hasattr(os, 'killpg')
+_FORKS = sys.platform == 'linux' and hasattr(os, 'fork')
+_context: Any = multiprocessing.get_context('forkserver' if _FORKS else 'spawn')
+_context.set_forkserver_preload(['setcmas_tools.offline.offline_run'])
+_starting = threading.Lock()
+
+
+class MachineError(SetcmasError):
+    """The machine keeps a script from running; the script is not the cause."""
+
+    def __init__(self, *_: object) -> None:
+        super().__init__(
+            'this computer cannot run more processes for scripts; are memory, disk and number '
+            'of processes sufficient?'
+        )
+
+
+class EndedError(Exception):
+    """A script has ended its process, or has not returned in time, or broke what it ran in.
+
+    Attributes:
+        reason: The cause, with script and line where they are known.
+        robot: Number of the robot whose script was called; 0 if unknown.
+        function: The function that was called.
+        file: Name of the file where it was; empty if unknown.
+        line: The line there; 0 if unknown.
+    """
+
+    def __init__(
+        self, reason: str, robot: int, function: Function, file: str = '', line: int = 0
+    ) -> None:
+        super().__init__(reason, robot, function, file, line)
+        self.reason, self.robot, self.function = reason, robot, function
+        self.file, self.line = file, line
+
+    def __str__(self) -> str:
+        return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason
+
+
+class ScriptProcess(Generic[Result]):
+    """A process that runs a function; use as a context manager, which ends the process.
+
+    It begins with `result`. What scripts print appears on sys.stdout and sys.stderr.
+
+    Attributes:
+        progress: What it does, as it records it in `run_progress.current`.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[Warn], Result],
+        scripts: Sequence[Path],
+        size: int = 1,
+        memory: int | None = None,
+    ) -> None:
+        """Prepare it.
+
+        Args:
+            function: The function, which is pickled; it gets a function that shows a message.
+            scripts: The scripts that it runs; messages name places in their folders.
+            size: How many numbers it may keep as states, as from `size_of`.
+            memory: Most memory that it may take, in bytes.
+        """
+        self._scripts = [path.resolve() for path in scripts]
+        call, states = _context.RawArray('B', SIZE), _context.RawArray('d', size)
+        self.progress = _progress(call, states)
+        pipes = [_context.Pipe(duplex=False) for _ in range(4 if _IS_POSIX else 1)]
+        self._answers, *self._streams = (reader for reader, _ in pipes)
+        self._writers = [writer for _, writer in pipes]
+        work = function, call, states, self._writers, memory, Path.cwd()
+        self._process = _context.Process(target=_work, args=work, daemon=True)
+        self._printing: list[threading.Thread] = []
+
+    def __enter__(self) -> ScriptProcess[Result]:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.end()
+
+    def result(
+        self,
+        warn: Warn,
+        call_timeout: float = inf,
+        timeout: float = inf,
+        look: Callable[[], object] = int,
+    ) -> Result:
+        """Run the function; return its result.
+
+        Args:
+            warn: Shows a message to the user.
+            call_timeout: Time in s after which a call of a script that does not return ends it.
+            timeout: Time in s after which it is ended.
+            look: Called now and then meanwhile.
+
+        Raises:
+            SetcmasError: The function raises it: the user's mistake.
+            EndedError: A script has ended it, or lasts too long.
+        """
+        self._start()
+        begin = since = time.monotonic()
+        calls, warned, progress = -1, False, self.progress
+        while (answer := self._answer(warn)) is None:
+            look()
+            now = time.monotonic()
+            if now - begin > timeout:
+                raise self._ended(f'ended after {timeout:g} s (--timeout)')
+            if progress.calls != calls or not progress.robot:
+                calls, since, warned = progress.calls, now, False
+            elif now - since > call_timeout:
+                raise self._ended(f'{self._late(call_timeout)} (--call-timeout)')
+            elif now - since > STUCK_S and not warned:
+                warned = True
+                place = self._described(self._place(), '; it is at ')
+                warn(f'{robot_name(progress.robot)}: {self._late(STUCK_S)}{place}')
+        self.end()
+        kind, value = answer
+        if kind == 'mistake':
+            raise value
+        if kind == 'broken':
+            raise self._ended(f'the script has broken the simulation itself: {value}')
+        result: Result = value
+        return result
+
+    def place(self) -> str:
+        """Return the current place in the script as text; empty if unknown."""
+        return self._described(self._place(), ' in ')
+
+    def end(self) -> None:
+        """End the process and its group: also the processes that scripts have started."""
+        if self._process.pid is None:
+            return
+        if _IS_POSIX:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
+        self._process.join()
+        for thread in self._printing:
+            thread.join(_LAST_S)  # a process that has left the group may hold the other end
+
+    def _start(self) -> None:
+        try:
+            with _starting, _environment():
+                self._process.start()
+        except (OSError, EOFError) as error:
+            raise MachineError from error
+        for writer in self._writers:
+            writer.close()
+        for stream in zip(self._streams, (sys.stdout, sys.stderr), strict=False):
+            self._printing.append(threading.Thread(target=_copy, args=stream, daemon=True))
+            self._printing[-1].start()
+
+    def _answer(self, warn: Warn) -> tuple[str, Any] | None:
+        """Wait a moment for the answer, and show messages that come before it."""
+        try:
+            if not self._answers.poll(_LOOK_S):
+                if self._process.is_alive() or self._answers.poll():
+                    return None
+                raise EOFError
+            kind, value = self._answers.recv()
+        except EOFError:  # it has ended, or a script has closed everything
+            self._process.join(_LAST_S)
+            raise self._ended(self._death()) from None
+        except Exception as error:  # a script may have put anything into the result
+            return 'broken', summarise(error)
+        if kind == 'warn':
+            warn(value)
+            return None
+        return kind, value
+
+    def _late(self, seconds: float) -> str:
+        call = self.progress.last()
+        if call and call.function is Function.LOADING:
+            return f'{call.script} has been loading for {seconds:g} s'
+        return f'{self.progress.function.value} has not returned for {seconds:g} s'
+
+    def _death(self) -> str:
+        status = self._process.exitcode
+        if status is None:
+            return 'the script has closed its connection with setcmas'
+        if status < 0:
+            return f'the process of the script was killed by {signal.Signals(-status).name}'
+        return f'the script ended its process with exit status {status}'
+
+    def _ended(self, reason: str) -> EndedError:
+        """End the process; return the error for it."""
+        place, call = self._place(), self.progress.running()
+        self.end()
+        if place:
+            reason += self._described(place, ' at ')
+        elif call:
+            reason += f', in {call.function.value} of {call.script}'
+        file, line = place or (Path(call.script if call else ''), 0)
+        robot = call.robot if call else 0
+        return EndedError(reason, robot, self.progress.function, file.name, line)
+
+    def _described(self, place: Place | None, before: str) -> str:
+        """Return a place with its line as text; empty if unknown."""
+        if not place:
+            return ''
+        file, line = place
+        script = next(path for path in self._scripts if path.parent == file.parent)
+        there = described_place(file, line, file if file in self._scripts else script)
+        return f'{before}{there}{quoted_line(file, line)}'
+
+    def _place(self) -> Place | None:
+        """Return the place of the script's current call, or where it has died; None if unknown."""
+        if not _IS_POSIX:
+            return None
+        told, folders, reader = '', {path.parent for path in self._scripts}, self._streams[2]
+        deadline = time.monotonic()
+        if self._process.is_alive():
+            deadline += _PLACE_S
+            while reader.poll() and os.read(reader.fileno(), _MOST_READ):
+                pass  # of an earlier question
+            os.kill(self._process.pid, signal.SIGUSR1)
+            os.kill(self._process.pid, signal.SIGCONT)  # a stopped one could not answer
+        while reader.poll(max(0.0, deadline - time.monotonic())):
+            part = os.read(reader.fileno(), _MOST_READ)  # it comes line by line
+            told += part.decode(errors='replace')
+            for found in _FRAME.finditer(told):
+                if Path(found['file']).parent in folders:
+                    return Path(found['file']), int(found['line'])
+            if not part:
+                break
+        return None
+
+
+def _progress(call: Any, states: Any) -> RunProgress:
+    """Return the progress in shared memory."""
+    return RunProgress(np.frombuffer(call, np.uint8).data, np.frombuffer(states))
+
+
+@contextmanager
+def _environment() -> Iterator[None]:
+    """Let processes that start meanwhile have the workers' environment, and not see Ctrl-C."""
+    multiprocessing.current_process().daemon = False  # Dask's workers are: they may start none
+    before = {name: os.environ[name] for name in _ENVIRONMENT if name in os.environ}
+    os.environ.update(_ENVIRONMENT)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if _IS_POSIX else ()
+    try:
+        yield
+    finally:
+        for name in _ENVIRONMENT:
+            del os.environ[name]
+        os.environ.update(before)
+        if _IS_POSIX:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _copy(reader: Connection, stream: IO[str]) -> None:
+    with open(reader.fileno(), 'rb', closefd=False) as source:
+        for line in source:
+            stream.write(line.decode(errors='replace'))
+            stream.flush()
+
+
+def _work(
+    function: Callable[[Warn], Any],
+    call: Any,
+    states: Any,
+    writers: Sequence[Connection],
+    memory: int | None,
+    folder: Path,
+) -> None:
+    """Run the function in this process, and end it."""
+    answers, *streams = writers
+    process = os.getpid()
+    _separate(streams, memory, folder)
+    run_progress.current = progress = _progress(call, states)
+    robot_script.on_call = progress.begin_step
+    answer: tuple[str, Any]
+    with named_output():  # here, too, as threads of scripts print on after `simulate`
+        try:
+            answer = 'result', function(lambda text: answers.send(('warn', text)))
+        except SetcmasError as error:
+            answer = 'mistake', error
+        except BaseException as error:  # a script has changed what the simulation is made of
+            answer = 'broken', summarise(error)
+        if os.getpid() == process:  # otherwise a script has forked it
+            answers.send(answer)
+        os._exit(0)  # whatever scripts have left, such as threads
+
+
+def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -> None:
+    """Give this process streams and limits of its own; let it end with the one that started it."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    multiprocessing.current_process().daemon = False  # scripts may start processes
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C
+    if _IS_POSIX:
+        os.setsid()
+        signal.signal(signal.SIGALRM, lambda *_: None)  # a script's alarm does nothing
+        os.dup2(streams[0].fileno(), 1)
+        os.dup2(streams[1].fileno(), 2)
+        faulthandler.enable(streams[2].fileno(), all_threads=False)
+        faulthandler.register(signal.SIGUSR1, streams[2].fileno(), all_threads=False)
+    os.chdir(folder)
+    if memory:
+        with suppress(ImportError, ValueError, OSError):
+            import resource
+
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+
+def _end_with_parent() -> None:
+    if parent := multiprocessing.parent_process():
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,30 @@
+"""Functions that tests run in processes of their own, which import them by name."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+
+def talk(warn):
+    print('to stdout')
+    print('to stderr', file=sys.stderr)
+    os.write(1, b'half a line')
+    warn('a warning')
+    return Path.cwd()
+
+
+def fail(error, _):
+    raise error
+
+
+def carry(value, _):
+    return value
+
+
+def sleep(_):
+    time.sleep(1000)
+
+
+def take_memory(_):
+    return len(bytes(10**10))
