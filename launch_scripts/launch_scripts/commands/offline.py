@@ -122,8 +122,7 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
         except KeyboardInterrupt:
             message = f'setcmas offline: stopped by the user{offline_run.place()}'
             run = offline_run.stopped()
-            if len(run.t) < 2:
-                warn(message)
+            warn(f'{message}{_written(run.table.t[-1:].sum())}')
+            if not run.table.t[-1:].sum():
                 raise
-            warn(f'{message}{_written(float(run.t[-1]))}')
             return run, offline_run.elapsed

@@ -22,10 +22,10 @@ from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
-from setcmas_tools.offline import offline_tables, run_progress
+from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.fleet_laws import FleetLaws
 from setcmas_tools.offline.offline_communication import OfflineCommunication
-from setcmas_tools.offline.simulation import Simulation
+from setcmas_tools.offline.simulation import Simulation, commands, motion, recorded_drawings
 from setcmas_tools.run.law_output import DrawingRecord
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables
@@ -88,7 +88,7 @@ def simulate(
         kept_state(_warning_of_functions(one)),
         named_output(),
         network.exchanged_by(radio),
-        offline_tables.recorded_drawings() as drawings,
+        recorded_drawings() as drawings,
     ):
         one.load()
         return _run(one, radio, drawings)
@@ -125,8 +125,8 @@ def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) 
     controllers = FleetLaws(one.laws, commander, one.warn)
     t, states, control_t, velocities = _integrate(fleet, controllers, radio, one, drawings)
     tables = RunTables(
-        offline_tables.motion(t, states[:, :3], states[:, 3], states[:, 5]),
-        offline_tables.commands(control_t, velocities),
+        motion(t, states[:, :3], states[:, 3], states[:, 5]),
+        commands(control_t, velocities),
         radio.record(t),
         drawings.drawings(),
         messages=radio.sent,

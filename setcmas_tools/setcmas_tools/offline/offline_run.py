@@ -12,10 +12,9 @@ import numpy as np
 
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.offline_tables import motion
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import EndedError, ScriptProcess, Warn
-from setcmas_tools.offline.simulation import checked_steps
+from setcmas_tools.offline.simulation import checked_steps, motion
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
 from setcmas_tools.run.run_tables import RunTables

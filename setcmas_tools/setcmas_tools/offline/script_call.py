@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import pickle
 from collections.abc import Callable, Mapping
@@ -10,16 +11,71 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from setcmas_ctrl.scripts import robot_script
 from setcmas_ctrl.scripts.script_errors import summarise
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline import board, run_progress
+from setcmas_simu.reports.current_call import SIZE, CurrentCall
+from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.child_channel import Channel
 from setcmas_tools.offline.forked_child import Child
 from setcmas_tools.offline.host import Host
 
 _BOARD = 'board'
 _exit = os._exit
+HEAD = SIZE + 32
+"""Size of the records before the states, in bytes."""
+_DONE, _STATES, _ROWS, _ROBOTS = range(4)
+
+
+class Board(CurrentCall):
+    """Records of a run: in memory of its own, or in a file that another process reads."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """Open a board; a file must have HEAD bytes at least."""
+        self._file = path
+        memory = _mapped(path, HEAD) if path else bytearray(HEAD)
+        super().__init__(memory)
+        self._run = memoryview(memory)[SIZE:HEAD].cast('q')
+
+    @property
+    def done(self) -> int:
+        """Number of complete states."""
+        return self._run[_DONE]
+
+    @done.setter
+    def done(self, states: int) -> None:
+        self._run[_DONE] = states
+
+    def new_states(self, nb_states: int, nb_robots: int, nb_rows: int = 6) -> Floats:
+        """Return an array for the states of a run, shape (nb_states, nb_rows, nb_robots)."""
+        shape = nb_states, nb_rows, nb_robots
+        self._run[_STATES], self._run[_ROWS], self._run[_ROBOTS] = shape
+        return self._array(shape)
+
+    def states(self) -> Floats:
+        """Return the complete states."""
+        shape = (self._run[_STATES], self._run[_ROWS], self._run[_ROBOTS])
+        return self._array(shape)[: self.done]
+
+    def begin_step(self, robot: int, _: Path) -> None:
+        """Record that a robot's script is called."""
+        self.begin(robot)
+
+    def _array(self, shape: tuple[int, int, int]) -> Floats:
+        if self._file is None:
+            return np.empty(shape)
+        size = 8 * shape[0] * shape[1] * shape[2]
+        return np.frombuffer(_mapped(self._file, HEAD + size), offset=HEAD).reshape(shape)
+
+
+def _mapped(path: Path, size: int) -> mmap.mmap:
+    with path.open('r+b') as file:
+        if file.seek(0, 2) < size:
+            file.truncate(size)
+        return mmap.mmap(file.fileno(), 0)
 
 
 class Kind(Enum):
@@ -45,15 +101,15 @@ class ScriptCall:
         host: Host,
         files: Mapping[str, bytes] | None = None,
         limits: Mapping[str, int] | None = None,
-    ) -> tuple[Child, board.Board]:
+    ) -> tuple[Child, Board]:
         """Begin it in a child of a host; return the child, and the board with its progress."""
-        empty = {_BOARD: bytes(board.HEAD)}
+        empty = {_BOARD: bytes(HEAD)}
         child = host.begin(pickle.dumps(self), {**(files or {}), **empty}, limits)
-        return child, board.Board(child.folder / _BOARD)
+        return child, Board(child.folder / _BOARD)
 
     def __call__(self, channel: Channel, folder: Path) -> None:
         """Call the function in this process."""
-        run_progress.current = now = board.Board(folder / _BOARD)  # type: ignore[assignment]
+        run_progress.current = now = Board(folder / _BOARD)  # type: ignore[assignment]
         robot_script.on_call = now.begin_step
         try:
             kind, result = Kind.RESULT, self.function(folder)

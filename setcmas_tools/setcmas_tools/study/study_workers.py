@@ -18,10 +18,9 @@ from typing import Any
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.offline.board import Board
 from setcmas_tools.offline.forked_child import EndedError, script_of
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.script_call import Kind, ScriptCall, result_of
+from setcmas_tools.offline.script_call import Board, Kind, ScriptCall, result_of
 from setcmas_tools.run.run_info import State
 from setcmas_tools.study.study_row import Job, Row, one_line
 
