@@ -7,6 +7,7 @@ import sys
 import pytest
 from ros_domain import reserved_domain
 
+NIGHTLY_TIMEOUT_S = 1800
 # Processes that tests start are to find compiled modules, as a user's do.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
@@ -34,7 +35,7 @@ def pytest_terminal_summary(terminalreporter, exitstatus):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items, config):
-    """Mark the tests that need ROS topics; spread them evenly where several workers run tests.
+    """Mark tests that need ROS topics or have more time; spread them evenly where several workers run tests.
 
     They mostly wait: so that the processor has other tests to run meanwhile. For the same reason
     fixtures that take long belong to the session, not to a module.
@@ -44,6 +45,8 @@ def pytest_collection_modifyitems(items, config):
         needs_ros = 'domain' in getattr(item, 'fixturenames', ())
         if needs_ros:
             item.add_marker(pytest.mark.ros)
+        if item.get_closest_marker('nightly'):
+            item.add_marker(pytest.mark.timeout(NIGHTLY_TIMEOUT_S))
         groups[needs_ros].append(item)
     if hasattr(config, 'workerinput'):
         places = [
