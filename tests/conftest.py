@@ -35,7 +35,7 @@ def pytest_terminal_summary(terminalreporter, exitstatus):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items, config):
-    """Mark tests that need ROS topics or have more time; spread them evenly where several workers run tests.
+    """Mark tests that need ROS topics or more time; spread the former evenly over workers.
 
     They mostly wait: so that the processor has other tests to run meanwhile. For the same reason
     fixtures that take long belong to the session, not to a module.
