@@ -92,7 +92,6 @@ SCENARIOS = [
     'setcmas_expe.safety.test_faults',
     'setcmas_expe.test_foreign_robot',
     'setcmas_expe.test_networks',
-    'setcmas_tools.bags.test_damage',
     'setcmas_tools.grade.test_grader_messages',
     'setcmas_tools.grade.test_mistakes',
     'setcmas_tools.grade.test_right_solutions',

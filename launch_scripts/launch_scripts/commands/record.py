@@ -1,8 +1,7 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
 By default it records every topic of its namespace, including those that appear later. The bag
-stays readable even if the recorder is killed. A layout for Foxglove and Lichtblick is written next
-to the bag.
+stays readable even if the recorder is killed.
 
 Examples:
   setcmas record                                 writes to bag_<date and time>

@@ -63,7 +63,6 @@ PARAMETER_EVENTS = '/parameter_events'
 ROSOUT = '/rosout'
 OF_ROS = (PARAMETER_EVENTS, ROSOUT)
 """Topics that are the same in every namespace."""
-TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')
 """Message types of cmd_vel, the default first."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosbags.interfaces import (
     Connection,
@@ -28,10 +27,8 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.bags.bag_sources import one_line
+from setcmas_tools.bags.bag_file import one_line
 
-_MOST_LETTERS = 100_000  # of the definition of a type with its parts
-_MOST_TYPES = 500
 _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
@@ -80,153 +77,72 @@ class BagTypes:
             raise UnresolvedTypeError(f"it is encoded as '{encoding}'; it must be cdr")
         key = (connection.msgtype, connection.msgdef.data, is_ros1)
         if key not in self._resolved:
-            letters = sum(len(text) for _, text, _ in self._resolved)
-            if letters > 20 * _MOST_LETTERS or len(self._resolved) > _MOST_TYPES:
-                raise UnresolvedTypeError('the definitions in the bag are too long or too many')
-            store = self._store_for(connection)
-            decode = _decoder(store, connection.msgtype, is_ros1)
-            self._resolved[key] = MessageType(connection.msgtype, store, decode)
+            try:
+                self._resolved[key] = self._type_of(connection, is_ros1)
+            except KeyError as error:  # of a type or of a kind of field
+                raise UnresolvedTypeError(f'no definition of {error} is known') from error
+            except RecursionError as error:
+                raise UnresolvedTypeError('its definition contains itself') from error
         return self._resolved[key]
 
-    def _store_for(self, connection: Connection) -> Typestore:
-        if connection.msgdef.format == MessageDefinitionFormat.NONE:
-            return _store_of_ros(connection.msgtype)
+    def _type_of(self, connection: Connection, is_ros1: bool) -> MessageType:
+        # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
+        built_in = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
+        name = connection.msgtype
         try:
-            types = _parse(connection)
-            with suppress(TypesysError):
-                self._shared.register(types)
-                return self._shared
-            store = get_typestore(Stores.EMPTY)
-            store.register(types)
-        # SyntaxError: of a damaged name
-        except (TypesysError, SyntaxError, ValueError, RecursionError) as error:
-            raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
+            store = self._store_of(_parsed(connection), built_in)
+            # SyntaxError: of a damaged name
+        except (TypesysError, SyntaxError, ValueError) as error:
+            if name not in built_in.fielddefs:
+                raise UnresolvedTypeError(_reason(connection, error)) from error
+            store = built_in
+        store.get_msgdef(name)
+        deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+
+        def decode(data: bytes) -> Any:
+            try:
+                return deserialise(data, name)
+            except SerdeError as error:
+                raise UndecodableError(one_line(error)) from error
+
+        return MessageType(name, store, decode)
+
+    def _store_of(self, types: dict[str, Any], built_in: Typestore) -> Typestore:
+        """Return a store of types and of their parts, which bags of other tools may lack."""
+        known = built_in.fielddefs | types
+        waiting = list(types)
+        while waiting:
+            own = [part for _, desc in known[waiting.pop()][1] for part in _part_names(desc)]
+            new = dict.fromkeys(part for part in own if part not in types)
+            types |= {part: known[part] for part in new}
+            waiting += new
+        with suppress(TypesysError):
+            self._shared.register(types)
+            return self._shared
+        store = get_typestore(Stores.EMPTY)
+        store.register(types)
         return store
 
 
-def _store_of_ros(msgtype: str) -> Typestore:
-    # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    if msgtype not in store.fielddefs:
-        raise UnresolvedTypeError('the bag holds no definition of it')
-    return store
-
-
-def _parse(connection: Connection) -> dict[str, Any]:
+def _parsed(connection: Connection) -> dict[str, Any]:
+    """Return the definitions of a type and its parts; ValueError is raised if there are none."""
     text = connection.msgdef.data
-    if len(text) > _MOST_LETTERS:
-        raise UnresolvedTypeError(
-            f'its definition has {len(text):,} letters; at most {_MOST_LETTERS:,} are read'
-        )
-    if connection.msgdef.format == MessageDefinitionFormat.MSG:
+    if connection.msgdef.format == MessageDefinitionFormat.MSG and text:
         return dict(get_types_from_msg(text, connection.msgtype))
     definitions: dict[str, Any] = {}
     for part in text.split(_IDL_SEPARATOR):
         idl = part.split('\n', 1)[1] if part.startswith('IDL: ') else part
         if idl.strip():
             definitions.update(get_types_from_idl(idl))
+    if not definitions:
+        raise ValueError
     return definitions
 
 
-def _decoder(store: Typestore, msgtype: str, is_ros1: bool) -> Callable[[bytes], Any]:
-    try:
-        limits = TypeLimits(store.fielddefs, msgtype)
-        store.get_msgdef(msgtype)
-    except TooLargeError as error:
-        raise UnresolvedTypeError(str(error)) from error
-    except KeyError as error:  # of a type or of a kind of field
-        raise UnresolvedTypeError(f'no definition of {error} is known') from error
-    deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
-
-    def decode(data: bytes) -> Any:
-        try:
-            limits.check(data)
-            return deserialise(data, msgtype)
-        except (SerdeError, TooLargeError) as error:
-            raise UndecodableError(one_line(error)) from error
-
-    return decode
-
-
-_DEEPEST = 30
-_MOST_COLUMNS = 10_000
-_MOST_ELEMENTS = 2_000_000  # of a message: each is an object of Python
-_BYTES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2}
-
-
-class TooLargeError(Exception):
-    """A type or a message exceeds a limit; the message says which."""
-
-
-class _Size(NamedTuple):
-    depth: int
-    columns: int
-    bytes: int
-
-
-class TypeLimits:
-    """Sizes of a type's messages, as its definition gives them."""
-
-    def __init__(self, fields: Mapping[str, Any], msgtype: str) -> None:
-        """Go through the parts of a type.
-
-        Args:
-            fields: Definitions by type, as rosbags parses them.
-            msgtype: Name of the type.
-
-        Raises:
-            TooLargeError: It contains itself, is nested too deep, or has too many fields.
-        """
-        self._fields = fields
-        self._sizes: dict[str, _Size | None] = {}
-        self._smallest: float = math.inf
-        self._size(msgtype, 0)
-
-    def check(self, data: bytes) -> None:
-        """Check a message before it is decoded.
-
-        Raises:
-            TooLargeError: It may have too many elements in arrays of texts or of messages.
-        """
-        if len(data) > self._smallest * _MOST_ELEMENTS:
-            raise TooLargeError(f'it may have more than {_MOST_ELEMENTS:,} elements')
-
-    def _size(self, msgtype: str, depth: int) -> _Size:
-        if msgtype not in self._fields:  # this is reported later
-            return _Size(0, 1, 1)
-        known = self._sizes.get(msgtype, _Size(0, 0, 0) if msgtype not in self._sizes else None)
-        if known is None:
-            raise TooLargeError(f'{msgtype} contains itself')
-        if msgtype not in self._sizes:
-            if depth > _DEEPEST:
-                raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
-            self._sizes[msgtype] = None
-            parts = [self._part(field, depth + 1) for _, field in self._fields[msgtype][1]]
-            known = _Size(
-                1 + max((part.depth for part in parts), default=0),
-                sum(part.columns for part in parts),
-                sum(part.bytes for part in parts),
-            )
-            self._sizes[msgtype] = known
-        if depth + known.depth > _DEEPEST:
-            raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
-        if known.columns > _MOST_COLUMNS:
-            raise TooLargeError(f'it has more than {_MOST_COLUMNS:,} fields')
-        return known
-
-    def _part(self, field: tuple[Any, Any], depth: int) -> _Size:
-        kind, detail = field
-        if kind == Nodetype.NAME:
-            return self._size(detail, depth)
-        if kind == Nodetype.BASE:
-            return _Size(0, 1, _BYTES.get(detail[0], 4))
-        element, length = detail
-        size = self._part(element, depth)
-        times = length if kind == Nodetype.ARRAY else 1
-        if element[0] == Nodetype.NAME or element[1][0] == 'string':
-            self._smallest = min(self._smallest, size.bytes)
-            size = size._replace(columns=times * size.columns)
-        return size._replace(bytes=times * size.bytes if kind == Nodetype.ARRAY else 4)
+def _reason(connection: Connection, error: Exception) -> str:
+    if not connection.msgdef.data:
+        return 'the bag holds no definition of it'
+    return f'its definition is damaged ({one_line(error)})'
 
 
 class UnknownDefinitionError(Exception):

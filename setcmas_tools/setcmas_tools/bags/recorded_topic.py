@@ -19,7 +19,6 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from setcmas_simu.fleet.topics import is_odometry
 from setcmas_simu.ros.message_class import message_class
 
 DEPTH = 1000
@@ -78,7 +77,6 @@ class RecordedTopic:
         name: Full name.
         msgtype: Type of its messages.
         connection: The topic in the bag; None until a publisher is known.
-        has_poses: Whether it is the odometry of a robot.
         has_stamp: Whether its messages begin with a time.
     """
 
@@ -94,7 +92,6 @@ class RecordedTopic:
         self.name = name
         self.msgtype = msgtype
         self.connection: Connection | None = None
-        self.has_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
         self._node = node
         self._class = message_class(msgtype)
         fields = self._class.get_fields_and_field_types()

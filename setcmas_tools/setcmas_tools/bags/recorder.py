@@ -18,8 +18,7 @@ from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_tools.bags.bag_times import BagTimes, bag_times
-from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
-from setcmas_tools.bags.foxglove import write_layout
+from setcmas_tools.bags.bag_writer import BagWriter
 from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.bags.recorded_steps import RecordedSteps, StepMessage
 from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
@@ -58,7 +57,6 @@ class GraphRecorder:
         self._seen: dict[str, tuple[int, list[str]]] = {}
         self._printed: set[str] = set()
         self._fleet = FleetListener(node)
-        self._transforms = TransformRecorder(writer)
 
     @property
     def recorded(self) -> list[str]:
@@ -69,8 +67,6 @@ class GraphRecorder:
         """Follow changes of the graph since the last look, and answer requests."""
         self._fleet.take()
         self._requests.take()
-        is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
-        self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
         for name, types in self._node.get_topic_names_and_types():
             if self._is_wanted(name):
                 state = (self._node.count_publishers(name), types)
@@ -161,12 +157,8 @@ class GraphRecorder:
             if not message.topic.connection:
                 self._follow(message.topic.name, [message.topic.msgtype])
         for stamp, message in self._times.of(self._waiting, complete):
-            topic = message.topic
-            if topic.connection:
-                self._writer.write(topic.connection, stamp, message.data)
-                if topic.has_poses:
-                    self._transforms.take(message.data)
-        self._transforms.write()
+            if message.topic.connection:
+                self._writer.write(message.topic.connection, stamp, message.data)
 
     @property
     def follows(self) -> bool:
@@ -225,7 +217,6 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
         with BagWriter(options.output) as writer:
             recorder = GraphRecorder(node, writer, chosen)
             _record(process, recorder, writer)
-        write_layout(options.output, writer.types)
     except OSError as error:
         reason = f'{error.strerror}; earlier messages are readable'
         print(f"error: recording to '{options.output}' stopped: {reason}", file=sys.stderr)

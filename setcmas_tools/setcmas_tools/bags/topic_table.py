@@ -17,9 +17,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys.base import normalize_fieldname
 from rosbags.typesys.store import Typestore
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.bags.message_types import UndecodableError
 
 _NANO = 1_000_000_000
 STAMPS = ('builtin_interfaces/msg/Time', 'builtin_interfaces/msg/Duration')
@@ -64,8 +62,6 @@ def cells_of(kind: str) -> Callable[[Any], list[Any]]:
 LONGEST_ARRAY = 10_000
 """A longer array, such as an image, has one column with its length."""
 
-_MOST_CELLS = 50_000  # of a row
-_LARGEST_TABLE = 200_000_000  # cells
 _TOO_LONG = -1
 
 Column: TypeAlias = tuple[tuple[float, ...], str]
@@ -124,8 +120,6 @@ class Array:
             cells.append(len(elements))
             return
         lengths.append(len(elements))
-        if len(cells) + len(elements) > _MOST_CELLS:
-            raise UndecodableError(f'it has more than {_MOST_CELLS:,} values')
         if self.cells:
             cells += self.cells(elements)
             return
@@ -306,11 +300,6 @@ class TopicTable:
     def _fill_up_rows(self) -> None:
         different = {lengths for _, lengths in self._lengths}
         every = sorted({c for lengths in different for c in columns(self._parts, iter(lengths))})
-        if len(every) * self.nb_rows > _LARGEST_TABLE:
-            raise SetcmasError(
-                f'{self.path.name} would have {self.nb_rows:,} rows of {len(every):,} columns; '
-                f'at most {_LARGEST_TABLE:,} cells are written'
-            )
         filled = self.path.with_name(f'{self.path.name}.filled')
         with (
             self.path.open(encoding='utf-8', newline='') as source,

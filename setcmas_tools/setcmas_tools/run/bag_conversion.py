@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from functools import partial
 from itertools import chain, count
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, TypeVar, cast
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import Bag, BagTopic, Message, Progress, Taker, open_bag
@@ -104,42 +103,37 @@ def _as_given(path: Path, like: Path) -> Path:
 def _write_files(
     bag: Bag, unfinished: Path, folder: Path, odometry_topic: str
 ) -> ConversionReport:
-    topics = [topic for topic in bag.topics if not topic.derived]
-    names = file_names(topic.name for topic in topics)
-    paths = {t: unfinished / name for t, name in zip(topics, names, strict=True)}
-    samples = RunSamples(topics, odometry_topic)
-    collectors = {topic: samples.collectors(topic) for topic in topics}
+    names = file_names(topic.name for topic in bag.topics)
+    paths = {topic: unfinished / name for topic, name in zip(bag.topics, names, strict=True)}
+    samples = RunSamples(bag.topics, odometry_topic)
+    collectors = {topic: samples.collectors(topic) for topic in bag.topics}
     zero_ns = bag.first_command(samples.names)
-    # Meanwhile another process writes the tables of topics that the run does not need.
     apart = {topic: paths.pop(topic) for topic in _plain(collectors)}
-    other_process = _second_process(_write_apart, bag.path, apart, zero_ns)
-    with other_process if apart else nullcontext(lambda: _Written({}, [])) as others:
-        shown = partial(_with_progress, bag.count)
-        written = _write_topics(bag, paths, collectors, zero_ns, shown).with_those_of(others())
+    with _second_process() if apart else nullcontext() as pool:
+        # Meanwhile another process writes the tables of topics that the run does not need.
+        of_name = {(topic.name, topic.type.name): path for topic, path in apart.items()}
+        others = pool.submit(_write_apart, bag.path, of_name, zero_ns) if pool else None
+        nb_rows, undecodable = _write_topics(bag, paths, collectors, zero_ns, _with_progress)
+        if others:
+            more, lines = others.result()
+            nb_rows, undecodable = nb_rows | more, sorted(undecodable + lines)  # by topic
     if tables := samples.tables():
         write_tables(tables, unfinished)
     for path in sorted(unfinished.iterdir()):
         path.replace(folder / path.name)
     return ConversionReport(
         folder,
-        [folder / name for name in names if written.nb_rows.get(name)],
+        [folder / name for name in names if nb_rows.get(name)],
         folder / FLEET.name if tables else None,
-        sum(written.nb_rows.values()),
+        sum(nb_rows.values()),
         (bag.end_ns - bag.start_ns) / 1e9,
-        bag.notices + written.undecodable + samples.notices,
+        bag.notices + undecodable + samples.notices,
         samples.parameters_set(),
     )
 
 
-class _Written(NamedTuple):
-    """Numbers of rows by name of the file, and lines on messages that cannot be decoded."""
-
-    nb_rows: dict[str, int]
-    undecodable: list[str]
-
-    def with_those_of(self, other: _Written) -> _Written:
-        undecodable = sorted(self.undecodable + other.undecodable)  # by topic
-        return _Written(self.nb_rows | other.nb_rows, undecodable)
+Written = tuple[dict[str, int], list[str]]
+"""Numbers of rows by name of the file, and lines on messages that cannot be decoded."""
 
 
 def _write_topics(
@@ -147,8 +141,8 @@ def _write_topics(
     paths: Mapping[BagTopic, Path],
     collectors: Mapping[BagTopic, Sequence[Taker]],
     zero_ns: int,
-    shown: Progress = iter,
-) -> _Written:
+    shown: Progress | None = None,
+) -> Written:
     """Write the tables of some topics, and hand their messages to functions."""
     tables = {
         topic: TopicTable(path, parts_of_rows(topic.type.store, topic.type.name))
@@ -159,7 +153,7 @@ def _write_topics(
     for table in tables.values():
         if table.nb_rows:
             table.finish()
-    return _Written({table.path.name: table.nb_rows for table in tables.values()}, undecodable)
+    return {table.path.name: table.nb_rows for table in tables.values()}, undecodable
 
 
 _WORTH_A_PROCESS = 5_000  # messages: about 0.1 s
@@ -168,59 +162,29 @@ _WORTH_A_PROCESS = 5_000  # messages: about 0.1 s
 def _plain(collectors: Mapping[BagTopic, Sequence[Taker]]) -> list[BagTopic]:
     """Return the topics without collectors, if they are worth a process of their own."""
     plain = [topic for topic, own in collectors.items() if not own]
-    can_fork = sys.platform == 'linux' and hasattr(os, 'fork')
-    has_cores = can_fork and len(os.sched_getaffinity(0)) > 1
-    worth = has_cores and sum(topic.count for topic in plain) >= _WORTH_A_PROCESS
-    return plain if worth else []
+    has_cores = sys.platform == 'linux' and len(os.sched_getaffinity(0)) > 1
+    return plain if has_cores and sum(t.count for t in plain) >= _WORTH_A_PROCESS else []
 
 
-def _write_apart(path: Path, paths: Mapping[BagTopic, Path], zero_ns: int) -> _Written:
-    """Write the tables of some topics of a bag that another process reads, too."""
-    of_name = {(topic.name, topic.type.name): path for topic, path in paths.items()}
+def _write_apart(path: Path, paths: Mapping[tuple[str, str], Path], zero_ns: int) -> Written:
+    """Write the tables of some topics, by names and types, in a process of their own."""
     with open_bag(path) as bag:
-        own = {topic: of_name.get((topic.name, topic.type.name)) for topic in bag.topics}
+        own = {topic: paths.get((topic.name, topic.type.name)) for topic in bag.topics}
         return _write_topics(bag, {t: path for t, path in own.items() if path}, {}, zero_ns)
 
 
-_Result = TypeVar('_Result')
-
-
 @contextmanager
-def _second_process(work: Callable[..., _Result], *args: Any) -> Iterator[Callable[[], _Result]]:
-    """Run a function in a fork of this process; yield a function that waits for its result.
+def _second_process() -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool with one process, a fork: it imports nothing again.
 
-    Its exceptions are raised here. The process does not outlive the block.
+    Raises:
+        SetcmasError: It was killed.
     """
-    context = get_context('fork')
-    results, sent = context.Pipe(duplex=False)
-
-    def send_result() -> NoReturn:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
-        with suppress(BrokenPipeError):
-            try:
-                sent.send((work(*args), None))
-            except Exception as error:
-                sent.send((None, error))
-        os._exit(0)  # another thread of the parent may have held a lock of the output
-
-    def result() -> _Result:
-        try:
-            value, error = results.recv()
-        except EOFError:
-            raise SetcmasError('a process of the conversion was killed: out of memory?') from None
-        if error:
-            raise error
-        return cast(_Result, value)
-
-    process = context.Process(target=send_result)
-    process.start()
-    sent.close()
     try:
-        yield result
-    finally:
-        process.kill()
-        process.join()
-        results.close()
+        with ProcessPoolExecutor(1, get_context('fork')) as pool:
+            yield pool
+    except BrokenProcessPool:
+        raise SetcmasError('a process of the conversion was killed: out of memory?') from None
 
 
 def file_names(topics: Iterable[str]) -> list[str]:
@@ -238,7 +202,7 @@ def file_names(topics: Iterable[str]) -> list[str]:
     return names
 
 
-def _with_progress(count: int, messages: Iterator[Message]) -> Iterator[Message]:
+def _with_progress(messages: Iterator[Message], count: int) -> Iterator[Message]:
     if count < _LONG_BAG or not sys.stderr.isatty():
         return messages
     from tqdm import tqdm  # only the long bags pay for its import

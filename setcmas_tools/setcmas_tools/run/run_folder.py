@@ -121,7 +121,7 @@ def _is_bag(path: Path) -> bool:
     return any(f.name == 'metadata.yaml' or f.suffix in BAG_ENDINGS for f in path.iterdir())
 
 
-_PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
+_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
 
 
 def remove_parts(folder: Path, parts: Iterable[str]) -> None:

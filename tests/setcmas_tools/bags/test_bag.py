@@ -1,11 +1,10 @@
-import contextlib
-import re
 import shutil
 import sqlite3
 
 import pytest
-from bag_contents import only_file, read, write_compressed
-from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
+from bag_contents import only_file, read
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from setcmas_simu.errors import SetcmasError
@@ -51,34 +50,6 @@ def test_type_that_this_machine_does_not_know(tmp_path, write_bag, write_ros1_ba
             assert topic.type.decode(data).name == 'probe'
 
 
-@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_compressed_bag(tmp_path, store, points, mode):
-    write_compressed(tmp_path / 'bag', store, points, mode, StoragePlugin.SQLITE3)
-
-    assert read(tmp_path / 'bag') == (list(range(200)), [])
-
-
-def test_files_of_a_split_bag_are_read_in_the_order_of_time(tmp_path, write_bag, points):
-    folder = tmp_path / 'bag'
-    folder.mkdir()
-    for name, part in (('b_first', points[:120]), ('a_second', points[120:])):
-        written = write_bag(tmp_path / name, part)
-        shutil.move(only_file(written, '*.mcap'), folder)
-
-    assert read(folder) == (list(range(200)), [])
-
-
-def test_a_broken_file_of_a_split_bag_does_not_hide_the_others(tmp_path, write_bag, points):
-    folder = write_bag(tmp_path / 'bag', points)
-    (folder / 'bag_1.mcap').touch()
-
-    x, notices = read(folder)
-
-    assert x == list(range(200))
-    assert len(notices) == 1
-    assert 'bag_1.mcap' in notices[0]
-
-
 def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, make):
     probe = [('/probe', 6, make('lab_msgs/msg/Reading'))]
     file = only_file(write_bag(tmp_path / 'bag', points + probe, 'sqlite3'), '*.db3')
@@ -94,7 +65,9 @@ def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, ma
     ]
 
 
-@pytest.mark.parametrize('definition', ['float64 $$$ x', 'other_msgs/Missing part', 'wstring x'])
+@pytest.mark.parametrize(
+    'definition', ['float64 $$$ x', 'other_msgs/Missing part', 'wstring x', 'Bad part', '']
+)
 def test_topic_with_a_useless_definition_is_left_out(tmp_path, store, make, definition):
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         good = writer.add_connection('/good', POINT, typestore=store)
@@ -131,8 +104,8 @@ def test_topics_that_disagree_on_a_type(tmp_path):
         ('', None, 'is not a bag; it must be'),
         ('notes.txt', b'hello', 'is not a bag; it must be'),
         ('empty.mcap', b'', 'is empty'),
-        ('wrong.mcap', b'hello' * 20, 'is not mcap'),
-        ('wrong.db3', b'hello' * 20, 'cannot be read (Cannot open database'),
+        ('wrong.mcap', b'hello' * 20, 'not a valid MCAP file'),
+        ('wrong.db3', b'hello' * 20, 'cannot be read (file is not a database)'),
         ('wrong.bag', b'hello' * 20, 'cannot be read (File magic is invalid.)'),
     ],
 )
@@ -166,31 +139,43 @@ def test_cut_bags_of_other_kinds_get_one_line_that_names_the_repair_tool(
     assert '\n' not in str(error.value)
 
 
-def test_database_that_was_not_closed_is_refused_with_the_command_that_closes_it(
-    tmp_path, write_bag, points
-):
-    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
-    database = sqlite3.connect(file)
-    database.execute('PRAGMA journal_mode=WAL')
-    database.execute('DELETE FROM messages WHERE id > 150')
-    database.commit()
-    killed = tmp_path / 'killed'
-    killed.mkdir()
-    for part in file.parent.glob('*.db3*'):
-        shutil.copy(part, killed)
-    database.close()
-
-    with pytest.raises(SetcmasError, match='was not closed') as error, open_bag(killed):
-        pass
-    command, statement = re.search(r"closes it: sqlite3 '(.*)' '(.*)'", str(error.value)).groups()
-    with contextlib.closing(sqlite3.connect(command)) as closing:
-        closing.execute(statement)
-    assert read(killed) == (list(range(150)), [])
-
-
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
 def test_bag_without_messages(tmp_path, write_bag, plugin):
     bag = write_bag(tmp_path / 'bag', [], plugin)
 
     with pytest.raises(SetcmasError, match='holds no messages'), open_bag(bag):
         pass
+
+
+@pytest.mark.parametrize(
+    'definition', ['std_msgs/Header header\ngeometry_msgs/Point point', 'damaged $', '']
+)
+def test_incomplete_definitions_are_those_of_ros(tmp_path, store, make, definition):
+    msgtype = 'geometry_msgs/msg/PointStamped'
+    point = make(msgtype)
+    point.point.x = 7.0
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection('/p', msgtype, msgdef=definition, rihs01='RIHS01_0')
+        writer.write(connection, 1, store.serialize_cdr(point, msgtype))
+
+    with open_bag(tmp_path / 'bag') as bag:
+        ((topic, _, data),) = bag.messages()
+        assert topic.type.decode(data).point.x == 7.0
+
+
+def test_topics_of_ros1_without_a_slash_have_the_same_names(tmp_path, make):
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Ros1Writer(tmp_path / 'old.bag') as writer:
+        connection = writer.add_connection('tb3_1/point', POINT, typestore=store)
+        writer.write(connection, 1, store.serialize_ros1(make(POINT), POINT))
+
+    with open_bag(tmp_path / 'old.bag') as bag:
+        assert [topic.name for topic in bag.topics] == ['/tb3_1/point']
+
+
+def test_times_of_two_clocks_are_told(tmp_path, write_bag, points):
+    late = [(topic, seconds + 2e6, message) for topic, seconds, message in points]
+
+    _, (notice,) = read(write_bag(tmp_path / 'bag', points + late))
+
+    assert 'jump by 1,999,995.0 s, 5.0 s after its first message: ' in notice

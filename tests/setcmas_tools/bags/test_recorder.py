@@ -2,7 +2,7 @@ import signal
 import sys
 
 import pytest
-from recordings import RECORDER, offered, recorded, wait_until_on_disk
+from recordings import RECORDER, recorded, wait_until_on_disk
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
@@ -11,7 +11,6 @@ from setcmas_tools.run.bag_conversion import convert
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
-from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import ListParameters
 from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
@@ -157,42 +156,3 @@ def test_a_bag_that_exists_is_not_touched(start, domain, bag):
     assert recorder.wait() == 2
     assert recorder.output() == f"error: '{bag}' exists already; it must be a new folder\n"
     assert list(bag.iterdir()) == []
-
-
-def send_odometry(peer, robot):
-    message = Odometry(child_frame_id=f'tb3_{robot}/base_footprint')
-    message.header.frame_id = 'world'
-    message.pose.pose.position.x = float(robot)
-    peer.publisher(Odometry, f'/tb3_{robot}/odom').publish(message)
-
-
-def test_transforms_are_recorded_that_others_can_read(record, peer, bag):
-    reader = pytest.importorskip('mcap_ros2.reader')
-    recorder = record()
-    for robot in (1, 2):
-        send_odometry(peer, robot)
-    wait_until_on_disk(peer, bag, '/tb3_2/odom')
-    recorder.end(signal.SIGINT)
-
-    read = {'/tf': {}, '/tf_static': {}}
-    for entry in reader.read_ros2_messages(next(bag.glob('*.mcap')), topics=list(read)):
-        transforms = entry.ros_msg.transforms
-        read[entry.channel.topic] |= {one.child_frame_id: one for one in transforms}
-    assert {name: one.transform.translation.x for name, one in read['/tf'].items()} == {
-        'tb3_1/base_footprint': 1.0,
-        'tb3_2/base_footprint': 2.0,
-    }
-    assert read['/tf_static'].keys() == {'tb3_1/base_link', 'tb3_2/base_link'}
-    (profile,) = offered(bag, '/tf_static')
-    assert profile['durability'] == 'transient_local'
-    assert '/tb3_2/odom.pose' in (bag.parent / 'layouts/foxglove.json').read_text()
-
-
-def test_no_transforms_are_recorded_if_a_node_publishes_them(record, peer, bag):
-    peer.node.create_publisher(UInt16, '/tf', 1)
-    recorder = record()
-    send_odometry(peer, 1)
-    wait_until_on_disk(peer, bag, '/tb3_1/odom')
-    recorder.end(signal.SIGINT)
-
-    assert recorded(bag, '/tf_static') == []

@@ -45,7 +45,7 @@ def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
     for name in ('bag', 'csv', 'plots', 'mine'):
         (tmp_path / name).mkdir()
     (tmp_path / 'run.yaml').touch()
-    (tmp_path / 'layouts').symlink_to(tmp_path / 'mine')
+    (tmp_path / 'inputs').symlink_to(tmp_path / 'mine')
 
     RunFolder(tmp_path).create(RunInfo())
 

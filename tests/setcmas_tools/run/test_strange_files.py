@@ -6,7 +6,7 @@ import warnings
 from contextlib import suppress
 
 import pytest
-from strange_files import chances, damaged_bytes, damaged_table, damaged_yaml
+from strange_files import chances, damaged_table, damaged_yaml
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import read_entries
@@ -60,15 +60,6 @@ def used(path):
 def in_one_line(path):
     (line,) = used(path)
     return line
-
-
-@pytest.mark.nightly  # test_damage has 720 others
-def test_damaged_bags(golden_bag, tmp_path):
-    content = golden_bag.read_bytes()
-    path = tmp_path / 'damaged.mcap'
-    for chance in chances('bag', 300):
-        path.write_bytes(damaged_bytes(content, chance))
-        used(path)
 
 
 def test_damaged_tables(whole, run):

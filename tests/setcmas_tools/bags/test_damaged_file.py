@@ -1,3 +1,11 @@
+"""Whatever happens to a file, a bag is read as far as it goes, or refused in one line."""
+
+import contextlib
+import random
+import shutil
+import sqlite3
+
+import pytest
 from bag_contents import only_file, read, write_compressed
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
@@ -5,6 +13,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.message_types import UndecodableError
 
 POINT = 'geometry_msgs/msg/Point32'
 
@@ -70,8 +79,7 @@ def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
 
     assert x == [*range(50), *range(100, 200)]
     assert notices[0] == (
-        f"'{path}' is damaged: a chunk with a wrong checksum or size, 0.0 to 0.0 s, is left out; "
-        '150 messages up to 0.0 s were read'
+        f"'{path}' is damaged: 1 of its chunks cannot be read; 150 messages up to 0.0 s were read"
     )
 
 
@@ -95,7 +103,7 @@ def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, point
     assert 150 < len(x) < 200
     assert set(x) < set(range(200))
     assert 100 not in x
-    assert 'a chunk with a wrong checksum or size, 0.0 to 0.0 s, is left out' in notices[0]
+    assert 'is damaged: 1 of its chunks cannot be read' in notices[0]
 
 
 def points_bytes(store, point):
@@ -116,7 +124,8 @@ def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_
     assert 0 < len(x) < len(points)
 
 
-def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, points):
+@pytest.mark.parametrize('cut', [0, 20])
+def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, points, cut):
     path = tmp_path / 'others.mcap'
     with path.open('wb') as stream:
         writer = McapWriter(stream, chunk_size=1000)
@@ -126,5 +135,110 @@ def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, poin
         for i in (i + 3 - 2 * (i % 4) for i in range(200)):
             writer.add_message(channel, i + 1, points_bytes(store, points[i]), i + 1)
         writer.finish()
+    path.write_bytes(path.read_bytes()[: path.stat().st_size - cut])
 
-    assert read(path) == (list(range(200)), [])
+    x, notices = read(path)
+
+    assert x == list(range(200))
+    assert len(notices) == bool(cut)
+
+
+def test_a_damaged_chunk_of_a_file_with_an_index_is_told(tmp_path, store, points):
+    write_compressed(
+        tmp_path / 'bag', store, points, CompressionMode.STORAGE, StoragePlugin.MCAP, (49, 99)
+    )
+    path = only_file(tmp_path / 'bag', '*.mcap')
+    content = bytearray(path.read_bytes())
+    zstd_magic = b'\x28\xb5\x2f\xfd'
+    content[content.index(zstd_magic, content.index(zstd_magic) + 1)] ^= 0xFF
+    path.write_bytes(content)
+
+    x, (notice,) = read(path)
+
+    assert x == list(range(50))
+    assert f"'{path}' is damaged (" in notice
+    assert '50 of 200 messages were read' in notice
+
+
+def test_a_cut_database_is_read_up_to_its_last_whole_page(tmp_path, write_bag, points):
+    path = only_file(write_bag(tmp_path / 'bag', points * 20, 'sqlite3'), '*.db3')
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 19 // 20])
+
+    x, (notice,) = read(path)
+
+    assert 2000 < len(x) < 4000
+    assert sorted(x) == sorted(list(range(200)) * (len(x) // 200) + list(range(len(x) % 200)))
+    assert f"'{path}' was cut short or is damaged (" in notice
+    assert f'{len(x):,} messages up to 5.0 s were read, the rest is lost' in notice
+
+
+@pytest.mark.parametrize('mode', ['WAL', 'PERSIST'])
+def test_a_database_that_was_not_closed_is_read_as_its_journal_says(
+    tmp_path, write_bag, points, mode
+):
+    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
+    killed = tmp_path / 'killed'
+    killed.mkdir()
+    with contextlib.closing(sqlite3.connect(file)) as database:
+        database.execute('PRAGMA cache_size=1')  # writes pages before the end
+        database.execute(f'PRAGMA journal_mode={mode}')
+        database.execute('DELETE FROM messages WHERE id > 150')
+        if mode == 'WAL':
+            database.commit()
+        for part in file.parent.glob('*.db3*'):
+            shutil.copy(part, killed)
+
+    assert read(killed) == (list(range(150 if mode == 'WAL' else 200)), [])
+
+
+def cut(content, chance):
+    return content[: chance.randrange(len(content))]
+
+
+def flip(content, chance):
+    for _ in range(3):
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+    return content
+
+
+def blank(content, chance):
+    start = chance.randrange(len(content))
+    content[start : start + 512] = bytes(len(content[start : start + 512]))
+    return content
+
+
+def insert(content, chance):
+    start = chance.randrange(len(content))
+    content[start:start] = chance.randbytes(7)
+    return content
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'sqlite3', 'ros1'])
+@pytest.mark.parametrize('damage', [cut, flip, blank, insert])
+def test_random_damage(tmp_path, write_bag, write_ros1_bag, points, kind, damage):
+    if kind == 'ros1':
+        whole = write_ros1_bag(tmp_path / 'whole.bag', points)
+    else:
+        folder = write_bag(tmp_path / 'whole', points, kind)
+        (whole,) = (file for file in folder.iterdir() if file.suffix != '.yaml')
+    content = whole.read_bytes()
+    chance = random.Random(f'{kind} {damage.__name__}')
+    path = tmp_path / f'damaged{whole.suffix}'
+    for _ in range(40):
+        path.write_bytes(damage(bytearray(content), chance))
+        lines = read_all(path, len(points))
+        assert not any('\n' in line or len(line) > len(str(path)) + 300 for line in lines)
+
+
+def read_all(path, expected):
+    count = 0
+    try:
+        with open_bag(path) as bag:
+            for topic, _, data in bag.messages():
+                count += 1
+                with contextlib.suppress(UndecodableError):
+                    topic.type.decode(data)
+            assert count >= expected or bag.notices
+            return bag.notices
+    except SetcmasError as error:
+        return [str(error)]

@@ -1,0 +1,215 @@
+"""Files of a bag: found in its folder, decompressed, and made whole where they were cut short."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Container, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import zstandard
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import read_limited
+from setcmas_tools.bags.damaged_file import copy_of_database, copy_of_mcap, has_journal
+
+BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
+_PACKED = '.zstd'
+_ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # no message in CDR begins with it
+_LONGEST_REASON = 120
+_MOST_METADATA_BYTES = 1_000_000
+_LISTED = re.compile(rb'^\s*-\s*[\'"]?([^\s\'"]+\.(?:mcap|db3)(?:\.zstd)?)\b', re.MULTILINE)
+
+_COPIES: dict[str, Callable[[Path, Path], str]] = {
+    '.mcap': copy_of_mcap,
+    '.db3': copy_of_database,
+}
+_READERS: dict[str, type[Ros1Reader] | type[Ros2Reader]] = {
+    '.mcap': Ros2Reader,
+    '.db3': Ros2Reader,
+    '.bag': Ros1Reader,
+    '.active': Ros1Reader,  # x.bag.active, of a rosbag that was killed
+}
+_REPAIRS = {
+    '.db3': ' (sqlite3 FILE .recover saves more of a cut one)',
+    '.bag': ' (rosbag reindex repairs a cut one)',
+    '.active': ' (rosbag reindex repairs a cut one)',
+}
+
+Entry = tuple[Connection, int, bytes]
+"""Connection, receive time in ns, and the serialised message."""
+
+
+def one_line(error: Exception) -> str:
+    """Return the message of a library's error in one line that fits a terminal."""
+    text = ' '.join(str(error).split()) or 'inconsistent content'
+    return text if len(text) <= _LONGEST_REASON else f'{text[:_LONGEST_REASON]} ...'
+
+
+@dataclass
+class BagFile:
+    """A file of a bag that is open for reading.
+
+    Attributes:
+        path: The file, as messages name it.
+        notices: A line for each loss; complete once `messages` has ended.
+    """
+
+    path: Path
+    reader: Ros1Reader | Ros2Reader
+    notices: list[str]
+
+    def messages(self, wanted: Container[tuple[str, str]]) -> Iterator[Entry]:
+        """Yield messages in the order of time, up to the first damage, which gets a notice.
+
+        Args:
+            wanted: Names and types of the topics.
+        """
+        own = [c for c in self.reader.connections if (c.topic, c.msgtype) in wanted]
+        count, most = 0, sum(connection.msgcount for connection in own)
+        reason = 'some are missing'
+        try:
+            for connection, time_ns, data in self.reader.messages(own) if own else ():
+                if time_ns < 0:  # a damaged database may also have texts for numbers: TypeError
+                    raise ValueError(f'time {time_ns}')
+                # Of a bag that is compressed message by message, which only metadata.yaml tells.
+                if data[:4] == _ZSTD_MAGIC and isinstance(self.reader, Ros2Reader):
+                    data = zstandard.decompress(data)
+                count += 1
+                yield connection, time_ns, data
+        except Exception as error:  # a damaged file makes any of several libraries fail
+            reason = one_line(error)
+        notice = f"'{self.path}' is damaged ({reason}): {count:,} of {most:,} messages were read"
+        if count < most and notice not in self.notices:
+            self.notices.append(notice)
+
+
+def open_files(path: Path, stack: ExitStack) -> list[BagFile]:
+    """Open the files of a bag that can be read, at least one.
+
+    Args:
+        path: A rosbag2 folder with or without its metadata.yaml, one of its files, a ROS 1 .bag
+            file, or the folder of a run that holds a folder `bag`.
+        stack: Closes the files, and removes copies of compressed and damaged ones, in the end.
+
+    Raises:
+        SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
+        OSError: A file cannot be read for a reason outside of it.
+    """
+    if not path.exists():
+        raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
+    files, losses = [], []
+    for file in [path] if path.is_file() else _files(path):
+        try:
+            files.append(_opened(file, stack))
+        except SetcmasError as error:  # of the others there is more
+            losses.append(error)
+    if not files:
+        raise losses[0]
+    files[0].notices[:0] = [*map(str, losses), *(_missing(path) if path.is_dir() else ())]
+    return files
+
+
+def _files(folder: Path) -> list[Path]:
+    # metadata.yaml is not needed: it is missing after a kill, and may not list all files.
+    found = {
+        file.name: file
+        for file in sorted(folder.iterdir())
+        if Path(file.name.removesuffix(_PACKED)).suffix in _COPIES
+    }
+    # Who kills rosbag2 while it compresses a file leaves both.
+    files = [file for name, file in found.items() if name.removesuffix(_PACKED) not in found
+             or not name.endswith(_PACKED)]  # fmt: skip
+    if not files and (folder / 'bag').is_dir():
+        return _files(folder / 'bag')
+    if not files:
+        raise SetcmasError(f"folder '{folder}' is not a bag; it must be {BAGS}")
+    return files
+
+
+def _missing(folder: Path) -> list[str]:
+    """Return a line if metadata.yaml lists files that are not there, packed or unpacked."""
+    try:
+        listed = _LISTED.findall(read_limited(folder / 'metadata.yaml', _MOST_METADATA_BYTES))
+    except (FileNotFoundError, SetcmasError):
+        return []
+    names = [Path(name.decode(errors='replace')).name.removesuffix(_PACKED) for name in listed]
+    there = {file.name.removesuffix(_PACKED) for file in folder.iterdir()}
+    lost = [name for name in dict.fromkeys(names) if name not in there]
+    return [f"'{folder}' lacks {', '.join(lost)}, which its metadata.yaml lists"] if lost else []
+
+
+def _opened(file: Path, stack: ExitStack) -> BagFile:
+    kind = Path(file.name.removesuffix(_PACKED)).suffix
+    if kind not in _READERS:
+        raise SetcmasError(f"'{file}' is not a bag; it must be {BAGS}")
+    if not file.stat().st_size:
+        raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
+    source = file
+    if file.suffix == _PACKED:
+        source = _decompressed(file, _place(stack) / file.stem)
+    if kind == '.db3' and has_journal(source):  # rosbags ignores it
+        return _copied(file, source, stack)
+    try:
+        return _bag_file(file, _reader(source, stack))
+    except Exception as error:  # a damaged file makes any of several libraries fail
+        if kind not in _COPIES:
+            raise _unreadable(file, error) from error
+    return _copied(file, source, stack)
+
+
+def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
+    """Open a copy of what can be read of a damaged or unusual file."""
+    copy = _place(stack) / f'copy{source.suffix}'
+    try:
+        loss = _COPIES[source.suffix](source, copy)
+        reader = _reader(copy, stack)
+    except OSError:
+        raise
+    except Exception as error:
+        raise _unreadable(file, error) from error
+    if loss and not reader.message_count:
+        raise SetcmasError(f"bag '{file}' {loss}")
+    return _bag_file(file, reader, loss)
+
+
+def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader, loss: str = '') -> BagFile:
+    nb_lost = reader.message_count - sum(connection.msgcount for connection in reader.connections)
+    if nb_lost and not loss:
+        loss = f'is damaged: {nb_lost:,} messages belong to no topic'
+    return BagFile(file, reader, [f"'{file}' {loss}"] if loss else [])
+
+
+def _reader(file: Path, stack: ExitStack) -> Ros1Reader | Ros2Reader:
+    reader = _READERS[file.suffix](file)
+    reader.open()
+    stack.callback(reader.close)
+    return reader
+
+
+def _unreadable(file: Path, error: Exception) -> SetcmasError:
+    return SetcmasError(
+        f"bag '{file}' cannot be read ({one_line(error)}); it must be whole"
+        f'{_REPAIRS.get(file.suffix, "")}'
+    )
+
+
+def _place(stack: ExitStack) -> Path:
+    return Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
+
+
+def _decompressed(packed: Path, target: Path) -> Path:
+    """Write the content of a compressed file, as far as it goes, into another; return it."""
+    with packed.open('rb') as source, target.open('wb') as file:
+        try:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(source), file)
+        except zstandard.ZstdError as error:
+            if not file.tell():
+                raise _unreadable(packed, error) from error
+    return target
