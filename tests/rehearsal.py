@@ -4,7 +4,6 @@ import itertools
 import math
 import os
 import pty
-import re
 import signal
 import subprocess
 import time
@@ -166,9 +165,6 @@ class Rehearsal:
         self.peer.wait_for(lambda: 'controlling robot' in self.output())
         self.press_until(lambda: self._all_go(speed))
 
-    def wait_until_all_go(self, speed: float) -> None:
-        self.peer.wait_for(lambda: self._all_go(speed))
-
     def _all_go(self, speed: float) -> bool:
         return all(speed < samples[-1].V for samples in self.truth.values())
 
@@ -191,13 +187,8 @@ class Rehearsal:
         now = time.monotonic()
         if now >= self._next_press:
             self._next_press = now + 1.5 * REACTION_S  # sooner, they count as one
-            self.press(' ' if self._needs_pause() else key)
+            self.press(key)
         return False
-
-    def _needs_pause(self) -> bool:
-        """Return whether guards that stalled wait for a pause, which --resume does not bring."""
-        shown = [line for line in self.output().splitlines() if '; tb3_' in line]
-        return bool(shown) and re.match('STOPPED.*its guard stops it', shown[-1]) is not None
 
     def fault(self, text: str) -> float:
         """Order a fault from the emulated lab; returns when, in s since 1970."""

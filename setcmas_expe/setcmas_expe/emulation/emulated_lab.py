@@ -168,7 +168,7 @@ class EmulatedLab(FleetNode):
             for index, robot in enumerate(lab.robots)
         ]
         self._robot_guards = EmulatedGuards(
-            lab.robots if lab.guarded else (), GuardOptions(limits=model, resume=lab.resumes)
+            lab.robots if lab.guarded else (), GuardOptions(limits=model)
         )
         self._off_until = [0.0] * lab.nb_robots
         self._truth = Odometry()

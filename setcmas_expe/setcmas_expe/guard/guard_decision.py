@@ -85,20 +85,15 @@ class StartLatch:
         is_free: Whether commands pass.
     """
 
-    def __init__(self, resumes: bool) -> None:
-        """Start with a stopped robot.
-
-        Args:
-            resumes: Whether the robot resumes when commands come back after a silence.
-        """
-        self._resumes = resumes
+    def __init__(self) -> None:
+        """Start with a stopped robot."""
         self._was = State.HELD
         self._was_started = self.is_free = False
 
     def reason_to_wait(self, situation: Situation) -> str:
         """Return why the robot must wait for a start from now on; empty if it need not."""
         state, why = _trouble(situation)
-        if state is State.SILENT and (self._resumes or not self._was_started):
+        if state is State.SILENT and not self._was_started:
             return ''
         if state is not None:  # an emergency stop is over once it is released
             self._was = State.HELD if state is State.EMERGENCY else state

@@ -33,7 +33,7 @@ from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
 from setcmas_expe.guard.surroundings import Base, Surroundings
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import messages, qos
@@ -71,7 +71,6 @@ class GuardOptions(Options):
         'largest acceleration of a wheel',
         default=ACCEL,
     )
-    resume: bool = flag('resume when commands come back')
 
 
 def feed_watchdog() -> None:
@@ -133,7 +132,7 @@ class CmdVelGuard(FleetNode):
             self, Odometry, topics.ODOM, self._on_wheels, qos.SENSOR, encoded=True
         )
         self._pause = PauseWatch(self, latches=True)
-        self._latch = StartLatch(options.resume)
+        self._latch = StartLatch()
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
         self._reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self._sent = _STOP

@@ -27,7 +27,7 @@ _GROUPS = {
     'mocap': ('preset', 'topic', 'type', 'y_up'),
     'arena': ('x', 'y'),
     'timeouts': ('pose', 'command', 'pause'),
-    'safety': ('resume', 'motion_check'),
+    'safety': ('motion_check',),
     'joystick': ('button', 'topic'),
     'network': ('static_peers', 'discovery_server'),
 }
@@ -39,7 +39,6 @@ _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 """Keys of limits, and the largest plausible values indoors (m/s, rad/s, m/s, m)."""
 _TIMEOUT = Number(least=0.3, most=2.0, unit='s')  # commands come every 0.2 s
 _POSITIVE = Number(above=0, finite=True)
-_RESUMES = ('operator', 'automatic')
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
@@ -74,7 +73,6 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
             *(float(_TIMEOUT.of(groups['timeouts'][key])) for key in _GROUPS['timeouts'])
         ),
         checks_motion=groups['safety']['motion_check'].flag(),
-        resumes=OneOf(_RESUMES).of(groups['safety']['resume']) == _RESUMES[1],
         guarded=True,
         cmd_vel_type=OneOf((AUTO, *CMD_VEL_TYPES)).of(chosen['cmd_vel_type']),
         joystick_button=Whole().of(groups['joystick']['button']),

@@ -36,7 +36,6 @@ class LabChoice(Options):
         default=None,
         complete=names_and_files(MOCAP_SOURCES.plugins),
     )
-    resume: bool = flag('let robots resume by themselves when the reason for a stop is gone')
     without_guard: bool = flag(
         'allow robots without a cmd_vel_guard; they keep moving if this machine or the network '
         'dies'
@@ -96,7 +95,6 @@ class LabOptions(LabChoice):
         given['obstacles'] = Obstacles.of(self.obstacles) if self.obstacles else None
         chosen = replace(
             lab,
-            resumes=lab.resumes or self.resume,
             guarded=not self.without_guard,
             checks_motion=lab.checks_motion and not self.without_motion_check,
             **{name: value for name, value in given.items() if value is not None},

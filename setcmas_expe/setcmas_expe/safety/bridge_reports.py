@@ -59,15 +59,11 @@ class BridgeReports:
     """Reports each event once, or once a second where its number counts."""
 
     def __init__(
-        self,
-        warn: Callable[[str], None],
-        robots: list[tuple[MocapBridge, CmdVelBridge]],
-        resumes: bool,
+        self, warn: Callable[[str], None], robots: list[tuple[MocapBridge, CmdVelBridge]]
     ) -> None:
-        """Report through `warn`; stops only if robots resume: else the pause node does that."""
+        """Report through `warn`, except lasting stops: the pause node reports these."""
         self._warn = warn
         self._robots = robots
-        self._resumes = resumes
         self._stops = StopReports(warn)
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
@@ -86,7 +82,7 @@ class BridgeReports:
         self._was_paused = paused
         if not paused:
             reasons = {
-                robot: '' if decision.lasting and not self._resumes else decision.reason
+                robot: '' if decision.lasting else decision.reason
                 for robot, decision in decisions.items()
             }
             self._stops.update(reasons, now)

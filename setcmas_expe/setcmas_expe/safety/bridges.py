@@ -115,7 +115,7 @@ class SafetyStepper:
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
         self._warn = node.get_logger().warning
-        self._reports = BridgeReports(self._warn, self._robots, lab.resumes)
+        self._reports = BridgeReports(self._warn, self._robots)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._load = ProcessorLoad()
         self._runaways = Runaways(lab.limits)
@@ -159,8 +159,7 @@ class SafetyStepper:
             self._command(mocap, bridge, decisions[bridge.robot], now)
         commands = {robot: (one.V, one.omega) for robot, one in decisions.items()}
         self._motion.commanded({} if paused else commands, now)
-        if not self._lab.resumes:
-            self._latch(decisions)
+        self._latch(decisions)
         self._reports.update(decisions, paused == PAUSE_NODE_SILENT, now)
         if self._steps % _DIAGNOSTICS_EVERY == 0:
             held = '' if paused == PAUSED else paused

@@ -55,22 +55,16 @@ WELL = Situation(
     ],
 )
 def test_what_a_robot_is_let_do(changes, paused, state):
-    latch = StartLatch(resumes=False)
+    latch = StartLatch()
     situation = replace(WELL, **changes)
     assert latch.decide(situation, paused)[0] is state
     assert latch.is_free is (state is State.FOLLOWING)
 
 
 def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
-    latch = StartLatch(resumes=False)
+    latch = StartLatch()
     latch.decide(WELL, '')
     assert latch.reason_to_wait(replace(WELL, has_ended=True)) == 'ended'
     assert latch.decide(WELL, f'{PAUSED}: ended') == (State.SILENT, 'ended')
     latch.decide(WELL, PAUSED)
     assert latch.decide(WELL, NOT_STARTED)[0] is State.HELD
-
-
-def test_one_that_resumes_waits_for_no_start_after_a_silence():
-    latch = StartLatch(resumes=True)
-    latch.decide(WELL, '')
-    assert latch.reason_to_wait(replace(WELL, has_ended=True)) == ''

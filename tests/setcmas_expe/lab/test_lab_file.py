@@ -27,7 +27,6 @@ def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
     assert lab.limits == ROBOT_LIMITS['burger']
     assert lab.timeouts.pose_s == lab.timeouts.command_s == lab.timeouts.pause_s == 0.5
     assert lab.joystick_button == 7
-    assert not lab.resumes
 
 
 def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_file):
@@ -51,13 +50,13 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
             'robots:\n  - {number: 2, namespace: lab/b}\n  - {number: 1, mocap_name: Red}\n'
             'mocap: {preset: vicon, y_up: true}\n'
             'arena: {x: [-1, 2.5]}\nmin_separation: 0.5\nlimits: waffle\n'
-            'timeouts: {command: 0.3}\nsafety: {resume: automatic}\n'
+            'timeouts: {command: 0.3}\nsafety: {motion_check: false}\n'
             'cmd_vel_type: twist\njoystick: {button: 9}\n'
             'network: {static_peers: [10.0.0.2, robot3], discovery_server: "10.0.0.1:11811"}\n'
         )
     )
 
-    assert lab.resumes
+    assert not lab.checks_motion
     assert [robot.number for robot in lab.robots] == [1, 2]
     assert lab.mocap.topic_of(lab.robots[0]) == '/vicon/Red/Red'
     assert lab.mocap.source.message_type == 'geometry_msgs/msg/PoseStamped'

@@ -72,7 +72,6 @@ def test_a_rate_at_which_robots_would_stop_between_commands_is_refused():
         ({'filter': 'none'}, 'filter of the scenario loosens'),
         ({'limits': 'waffle'}, 'limits of the scenario loosens'),
         ({'arena': (-99, 99, -99, 99)}, 'arena of the scenario loosens'),
-        ({'resume': True}, 'resume of the scenario loosens'),
         ({'without_guard': True}, 'without_guard of the scenario loosens'),
     ],
 )
