@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -15,18 +14,14 @@ from numpy.typing import NDArray
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.compare.generic_mistakes import (
     EQUAL,
-    TWO,
     YOURS,
     Explanation,
     generic_conditions,
     generic_laws,
     other_distance,
     plain_multiple,
-    relative_to,
     same_times,
     scaled,
-    scaled_by_name,
-    second_mistake,
     shares,
     too_fast,
     tried,
@@ -39,13 +34,11 @@ from setcmas_tools.offline.altered_solutions import (
     altered_solutions,
     calls_of,
     saturated,
-    twice_altered_solutions,
 )
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
 _TIED = 0.005  # share of all calls by which the better one must be better
-_OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 
 
 class Diagnosis(NamedTuple):
@@ -79,9 +72,6 @@ def diagnosis(
         once = altered_solutions(solution, mistakes, is_condition, Path(folder))
         calls = _calls(runs, is_condition, once)
         explanation = _explanation(calls, mistakes, is_condition) if calls else ''
-        if calls and not explanation and solution and not is_condition:
-            twice = twice_altered_solutions(solution, mistakes, Path(folder))
-            explanation = _two_mistakes(_calls(runs, is_condition, twice), mistakes)
         return Diagnosis(explanation, '' if explanation else _measured(calls, is_condition))
     return Diagnosis()
 
@@ -115,35 +105,6 @@ def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
     margin = _TIED * sum(one.own.shape[0] * one.own.shape[1] for one in calls)
     hints = {one.hint for one in found if one.differing <= found[0].differing + margin}
     return hints.pop() if len(hints) == 1 else ''
-
-
-def _two_mistakes(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> str:
-    """Return the hints of the two mistakes that together explain a submission; '' if unclear."""
-    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
-    found = [*_both_listed(strict, mistakes), *_also(generic_laws)(strict, mistakes)]
-    multiples = _also(scaled_by_name)(strict, mistakes)
-    return _best(strict, found + [*multiples][:1])  # the others are multiples of the first
-
-
-def _both_listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
-    for name in _known(calls):
-        if ' ' in name:
-            one, other = (mistakes[int(number)].hint for number in name.split())
-            answers = [each.answers[name] for each in calls]
-            yield from tried(f'{TWO} {one} {other}', calls, answers)
-
-
-def _also(
-    generic: Callable[[Sequence[Calls]], Iterable[Explanation]],
-) -> Callable[[Sequence[Calls], Sequence[Mistake]], Iterator[Explanation]]:
-    """Return a function that yields explanations by a listed mistake and a generic one."""
-
-    def both(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
-        for name in filter(str.isdigit, _known(calls)):
-            altered = [relative_to(one, one.answers[name]) for one in calls]
-            yield from second_mistake(mistakes[int(name)].hint, generic(altered))
-
-    return both
 
 
 def _known(calls: Sequence[Calls]) -> list[str]:

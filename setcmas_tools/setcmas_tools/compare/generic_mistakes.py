@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, RIGHT, SOLUTION, Calls
+from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, Calls
 
 _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
@@ -22,8 +21,6 @@ YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
 
 _OPPOSITE = 'the opposite directions'
-TWO = 'Probably two mistakes:'
-"""First words of hints about two mistakes."""
 
 Turn = Callable[[Floats, Floats], tuple[Floats, Floats]]
 TURNED: tuple[tuple[str, Turn], ...] = (
@@ -126,18 +123,6 @@ class Explanation(NamedTuple):
     differing: int
 
 
-def relative_to(calls: Calls, answers: Floats) -> Calls:
-    """Return calls with other answers in place of the solution's."""
-    return replace(calls, answers={SOLUTION: answers, RIGHT: calls.solution})
-
-
-def second_mistake(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:
-    """Yield explanations with a mistake before each."""
-    for hint, differing in found:
-        text = f'{TWO} {first} With that corrected, {hint[0].lower()}{hint[1:]}'
-        yield Explanation(text, differing)
-
-
 def tried(
     hint: str, calls: Sequence[Calls], answers: Sequence[Floats | None], is_multiple: bool = False
 ) -> Iterator[Explanation]:
@@ -189,13 +174,17 @@ def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
 
 def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by a factor that has a name, otherwise by another constant."""
-    found = [*_multiple(calls)]
+    found = [*_multiple(calls, _solutions(calls))]
     yield from found or _constants(calls)
 
 
-def _multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation by a factor that has a name."""
-    factors = [_factor(one, one.solution) for one in calls]
+def _solutions(calls: Sequence[Calls]) -> list[Floats]:
+    return [one.solution for one in calls]
+
+
+def _multiple(calls: Sequence[Calls], answers: Sequence[Floats]) -> Iterator[Explanation]:
+    """Yield the explanation by answers times a factor that has a name."""
+    factors = [_factor(*each) for each in zip(calls, answers, strict=True)]
     sizes = [one.scenario.nb_robots for one in calls]
     known = [place for place, factor in enumerate(factors) if math.isfinite(factor)]
     found = [factors[place] for place in known]
@@ -209,41 +198,46 @@ def _multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
                 if 'N' in name and len({sizes[place] for place in known}) == 1:
                     # It may be another number.
                     names = [f'{of_size(sizes[known[0]]):.3g}', f' ({name} for N robots)']
-                yield from _by_factors(calls, wanted, *names)
+                yield from _by_factors(calls, answers, wanted, *names)
 
 
-def plain_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation by any factor, the same in all scenarios."""
-    found = [_factor(one, one.solution) for one in calls]
+def plain_multiple(
+    calls: Sequence[Calls], answers: Sequence[Floats] | None = None
+) -> Iterator[Explanation]:
+    """Yield the explanation by answers, by default right ones, times the same factor in all."""
+    answers = answers or _solutions(calls)
+    found = [_factor(*each) for each in zip(calls, answers, strict=True)]
     known = [factor for factor in found if math.isfinite(factor) and factor]
     if known and _are_equal(known, known[:1] * len(known)):
         size = abs(known[0])
-        yield from _by_factors(calls, known[:1] * len(calls), f'{max(size, 1 / size):.3g}')
+        text = f'{max(size, 1 / size):.3g}'
+        yield from _by_factors(calls, answers, known[:1] * len(calls), text)
 
 
 def _by_factors(
-    calls: Sequence[Calls], factors: Sequence[float], name: str, explained: str = ''
+    calls: Sequence[Calls],
+    answers: Sequence[Floats],
+    factors: Sequence[float],
+    name: str,
+    explained: str = '',
 ) -> Iterator[Explanation]:
-    answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
+    multiples = [factor * one for factor, one in zip(factors, answers, strict=True)]
     size = 'large' if abs(factors[0]) > 1 else 'small'
     ways = 'the right directions, but are' if factors[0] > 0 else f'{_OPPOSITE}, and are'
     hint = f'{YOURS} have {ways} {name} times too {size}{explained}.'
-    yield from tried(hint, calls, answers, is_multiple=True)
+    yield from tried(hint, calls, multiples, is_multiple=True)
 
 
 def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by turned or swapped velocities that are too large or small as well."""
-    for hint, turned in TURNED[1:7]:
-        altered = [relative_to(*each) for each in zip(calls, _turned(calls, turned), strict=True)]
-        found = scaled_by_name(altered)
-        # A negative factor is a positive factor of the opposite turn.
-        yield from second_mistake(hint, [one for one in found if _OPPOSITE not in one.hint])
-
-
-def scaled_by_name(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation by a factor that has a name, otherwise by any factor."""
-    found = [*_multiple(calls)]
-    yield from found or plain_multiple(calls)
+    for first, turned in TURNED[1:7]:
+        answers = _turned(calls, turned)
+        found = [*_multiple(calls, answers)] or [*plain_multiple(calls, answers)]
+        for hint, differing in found:
+            # A negative factor is a positive factor of the opposite turn.
+            if _OPPOSITE not in hint:
+                both = f'{first} With that corrected, {hint[0].lower()}{hint[1:]}'
+                yield Explanation(f'Probably two mistakes: {both}', differing)
 
 
 def shares(

@@ -25,7 +25,6 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.run.run import Run
-from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.student import Student
 
@@ -109,7 +108,9 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         figures = figures_of(_with_references_of(done.run, solution))
         if solution:
             names = {one.metric for one in scenario.criteria}
-            figures |= compared(names, done.run, solution, *_right(rubric, scenario))
+            is_condition = rubric.function == CTC
+            right = scenario.base, rubric.solution, is_condition
+            figures |= compared(names, done.run, solution, *right)
     return ScenarioMark(
         scenario.name,
         _criteria(scenario.criteria, figures, done),
@@ -117,13 +118,6 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         () if scenario.hidden else _paths(done.run, solution),
         scenario.hidden,
     )
-
-
-def _right(rubric: Rubric, scenario: MarkedScenario) -> tuple[Scenario, bool]:
-    """Return the scenario with the solution if known, and whether the solution is a condition."""
-    is_known = rubric.solution or rubric.function == CTC
-    right = scenario.of(rubric.solution, rubric.function) if is_known else scenario.base
-    return right, rubric.function == CTC
 
 
 def _with_references_of(run: Run, solution: Run | None) -> Run:

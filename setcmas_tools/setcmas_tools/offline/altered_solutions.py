@@ -125,10 +125,8 @@ class Altered:
     is_out: bool = False
 
 
-SOLUTION, FROZEN, RIGHT = '', 't = 0', 'right'
-"""Names of the solution, of the solution that always gets t = 0, and of the solution where another
-law is taken for it.
-"""
+SOLUTION, FROZEN = '', 't = 0'
+"""Names of the solution, and of the solution that always gets t = 0."""
 
 
 def altered_solutions(
@@ -148,27 +146,11 @@ def altered_solutions(
     return found
 
 
-def twice_altered_solutions(
-    solution: Path, mistakes: Sequence[Mistake], folder: Path
-) -> list[Altered]:
-    """Return the solution, those with each mistake, and those with each pair, named '3 7'."""
-    found = [Altered(SOLUTION, solution, is_kept=True)]
-    for number, one in enumerate(mistakes):
-        source = one.source(solution)
-        found.append(replace(_written(str(number), source, solution, folder), is_kept=True))
-        for later, other in enumerate(mistakes[number + 1 :], number + 1):
-            if other.change and all(old in source for old in other.change):
-                both = f'{number} {later}'
-                text = replace(other, script=source).source(solution)
-                found.append(_written(both, text, solution, folder))
-    return found
-
-
 def _written(name: str, source: str, solution: Path | None, folder: Path) -> Altered:
     """Write an altered solution to a folder, with the modules that it imports."""
     for file in with_helpers(solution)[1:] if solution else ():
         (folder / file.name).write_bytes(file.read_bytes())
-    script = folder / f'mistake_{name.replace(" ", "_")}.py'
+    script = folder / f'mistake_{name}.py'
     script.write_text(source, encoding='utf-8')
     return Altered(name, script)
 
@@ -218,7 +200,7 @@ class Calls:
     @property
     def is_known(self) -> NDArray[np.bool_]:
         """Where the solution is outside its dead band, so that its multiples are known."""
-        return _lengths(self.answers.get(RIGHT, self.solution)) > 0
+        return _lengths(self.solution) > 0
 
     @property
     def is_free(self) -> NDArray[np.bool_]:

@@ -46,20 +46,6 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
     return laws
 
 
-def answers(law: ControlLaw, times: Floats, poses: Floats) -> Floats | None:
-    """Return velocities of a law in m/s, shape (C, 2); None if it fails.
-
-    Args:
-        law: The law.
-        times: Times of its calls in s, shape (C,).
-        poses: Rows x, y in m and theta in rad at each, shape (C, 3, N).
-    """
-    try:
-        return np.array([law(p, t) for t, p in zip(times.tolist(), poses, strict=True)])
-    except ControlError:
-        return None
-
-
 def _text(algo: Algo, functions: Collection[int]) -> str:
     if not isinstance(algo, Mapping):
         return str(algo)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -11,8 +10,6 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.communication_settings import (
     Communication,
-    CommunicationOptions,
-    chosen_communication,
 )
 from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.links import Links
@@ -187,39 +184,3 @@ class OfflineCommunication:
         )
         broadcasts = dict.fromkeys(numbers, times)
         return record_of(links, triggers, self._changes.rows, broadcasts)
-
-
-def decisions(
-    options: CommunicationOptions,
-    nb_robots: int,
-    robot: int,
-    times: Floats,
-    states: Floats,
-    sent: NDArray[np.bool_],
-    messages: Iterable[SentMessage] = (),
-) -> NDArray[np.bool_]:
-    """Return whether a robot's condition holds at given times, shape (E,).
-
-    Args:
-        options: The communication, with the condition.
-        nb_robots: Size of the fleet.
-        robot: Number of the robot.
-        times: Times in s, shape (E,).
-        states: x, y in m, theta in rad and the forward speed in m/s, shape (E, 4).
-        sent: Whether the robot has sent its state then, whatever the condition is, shape (E,).
-        messages: Values that its law has sent, sorted by time.
-    """
-    chosen = chosen_communication(nb_robots, options)
-    condition = chosen.broadcast(robot, ErrorReports(lambda _: None))
-    holds = []
-    values = deque(messages)
-    rows = zip(times.tolist(), states.tolist(), sent.tolist(), strict=True)
-    for t, (x, y, theta, speed), is_sent in rows:
-        while (
-            values and values[0].t < t - _SAME_TIME_S
-        ):  # a call comes after the state of its time
-            condition.value = values.popleft().value
-        last, state = (condition.last, condition.last_value), ((x, y, theta), speed)
-        holds.append(condition.is_triggered(*state, t))
-        condition.last, condition.last_value = (state, condition.value) if is_sent else last
-    return np.array(holds)

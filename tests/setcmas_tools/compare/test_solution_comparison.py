@@ -37,10 +37,11 @@ def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
         velocity *= np.exp(1j * np.radians(turned_by))
         return velocity.real, velocity.imag
 
-    right = Scenario.of(str(ALGORITHMS.file('consensus')), nb_robots=3, duration=3)
-    run, solution = simulate(right.replace(algo=law)), simulate(right)
+    script = ALGORITHMS.file('consensus')
+    base = Scenario.of('', nb_robots=3, duration=3)
+    run, solution = simulate(base.replace(algo=law)), simulate(base.replace(algo=str(script)))
 
-    found = compared(['direction_error'], run, solution, right, of_condition=False)
+    found = compared(['direction_error'], run, solution, base, script, is_condition=False)
     assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)
 
 
@@ -48,10 +49,11 @@ def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
 def test_a_solution_gets_the_messages_that_a_submission_received(gain, error):
     options = {'nb_robots': 4, 'duration': 6, 'graph': 'path', 'loss': 0.2, 'vnom': 5}
     options['set'] = {'NUMBERS': [3, 1, 4, 2], 'K': 0.1}
-    right = Scenario.of(str(ALGORITHMS.file('leader_election')), **options)
+    script = ALGORITHMS.file('leader_election')
+    right = Scenario.of(str(script), **options)
     run, solution = (simulate(right, set=options['set'] | {'K': k}) for k in (gain, 0.1))
 
-    found = compared(['answer_error', 'direction_error'], run, solution, right, False)
+    found = compared(['answer_error', 'direction_error'], run, solution, right, script, False)
 
     assert found == {
         'answer_error': pytest.approx(error / 1.5, abs=1e-3),

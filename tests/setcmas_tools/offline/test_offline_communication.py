@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
-from setcmas_tools.offline.offline_communication import decisions
 
 
 def spread(run):
@@ -286,11 +284,6 @@ def test_an_event_triggered_robot_sends_its_value_with_its_state():
 
     assert seen == {1: {2: 10}, 2: {1: 10}}
     assert {one.sent for one in run.record.robots.values()} == {7}
-    t, _, sent = run.record.triggers[run.record.triggers[:, 1] == 1].T
-    own = [one for one in run.messages if one.robot == 1]
-    options = CommunicationOptions(event_triggered=True, ctc=ctc)
-    states = np.zeros((len(t), 4))
-    assert (decisions(options, 2, 1, t, states, sent == 1, own) == sent).all()
 
 
 def test_robots_that_know_all_poses_have_links_from_the_first_message_on():

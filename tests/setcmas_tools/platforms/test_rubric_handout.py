@@ -16,7 +16,7 @@ scenarios:
     duration: 30
     criteria:
       - {name: SECRET one, metric: path_error, at_most: 1, hidden: true}
-      - {name: shape, metric: shape_error, at_most: 0.05, points: 3, needs: SECRET one}
+      - {name: shape, metric: path_ratio, between: [0.5, 1.5], points: 3, needs: SECRET one}
       - {name: places, metric: end_error, at_most: 0.05, points: 3}
       - {name: paths, metric: path_error, at_most: 0, none_at: 5, points: 3, needs: shape}
   - name: SECRET scenario
