@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
+GROUPS = (
+    'setcmas.algorithms', 'setcmas.exercises', 'setcmas.metrics', 'setcmas.mocap_sources',
+    'setcmas.plots', 'setcmas.robot_models', 'setcmas.tasks',
+)  # fmt: skip
+"""Groups of entry points; each has built-in objects."""
+
 OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
 """The package that pip installs, and those that colcon builds."""
 
@@ -179,14 +185,18 @@ def _entries() -> SelectableGroups:
 
 def plugin_versions() -> dict[str, str]:
     """Return the versions of installed packages with plugins, by name."""
-    plugins = [_plugin(entry) for group in _groups() for entry in _entries().select(group=group)]
-    return {plugin.package: plugin.version for plugin in plugins if plugin and not plugin.built_in}
+    plugins = [plugin for group in _groups() for plugin in _plugins(group).values()]
+    return {plugin.package: plugin.version for plugin in plugins if not plugin.built_in}
 
 
 @functools.cache
 def _plugins(group: str) -> dict[str, Plugin]:
     plugins: dict[str, Plugin] = {}
-    found = [plugin for entry in _entries().select(group=group) if (plugin := _plugin(entry))]
+    found = [
+        Plugin(entry.name, *_name_and_version(entry.dist), entry)
+        for entry in _entries().select(group=group)
+        if entry.dist
+    ]
     for plugin in sorted(found, key=lambda plugin: (not plugin.built_in, plugin.package)):
         first = plugins.setdefault(plugin.name, plugin)
         if first.entry.value != plugin.entry.value:
@@ -195,30 +205,17 @@ def _plugins(group: str) -> dict[str, Plugin]:
     return ours | {name: plugins[name] for name in sorted(plugins.keys() - ours.keys())}
 
 
-def known_groups() -> list[str]:
-    """Return the groups of entry points that setcmas reads; each has built-in objects."""
-    return [
-        group for group in _groups() if any(plugin.built_in for plugin in _plugins(group).values())
-    ]
-
-
 def unknown_groups() -> dict[str, list[str]]:
     """Return the packages with entry points in groups 'setcmas.*' that setcmas does not read."""
-    others = {group: _plugins(group) for group in _groups() if group not in known_groups()}
     return {
-        group: sorted({plugin.package for plugin in plugins.values()})
-        for group, plugins in others.items()
+        group: sorted({plugin.package for plugin in _plugins(group).values()})
+        for group in _groups()
+        if group not in GROUPS
     }
 
 
 def _groups() -> list[str]:
     return sorted(group for group in _entries().groups if group.startswith('setcmas.'))
-
-
-def _plugin(entry: EntryPoint) -> Plugin | None:
-    if entry.dist is None:
-        return None
-    return Plugin(entry.name, *_name_and_version(entry.dist), entry)
 
 
 @functools.cache

@@ -14,7 +14,7 @@ from importlib import metadata
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_simu.errors import did_you_mean, install_command
 from setcmas_simu.network_addresses import network_addresses
-from setcmas_simu.plugins import known_groups, unknown_groups
+from setcmas_simu.plugins import GROUPS, unknown_groups
 
 _GROUP = '239.255.0.1'  # of DDS discovery
 _WAIT_S = 0.3
@@ -74,14 +74,13 @@ def environment_findings() -> list[Finding]:
 
 def plugin_findings() -> list[Finding]:
     """Return the groups of entry points that setcmas does not know: misspelt names of plugins."""
-    known = known_groups()
     return [
         Finding(
             PROBLEM,
             'plugins',
             f'{", ".join(packages)} has entry points in the unknown group {group}',
-            f'setcmas ignores them; the group must be one of {", ".join(known)}'
-            f'{did_you_mean(group, known)}',
+            f'setcmas ignores them; the group must be one of {", ".join(GROUPS)}'
+            f'{did_you_mean(group, GROUPS)}',
         )
         for group, packages in sorted(unknown_groups().items())
     ]

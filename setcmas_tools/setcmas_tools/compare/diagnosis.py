@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.compare.generic_mistakes import (
     EQUAL,
@@ -28,7 +29,6 @@ from setcmas_tools.compare.generic_mistakes import (
     turned_multiple,
 )
 from setcmas_tools.offline.altered_solutions import (
-    Altered,
     Calls,
     Mistake,
     altered_solutions,
@@ -69,19 +69,13 @@ def diagnosis(
         suppress(SetcmasError),
         np.errstate(all='ignore'),
     ):
-        once = altered_solutions(solution, mistakes, is_condition, Path(folder))
-        calls = _calls(runs, is_condition, once)
-        explanation = _explanation(calls, mistakes, is_condition) if calls else ''
-        return Diagnosis(explanation, '' if explanation else _measured(calls, is_condition))
+        altered = altered_solutions(solution, mistakes, is_condition, Path(folder))
+        found = [calls_of(*each, is_condition, altered) for each in runs]
+        if runs and all(found):  # else a run cannot be repeated
+            calls = [one for one in found if one]
+            explanation = _explanation(calls, mistakes, is_condition)
+            return Diagnosis(explanation, '' if explanation else _measured(calls, is_condition))
     return Diagnosis()
-
-
-def _calls(
-    runs: Sequence[tuple[str, Scenario, Run]], is_condition: bool, altered: Sequence[Altered]
-) -> list[Calls]:
-    """Return the calls of all runs; none if a run cannot be repeated."""
-    found = [calls_of(*each, is_condition, altered) for each in runs]
-    return [one for one in found if one] if all(found) else []
 
 
 def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], is_condition: bool) -> str:
@@ -105,12 +99,6 @@ def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
     margin = _TIED * sum(one.own.shape[0] * one.own.shape[1] for one in calls)
     hints = {one.hint for one in found if one.differing <= found[0].differing + margin}
     return hints.pop() if len(hints) == 1 else ''
-
-
-def _known(calls: Sequence[Calls]) -> list[str]:
-    """Return the names of the altered solutions that are not given up in any scenario."""
-    found = set.intersection(*(set(one.answers) for one in calls))
-    return sorted(found, key=lambda name: (len(name), name))
 
 
 def _listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
@@ -150,14 +138,15 @@ def _named(robots: NDArray[np.int_]) -> str:
 
 def _terms(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
     """Yield explanations by the factor of a term, which a mistake leaves out."""
-    for name in filter(str.isdigit, _known(calls)):
-        if term := mistakes[int(name)].term:
-            rest = [one.answers[name] for one in calls]
+    for number, mistake in enumerate(mistakes):
+        rest = [one.answers[str(number)] for one in calls if str(number) in one.answers]
+        if mistake.term and len(rest) == len(calls):
             steps = [one.solution - each for one, each in zip(calls, rest, strict=True)]
             for factor in shares(calls, rest, steps):
                 both = zip(rest, steps, strict=True)
                 answers = [each + factor * step for each, step in both]
-                yield from tried(_term_hint(term, factor, calls[0].values), calls, answers)
+                hint = _term_hint(mistake.term, factor, calls[0].values)
+                yield from tried(hint, calls, answers)
 
 
 def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
@@ -187,19 +176,19 @@ def _measured(calls: Sequence[Calls], is_condition: bool) -> str:
 
 
 def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
-    who, seen = _wrong_robots([calls])[0], calls.heading[call, robot]
-    own, right = (
-        f'({vx:.2g}, {vy:.2g}) m/s'
-        for vx, vy in np.round(
-            [calls.own[call, robot], saturated(calls.solution[call, robot], calls.limit)], 3
-        )
-        + 0.0  # no -0
-    )
-    text = f'its velocity is {own}; from the same place, the right one is {right}'
+    who, own = _wrong_robots([calls])[0], calls.own[call, robot]
     if is_condition:
-        does = 'sends' if calls.own[call, robot, 0] else 'does not send'
-        text = f'it {does}, {seen:.2g} m at the last position sent'
+        does = 'sends' if own[0] else 'does not send'
+        text = f'it {does}, {calls.heading[call, robot]:.2g} m at the last position sent'
+    else:
+        right = _velocity(saturated(calls.solution[call, robot], calls.limit))
+        text = f'its velocity is {_velocity(own)}; from the same place, the right one is {right}'
     first = f"In '{calls.name}', robot {robot + 1} first differs from the solution at"
     only = '' if who.startswith('all') else 'only '
     affected = f' This affects {only}{who}.' if who else ''
     return f'{first} t = {calls.t[call]:.1f} s: {text}.{affected}'
+
+
+def _velocity(velocity: Floats) -> str:
+    vx, vy = np.round(velocity, 3) + 0.0  # no -0
+    return f'({vx:.2g}, {vy:.2g}) m/s'

@@ -22,34 +22,21 @@ YOURS = 'Your velocities'
 
 _OPPOSITE = 'the opposite directions'
 
-Turn = Callable[[Floats, Floats], tuple[Floats, Floats]]
-TURNED: tuple[tuple[str, Turn], ...] = (
-    (f'{YOURS} are the opposite of the right ones: check the sign.', lambda vx, vy: (-vx, -vy)),
-    (
-        f'{YOURS} are the right ones with vx and vy swapped: return vx, vy, in this order.',
-        lambda vx, vy: (vy, vx),
-    ),
-    (
-        f'{YOURS} are the right ones turned by +90 degrees: (-vy, vx) instead of (vx, vy).',
-        lambda vx, vy: (-vy, vx),
-    ),
-    (
-        f'{YOURS} are the right ones turned by -90 degrees: (vy, -vx) instead of (vx, vy).',
-        lambda vx, vy: (vy, -vx),
-    ),
-    (
-        f'{YOURS} are the opposite of the right ones, with vx and vy swapped.',
-        lambda vx, vy: (-vy, -vx),
-    ),
-    (f'{YOURS} have the wrong sign in vx only.', lambda vx, vy: (-vx, vy)),
-    (f'{YOURS} have the wrong sign in vy only.', lambda vx, vy: (vx, -vy)),
-    (f'{YOURS} are all zero.', lambda vx, vy: (0 * vx, 0 * vy)),
-    (f'{YOURS} have the right vx, but vy is always zero.', lambda vx, vy: (vx, 0 * vy)),
-    (f'{YOURS} have the right vy, but vx is always zero.', lambda vx, vy: (0 * vx, vy)),
-    (f'{YOURS} have the right vx, but vy is the same number as vx.', lambda vx, _: (vx, vx)),
-    (f'{YOURS} have the right vy, but vx is the same number as vy.', lambda _, vy: (vy, vy)),
+TURNED: tuple[tuple[str, list[list[int]]], ...] = (
+    ('the opposite of the right ones: check the sign.', [[-1, 0], [0, -1]]),
+    ('the right ones with vx and vy swapped: return vx, vy, in this order.', [[0, 1], [1, 0]]),
+    ('the right ones turned by +90 degrees: (-vy, vx) instead of (vx, vy).', [[0, -1], [1, 0]]),
+    ('the right ones turned by -90 degrees: (vy, -vx) instead of (vx, vy).', [[0, 1], [-1, 0]]),
+    ('the opposite of the right ones, with vx and vy swapped.', [[0, -1], [-1, 0]]),
+    ('right, but with the wrong sign in vx.', [[-1, 0], [0, 1]]),
+    ('right, but with the wrong sign in vy.', [[1, 0], [0, -1]]),
+    ('all zero.', [[0, 0], [0, 0]]),
+    ('right in vx, but vy is always zero.', [[1, 0], [0, 0]]),
+    ('right in vy, but vx is always zero.', [[0, 0], [0, 1]]),
+    ('right in vx, but vy is the same number as vx.', [[1, 0], [1, 0]]),
+    ('right in vy, but vx is the same number as vy.', [[0, 1], [0, 1]]),
 )
-"""Velocities made of both components of the right ones."""
+"""What velocities are, and the matrix that makes them of the right ones."""
 
 POLAR = (
     f'{YOURS} are speed and turn rate. Return vx and vy in the world frame: setcmas itself '
@@ -99,9 +86,8 @@ def polar(calls: Calls) -> Iterator[Floats]:
     komega = calls.scenario.law.komega
     for length in (speed, np.minimum(speed, calls.limit)):
         for turn in (error, direction, direction - calls.heading):
-            yield np.stack([length, komega * turn], -1)
-            yield np.stack([length, np.degrees(turn)], -1)
-            yield np.stack([length, turn], -1)
+            for factor in (komega, np.degrees(1.0), 1.0):
+                yield np.stack([length, factor * turn], -1)
 
 
 BODY = (
@@ -147,8 +133,8 @@ def tried(
 def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by velocities that are turned, swapped, zero or without t."""
     yield from tried(SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
-    for hint, turned in TURNED:
-        yield from tried(hint, calls, _turned(calls, turned), is_multiple=True)
+    for what, matrix in TURNED:
+        yield from tried(f'{YOURS} are {what}', calls, _turned(calls, matrix), is_multiple=True)
     for sign in (1, -1):
         answers = [in_body_frame(one, sign) for one in calls]
         yield from tried(BODY, calls, answers, is_multiple=True)
@@ -156,8 +142,8 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
         yield from tried(POLAR, calls, returned, is_multiple=True)
 
 
-def _turned(calls: Sequence[Calls], turned: Turn) -> list[Floats]:
-    return [np.stack(turned(*np.moveaxis(one.solution, -1, 0)), -1) for one in calls]
+def _turned(calls: Sequence[Calls], matrix: list[list[int]]) -> list[Floats]:
+    return [one.solution @ np.transpose(matrix) for one in calls]
 
 
 def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
@@ -230,13 +216,13 @@ def _by_factors(
 
 def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by turned or swapped velocities that are too large or small as well."""
-    for first, turned in TURNED[1:7]:
-        answers = _turned(calls, turned)
+    for what, matrix in TURNED[1:7]:
+        answers = _turned(calls, matrix)
         found = [*_multiple(calls, answers)] or [*plain_multiple(calls, answers)]
         for hint, differing in found:
             # A negative factor is a positive factor of the opposite turn.
             if _OPPOSITE not in hint:
-                both = f'{first} With that corrected, {hint[0].lower()}{hint[1:]}'
+                both = f'{YOURS} are {what} With that corrected, {hint[0].lower()}{hint[1:]}'
                 yield Explanation(f'Probably two mistakes: {both}', differing)
 
 
