@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from bag_to_csv import timed, write_bag
 from fleet import measure_fleet, time_of_help
+from quick_option import parsed
 from tabulate import tabulate
 from tqdm import tqdm
 
@@ -155,7 +156,7 @@ def main() -> None:
     parser.add_argument('--repeat', type=int, default=3)
     parser.add_argument('--duration', type=float, default=20.0, help='of fleet and view, s')
     parser.add_argument('--only', nargs='+', choices=[*BENCHMARKS, 'trajectories'])
-    args = parser.parse_args()
+    args = parsed(parser, repeat=1, only=['offline'])
     names = args.only or [*BENCHMARKS, 'trajectories']
     if 'view' in names and not shutil.which('chromium'):
         parser.error('view needs chromium and chromium-driver; leave it out with --only')

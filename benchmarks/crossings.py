@@ -13,6 +13,7 @@ import time
 
 import numpy as np
 from joblib import Parallel, delayed
+from quick_option import parsed
 
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import GainOptions
@@ -116,7 +117,7 @@ def main() -> None:
     parser.add_argument('--runs', type=int, default=1000)
     parser.add_argument('--duration', type=float, default=30.0)
     parser.add_argument('--steps', action='store_true', help='the time of a step only')
-    args = parser.parse_args()
+    args = parsed(parser, runs=2, duration=5.0)
     if args.steps:
         print_step_times()
     else:

@@ -37,6 +37,7 @@ from fault_kinds import (
 from fault_kinds.kind import Kind, Place
 from fault_places import rehearsal
 from network_namespaces import NoNetworkError, in_a_process
+from quick_option import parsed
 from rehearsal import STANDS_S, Rehearsal
 from ros_domain import reserved_domain
 from tabulate import tabulate
@@ -156,7 +157,7 @@ def main() -> int:
     parser.add_argument('--jobs', type=int, default=1, help='faults at a time')
     parser.add_argument('--only', action='append', choices=list(KINDS))
     parser.add_argument('--mocap', default='', help='source of poses of emulated experiments')
-    args = parser.parse_args()
+    args = parsed(parser, repeat=1, only=['robot blocked'])
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
     chosen = args.only or list(KINDS)
     names = [name for name in chosen if not args.mocap or _suits_any_mocap(name)]

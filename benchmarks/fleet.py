@@ -36,6 +36,7 @@ import psutil
 import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
+from quick_option import parsed
 from rclpy.qos import QoSProfile
 from tabulate import tabulate
 
@@ -185,7 +186,7 @@ def main() -> None:
     parser.add_argument('--repeat', type=int, default=1)
     parser.add_argument('--setcmas', type=Path, nargs='+', default=[SETCMAS])
     parser.add_argument('--picture', type=Path, default=Path('fleet.png'))
-    args = parser.parse_args()
+    args = parsed(parser, nb_robots=[2], duration=3.0, repeat=1)
     picture = args.picture.resolve()
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
     helps = [time_of_help() for _ in range(7)]

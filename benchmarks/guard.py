@@ -20,6 +20,7 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
+from quick_option import parsed
 from ros_domain import reserved_domain
 
 SETTLES_S = 4.0
@@ -68,7 +69,7 @@ def main():
     parser.add_argument('--robots', type=int, default=2)
     parser.add_argument('--repeat', type=int, default=3)
     parser.add_argument('--seconds', type=float, default=8.0)
-    args = parser.parse_args()
+    args = parsed(parser, robots=1, repeat=1, seconds=2.0)
     kinds = {
         f'lab of {args.robots}, without guards': lambda: lab(
             args.robots, args.seconds, '--without-guard'

@@ -15,6 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 
 from pyodide_browser import PyodideBrowser, pyodide_browser
+from quick_option import parsed
 
 REQUEST = {'algo': 'consensus', 'scenario': {'nb_robots': 8, 'duration': 60}}
 
@@ -29,7 +30,7 @@ def timed(browser: PyodideBrowser, call: str, **request) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--runs', type=int, default=50)
-    runs = parser.parse_args().runs
+    runs = parsed(parser, runs=1).runs
     with pyodide_browser() as browser:
         print(f'wheel: {browser.wheel.stat().st_size / 1e6:.2f} MB')
         for part, seconds in browser.laps.items():

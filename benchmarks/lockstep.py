@@ -32,7 +32,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--nb-robots', type=int, nargs='+', default=[1, 8, 20, 50])
     parser.add_argument('--duration', type=float, default=60.0)
+    parser.add_argument('--quick', action='store_true', help='little of everything: a test of it')
     args, further = parser.parse_known_args()
+    if args.quick:
+        args.nb_robots, args.duration = [2], 3.0
     print(f'{"robots":>6} {"start (s)":>10} {"times real time":>16} {"cores":>6}  fleet.csv')
     for nb_robots in args.nb_robots:
         with tempfile.TemporaryDirectory() as text:

@@ -20,6 +20,7 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
+from quick_option import parsed
 from rehearsal import watch
 from ros_domain import reserved_domain
 from ros_peer import Peer, twist_stamped
@@ -89,7 +90,7 @@ def main():
     parser.add_argument('--repeat', type=int, default=3)
     parser.add_argument('--seconds', type=float, default=5.0)
     parser.add_argument('--drive', type=int, nargs=3, help=argparse.SUPPRESS)
-    args = parser.parse_args()
+    args = parsed(parser, repeat=1, seconds=1.0)
     if args.drive:
         drive(*args.drive)
     rows = []

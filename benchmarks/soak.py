@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 import rclpy
+from quick_option import parsed
 from ros_domain import reserved_domain
 from soak_fleet import LIVING_PROCESSES, MORTAL, NB_ROBOTS, RECORDER, RECOVERY_S, SoakedFleet
 from soak_picture import picture
@@ -144,7 +145,7 @@ def main() -> int:
     parser.add_argument('--minutes', type=float, default=20.0)
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--output', type=Path, default=Path('soak.png'))
-    args = parser.parse_args()
+    args = parsed(parser, minutes=0.2)
     with reserved_domain() as domain, tempfile.TemporaryDirectory() as folder:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         with dds_setup():

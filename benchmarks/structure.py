@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from quick_option import parsed
 from tabulate import tabulate
 
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
@@ -137,7 +138,7 @@ def main() -> None:
     """Print a table with a column for each checkout."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('checkout', type=Path, nargs='*', default=[HERE], help='[this one]')
-    checkouts = parser.parse_args().checkout
+    checkouts = parsed(parser).checkout
     columns = [figures(checkout) for checkout in checkouts]
     rows = [(name, *(column[name] for column in columns)) for name in columns[0]]
     headers = ['', *(checkout.resolve().name for checkout in checkouts)]

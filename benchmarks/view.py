@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 
 import psutil
 from browser import open_browser, wait_for
+from quick_option import parsed
 
 SETCMAS = Path(sys.executable).parent / 'setcmas'
 _COUNT = """
@@ -98,7 +99,7 @@ def main() -> None:
     parser.add_argument('--nb-robots', type=int, nargs='+', default=[8, 50, 250])
     parser.add_argument('--algo', default='traj_tracking')
     parser.add_argument('--duration', type=float, default=30.0)
-    args = parser.parse_args()
+    args = parsed(parser, nb_robots=[2], duration=3.0)
     print(f'{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores')
     with tempfile.TemporaryDirectory() as folder:
         for nb_robots in args.nb_robots:
