@@ -26,16 +26,16 @@ from ros_domain import reserved_domain
 SETTLES_S = 4.0
 LAB, BRIDGES, GUARD = (
     [sys.executable, '-m', f'setcmas_expe.{module}']
-    for module in ('emulation.lab', 'safety.bridges', 'guard.main')
+    for module in ('emulation.emulated_lab', 'safety.bridges', 'guard.guard_node')
 )
 
 
 @contextlib.contextmanager
 def running(command):
-    quiet = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
-    with subprocess.Popen(command, **quiet) as process:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         try:
             yield psutil.Process(process.pid)
+            assert process.poll() is None, f'{command} has ended'
         finally:
             process.terminate()
 

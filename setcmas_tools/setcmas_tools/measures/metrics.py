@@ -33,7 +33,7 @@ def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
 
 def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
     """Return `robots_rows` as a table in a format of `tabulate`; empty without rows."""
-    from tabulate import tabulate  # here: web pages do not have it
+    from tabulate import tabulate  # here: a simulation does not need it
 
     if not (rows := robots_rows(parts)):
         return ''

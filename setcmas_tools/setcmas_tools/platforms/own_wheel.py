@@ -11,6 +11,8 @@ from pathlib import Path
 from setcmas_simu.errors import SetcmasError
 
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+_WITH = ('tabulate',)
+"""Python packages that a browser does not get otherwise."""
 
 _WHEEL = 'Wheel-Version: 1.0\nGenerator: setcmas\nRoot-Is-Purelib: true\nTag: py3-none-any\n'
 _METADATA = ('METADATA', 'entry_points.txt')
@@ -19,8 +21,8 @@ _METADATA = ('METADATA', 'entry_points.txt')
 def own_wheel(left_out: tuple[str, ...] = ()) -> tuple[str, dict[str, bytes]]:
     """Return the name of a wheel of the installed setcmas, and its files by path.
 
-    It is built from the installed files, even of an editable installation, and only depends on
-    them.
+    It is built from the installed files, even of an editable installation, with those of packages
+    that Pyodide lacks, and only depends on them.
 
     Args:
         left_out: Beginnings of paths of files that it does not need.
@@ -46,8 +48,8 @@ def own_wheel(left_out: tuple[str, ...] = ()) -> tuple[str, dict[str, bytes]]:
 
 
 def _folders() -> dict[str, Path]:
-    """Return the folder of each package of setcmas."""
-    specs = {package: importlib.util.find_spec(package) for package in PACKAGES}
+    """Return the folder of each package."""
+    specs = {package: importlib.util.find_spec(package) for package in PACKAGES + _WITH}
     return {name: Path(spec.origin).parent for name, spec in specs.items() if spec and spec.origin}
 
 
