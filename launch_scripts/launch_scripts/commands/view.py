@@ -2,8 +2,8 @@
 
 The page shows poses, trails, drawings of control scripts and communication, with a time bar and
 charts. Simulated robots can be paused, started and reset, real ones paused and stopped. Select a
-robot of a finished run to see what it knew and what its law wanted. A second run is drawn over the
-first one, with their difference.
+robot of a finished run to see what its law wanted. A second run is drawn over the first one, with
+their difference.
 
 Examples:
   setcmas view

@@ -188,18 +188,20 @@ class Curve:
 
 def curves(run: Run) -> list[Curve]:
     """Return the curves of a run from its first command on, as in plots and metrics."""
-    grid = run.counted_grid if len(run.counted.t) else run.grid()
+    grid = run.counted_grid
+    if not len(grid.t):  # nothing commanded these robots
+        return []
     found = [
         Curve('Speed', 'm/s', grid.t, {robot: _speeds(run, robot, grid.t) for robot in run.robots})
     ]
-    if len(grid.robots) > 1 and len(grid.t):
+    if len(grid.robots) > 1:
         least = distances_of_pairs(grid)[0]
         found.insert(0, Curve('Least separation', 'm', grid.t, {FLEET: least}))
         if is_agreement(run):
             values = disagreement(grid.x, grid.y)
             found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
     known = task_of(run, ignore)
-    errors = known[0].errors(run, known[1]) if known and len(run.counted.t) else None
+    errors = known[0].errors(run, known[1]) if known else None
     if errors:
         found.append(Curve(errors.title, errors.unit, grid.t, errors.values))
     return found

@@ -260,7 +260,6 @@ class LiveRun:
         """Return the changes since the last call, for a page at a time in s."""
         if not self.ended:
             self._forget(now)
-            self.markers.expire(now)
         pending, self._pending = self._pending, []
         found = [*pending, *self._looks(), *self._frame(now), *self._states(now)]
         if self._sent:
@@ -312,7 +311,9 @@ class LiveRun:
                 'poses': whole.ravel().tolist(),
                 'put': put,
                 'clock': None if clock is None else round(clock, 3),
-                'curves': _curves(rows[~self._lost(robots, now)], self.task),
+                'curves': [None] * len(CHARTS)
+                if clock is None  # nothing has commanded these robots yet
+                else _curves(rows[~self._lost(robots, now)], self.task),
             }
         ]
 

@@ -234,7 +234,7 @@ class LiveTopics:
         self._run.connect(weights, self._now)
 
     def _on_marker(self, topic: str, marker: Marker) -> None:
-        self._run.markers.apply(topic, marker, self._now)
+        self._run.markers.put(topic, marker)
 
     def _on_markers(self, topic: str, message: Any) -> None:
         for marker in message.markers:

@@ -33,15 +33,6 @@ class RunHistory:
         """Return the poses at K times, shape (3, K, N)."""
         return np.stack([track.poses(times) for track in self.tracks], axis=2)
 
-    def newest(self, t: float) -> Floats:
-        """Return the newest poses received until a time, shape (3, N)."""
-        result = np.full((3, len(self.robots)), np.nan)
-        for column, track in enumerate(self.tracks):
-            if (row := track.newest(t)) >= 0:
-                rows = track.rows
-                result[:, column] = rows.x[row], rows.y[row], rows.theta[row]
-        return result
-
     def speeds_at(self, times: Floats) -> Floats:
         """Return the speeds at K times, shape (2, K, N)."""
         return np.stack([track.speeds(times) for track in self.tracks], axis=2)
@@ -50,17 +41,6 @@ class RunHistory:
         """Return the robots that were moved, rather than drove, to their poses at a time."""
         both = zip(self.robots, self.tracks, strict=True)
         return {robot for robot, track in both if track.is_broken(since, t)}
-
-    def adjacency(self, t: float) -> Floats | None:
-        """Return the weights of links: row i hears column j, by robots' numbers from 1.
-
-        None if there is no record of communication: all robots know all poses.
-        """
-        record = self.run.record
-        if record is None:
-            return None
-        size = max(self.robots[-1], int(record.changes[:, 1:3].max(initial=0)))
-        return record.adjacency(t, size)
 
     def safety(self, robot: int, t: float) -> tuple[str, bool] | None:
         """Return a robot's state in an experiment, and whether safety overruled its law.

@@ -161,7 +161,6 @@ def test_a_browser_shows_the_run_at_any_time(folder, browser):
     expect(1.2)
     about = browser.find_element(By.ID, 'about').text
     assert f'Its law failed in line 10 of law.py: ValueError: {HOSTILE}' in about
-    assert re.search(r'tb3_2 at \(.*\) m', about)
     assert browser.title == 'law, 3 robots'
 
     page_width = 'return document.documentElement.scrollWidth'
@@ -275,7 +274,7 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
 
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
-def test_messages_are_shown_in_what_a_robot_knew(tmp_path, browser):
+def test_the_last_message_of_a_law_is_shown(tmp_path, browser):
     from browser import open_page
     from selenium.webdriver.common.by import By
 
@@ -286,7 +285,5 @@ def test_messages_are_shown_in_what_a_robot_knew(tmp_path, browser):
     browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
     about = browser.find_element(By.ID, 'about').text
 
-    sent = r'its message: \[9, 3, -5, -5\] \(sent at t = 0\.80 s\)'
-    assert re.search(rf'tb3_1 at \(.*\) m; {sent}', about)
     assert about.endswith('Its law sent [9, 3, -5, -5] at t = 1.00 s.')
     assert browser.get_log('browser') == []

@@ -34,7 +34,6 @@ def test_between_two_poses_robots_are_between_them():
     assert (x, y) == (0.5, 0.5)
     assert theta == np.pi
     assert history.speeds_at(np.array([0.25]))[:, 0, 0].tolist() == [2.0, 0.3]
-    assert history.newest(0.25)[:, 0].tolist() == [0, 0, 3.0]
 
 
 def test_gaps_and_resets_stay_gaps():
@@ -45,22 +44,9 @@ def test_gaps_and_resets_stay_gaps():
 
     assert np.isnan(history.poses_at(np.array([4.0, 9.95]))).all()
     assert np.isnan(history.speeds_at(np.array([4.0]))).all()
-    assert history.newest(4.0)[0, 0] == 0.2 * 3.0
     assert history.put(2.9, 6.2) == {1}
     assert history.put(9.5, 9.9) == set()
     assert history.put(9.9, 10.0) == {1}
-
-
-def test_links_as_they_were():
-    def control(robot, nb_robots, poses, t):
-        return tuple(-poses[:2, robot - 1])
-
-    run = simulate(control, 3, 20.0, graph='path', range=5.0, event_triggered=True)
-    history = RunHistory(run)
-
-    assert history.adjacency(20.0).tolist() == [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
-    assert not history.adjacency(0.0).any()
-    assert RunHistory(simulate('consensus', 3, 1.0)).adjacency(0.5) is None
 
 
 def test_states_of_an_experiment():

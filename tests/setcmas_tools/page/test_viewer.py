@@ -115,7 +115,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
     markers = peer.node.create_publisher(Marker, '/tb3_1/goal', qos.LATCHED)
     graph = peer.node.create_publisher(Float32MultiArray, '/communication_graph', qos.LATCHED)
     events = peer.node.create_publisher(UInt16, '/tb3_1/trig_event', 10)
-    goal = Marker(type=Marker.CUBE)
+    goal = Marker(type=Marker.SPHERE)
     goal.scale.x = goal.scale.y = goal.pose.position.y = goal.color.a = 1.0
     markers.publish(goal)
     line = Marker(type=Marker.LINE_STRIP, id=1, points=[Point(y=-3.0), Point(x=3.0, y=-3.0)])
@@ -132,7 +132,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
             wait_for(lambda: browser.execute_script(js) == value)
 
         expect('return page.robots.length', 2)
-        expect(SHAPES, 'boxes lines')
+        expect(SHAPES, 'discs lines')
         expect('return page.linksAt(Infinity).size', 2)
 
         def broadcast():
@@ -140,8 +140,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
             return browser.execute_script('return page.robots[0].sent.length') > 0
 
         wait_for(broadcast)
-        goal.action = Marker.DELETE
-        markers.publish(goal)
+        peer.node.destroy_publisher(markers)
         expect(SHAPES, 'lines')
         peer.node.destroy_publisher(other)
         expect(SHAPES, '')

@@ -43,7 +43,6 @@ function unpackRobot(robot) {
 
 function unpackCalls(calls) {
   for (const name of ['t', 'vx', 'vy', 'allowedX', 'allowedY']) if (calls[name]) calls[name] = unpacked(calls[name]);
-  for (const one of calls.known || []) for (const name of ['x', 'y', 'sent']) if (one[name]) one[name] = unpacked(one[name]);
   if (calls.messages) {
     calls.messages.t = unpacked(calls.messages.t);
     calls.messages.texts = spread(calls.messages.texts, calls.messages.t.length);
@@ -55,7 +54,7 @@ function unpackDrawn(drawn) {
   const [t, x, y] = ['t', 'x', 'y'].map(name => unpacked(drawn[name])), looks = spread(drawn.looks, t.length);
   t.forEach((from, k) => {
     const [size, colour, alpha] = looks[k], to = drawn.marker && k + 1 < t.length ? t[k + 1] : Infinity;
-    shapes.push({kind: 'discs', from, to, moves: drawn.marker, places: [[x[k], y[k]]], size: [size, size], colours: [colour], alpha});
+    shapes.push({kind: 'discs', from, to, moves: drawn.marker, places: [[x[k], y[k]]], size, colour, alpha});
   });
 }
 

@@ -51,27 +51,18 @@ function drawWorld(pen) {
   }
 }
 
-// Shapes of scripts: each draws one place of a shape, with its colour and size.
+// Shapes: each draws one place of a shape, with its size.
 const SHAPES = {
-  discs: (pen, [x, y], colour, [width]) => disc(pen, x, y, Math.max(2, width / 2 * camera.scale), colour),
-  boxes: (pen, place, colour, size) => turned(pen, place, size, [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], colour),
-  arrows: (pen, place, colour, size) => turned(pen, place, size, [[0, -0.2], [0.7, -0.2], [0.7, -0.5], [1, 0], [0.7, 0.5], [0.7, 0.2], [0, 0.2]], colour),
-  lines: (pen, [x, y, toX, toY], colour, [width]) => {
-    pen.strokeStyle = colour; pen.lineWidth = Math.max(1.2, width * camera.scale);
+  discs: (pen, [x, y], colour, size) => disc(pen, x, y, Math.max(2, size / 2 * camera.scale), colour),
+  lines: (pen, [x, y, toX, toY], colour, size) => {
+    pen.strokeStyle = colour; pen.lineWidth = Math.max(1.2, size * camera.scale);
     path(pen, [[x, y], [toX, toY]]); pen.stroke();
   },
-  texts: (pen, [x, y], colour, size, {text}) => { pen.fillStyle = colour; pen.textAlign = 'center'; pen.fillText(text, px(x), py(y)); },
 };
-function turned(pen, [x, y, theta], [length, width], corners, colour) {
-  const cos = Math.cos(theta), sin = Math.sin(theta);
-  path(pen, corners.map(([a, b]) => [x + a * length * cos - b * width * sin, y + a * length * sin + b * width * cos]), true);
-  pen.fillStyle = colour; pen.fill();
-}
 // A place in a robot's frame, in that of the world.
-function inWorld({x, y, theta}, place) {
-  const cos = Math.cos(theta), sin = Math.sin(theta), [a, b, c, d] = place;
-  const moved = [x + a * cos - b * sin, y + a * sin + b * cos];
-  return d === undefined ? [...moved, (c || 0) + theta] : [...moved, x + c * cos - d * sin, y + c * sin + d * cos];
+function inWorld({x, y, theta}, [a, b, c, d]) {
+  const cos = Math.cos(theta), sin = Math.sin(theta);
+  return [x + a * cos - b * sin, y + a * sin + b * cos, x + c * cos - d * sin, y + c * sin + d * cos];
 }
 // Shapes that stay where they are belong to the ground, which shows those that began before already.
 const isStill = shape => !shape.moves && !shape.robot;
@@ -83,10 +74,7 @@ function drawShapes(pen, now, still, since = -Infinity) {
     const pose = shape.robot && byNumber.get(shape.robot)?.pose;
     if (shape.robot && !pose) continue;
     pen.globalAlpha = shape.alpha;
-    shape.places.forEach((place, k) => {
-      const colour = shape.colours[k % shape.colours.length];
-      SHAPES[shape.kind](pen, pose ? inWorld(pose, place) : place, colour, shape.size, shape);
-    });
+    for (const place of shape.places) SHAPES[shape.kind](pen, pose ? inWorld(pose, place) : place, shape.colour, shape.size);
   }
   pen.globalAlpha = 1;
 }
@@ -161,14 +149,6 @@ function drawSelected(pen, robot, size, now) {
   pen.lineWidth = 2;
   disc(pen, pose.x, pose.y, size * 2.1, null, INK);
   if (!call) return;
-  pen.lineWidth = 1.3;
-  for (const one of call.calls.known || []) {
-    if (isNaN(one.x[call.place])) continue;
-    const point = [one.x[call.place], one.y[call.place]];
-    pen.strokeStyle = SOFT; pen.setLineDash([3, 3]);
-    path(pen, [[pose.x, pose.y], point]); pen.stroke(); pen.setLineDash([]);
-    disc(pen, ...point, size * 0.6, '#fff', byNumber.get(one.number)?.colour || SOFT);
-  }
   pen.strokeStyle = INK; pen.lineWidth = 2;  // its velocity as the way of so many seconds
   path(pen, [[pose.x, pose.y], [pose.x + ARROW_S * call.vx, pose.y + ARROW_S * call.vy]]); pen.stroke();
 }

@@ -1,7 +1,7 @@
 // The table of the robots, and details of the selected one.
 
 import {find, number} from './canvas.js';
-import {callAt, poseAt, robots, run, stateAt, valueAt, wrapped} from './history.js';
+import {callAt, poseAt, robots, stateAt, valueAt, wrapped} from './history.js';
 
 const rows = new Map();
 const UNKNOWN = {x: NaN, y: NaN, theta: NaN, v: NaN};
@@ -49,7 +49,7 @@ function line(...parts) {
 }
 export function fillAbout(now, selected) {
   find('about').replaceChildren();
-  if (!selected) { line('Select a robot, here or in the picture, to see what its law wanted and what it knew.'); return; }
+  if (!selected) { line('Select a robot, here or in the picture, to see what its law wanted.'); return; }
   const pose = poseAt(selected, now), call = callAt(selected, now), {kind, words} = stateAt(selected, now);
   line(selected.name).className = 'name';
   if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
@@ -57,7 +57,6 @@ export function fillAbout(now, selected) {
   else line('Its pose is unknown at this time.');
   if (call) aboutCall(call); else if (!words) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
-  if (call) aboutKnown(call);
   const message = call && valueAt(call.calls, call.t);
   if (message) line(`Its law sent ${message.text} at t = ${number(message.t, 2)} s.`);
 }
@@ -65,17 +64,4 @@ function aboutCall({calls, place, kind, t, vx, vy}) {
   if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, wanted (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
     `a speed of ${number(Math.hypot(vx, vy), 3)} m/s.`);
   if (calls.allowedX) line(`The safety filter allowed (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
-}
-function aboutKnown({calls, place}) {
-  if (calls.unknown) { line('What it knew of the others: ', calls.unknown, '.'); return; }
-  if (!calls.known) { line('It knew where all others were at that call.'); return; }
-  line('It knew of the others:');
-  for (const one of calls.known) {
-    const where = isNaN(one.x[place]) ? 'an unknown place' : `(${number(one.x[place], 3)}, ${number(one.y[place], 3)}) m`;
-    line(`${one.name} at ${where}`, aboutMessage(one, place)).className = 'known';
-  }
-}
-function aboutMessage({number: sender, sent}, place) {
-  const message = sent && valueAt(run.calls[sender], sent[place]);
-  return message ? `; its message: ${message.text} (sent at t = ${number(message.t, 2)} s)` : '';
 }
