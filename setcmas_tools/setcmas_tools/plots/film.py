@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import math
+import shutil
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,19 +15,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.artist import Artist
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from PIL import Image
+from numpy.typing import NDArray
 from tqdm import tqdm
 
-from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots import film_writers
-from setcmas_tools.plots.plot_settings import FilmSettings, check_style
-from setcmas_tools.plots.style import edge_effects, legend, line_look, plot_style, robot_handles
+from setcmas_tools.plots.plot_settings import FILMS, FilmSettings, check_style
+from setcmas_tools.plots.style import legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
     DrawnPlane,
     draw_references,
@@ -41,6 +44,9 @@ _FLASH_S = 0.5  # in the film's time
 _FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and end
 _FLASH_COLOUR = (0.9, 0.45, 0.0)
 _JOINT = 2  # positions by which pieces of a trail overlap
+_RATES_HZ = {'mp4': 25, 'gif': 10}
+_MOST_GIF_FRAMES = 1200
+_MP4 = ['-pix_fmt', 'yuv420p', '-movflags', '+faststart']  # for every player and browser
 
 
 class FilmFrames:
@@ -75,19 +81,22 @@ class FilmFrames:
         marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(run.title)
-        flash = [_flash_handle()] if triggers else []
-        legend(self._axes, [*robot_handles(grid.robots), *marks, *flash])
+        if triggers:
+            ring: dict[str, Any] = {'markeredgecolor': _FLASH_COLOUR, 'markeredgewidth': 2.0}
+            ring |= {'linestyle': '', 'marker': 'o', 'markerfacecolor': 'none'}
+            marks += [Line2D([], [], label='communication', markersize=11.0, **ring)]
+        legend(self._axes, [*robot_handles(grid.robots), *marks])
         self._add_moving_artists()
         self._figure.draw_without_rendering()
         width = np.ptp(self._axes.get_xlim())
         size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
         found = symbols(run)
-        self._symbols = [size * found[robot].T for robot in grid.robots]
+        self._symbols = [size * found[robot] for robot in grid.robots]
 
     def __len__(self) -> int:
         return len(self._grid.t)
 
-    def __iter__(self) -> Iterator[Image.Image]:
+    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         self._canvas.draw()
         background = self._canvas.copy_from_bbox(self._figure.bbox)
         for k in range(len(self)):
@@ -95,38 +104,31 @@ class FilmFrames:
             self._draw_trails(k)
             background = self._canvas.copy_from_bbox(self._figure.bbox)
             self._draw_robots(k)
-            yield Image.fromarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy())
+            yield np.asarray(self._canvas.buffer_rgba())
 
     def _add_moving_artists(self) -> None:
         nb_robots = len(self._grid.robots)
         looks = [line_look(robot, nb_robots) for robot in self._grid.robots]
-        colours = [look['color'] for look in looks]
-        widths = [look['linewidth'] for look in looks]
-        edged = [bool(edge_effects(c, w)) for c, w in zip(colours, widths, strict=True)]
-        edge_widths = [w + 1.2 if edge else 0.0 for w, edge in zip(widths, edged, strict=True)]
-        self._edges = LineCollection([], colors='0.25', linewidths=edge_widths, capstyle='butt')
+        colours, widths = ([look[name] for look in looks] for name in ('color', 'linewidth'))
+        edges = [look['linewidth'] + 1.2 if 'path_effects' in look else 0.0 for look in looks]
+        self._edges = LineCollection([], colors='0.25', linewidths=edges, capstyle='butt')
         self._trails = LineCollection([], colors=colours, linewidths=widths, capstyle='round')
-        self._robots = PolyCollection(
-            [], facecolors=colours, edgecolors='0.15', linewidths=0.7, closed=True
-        )
+        edge: dict[str, Any] = {'edgecolors': '0.15', 'linewidths': 0.7}
+        self._robots = PolyCollection([], facecolors=colours, **edge)
         self._flashes = self._axes.scatter([], [], facecolors='none', linewidths=2.0)
         self._clock = self._axes.text(
-            1.02,
-            0.0,
-            self._caption(self._grid.t[-1]),  # the longest text, for the layout
-            transform=self._axes.transAxes,
-            va='bottom',
-            linespacing=1.5,
+            1.02, 0.0, self._caption(self._grid.t[-1]),  # the longest text, for the layout
+            transform=self._axes.transAxes, va='bottom', linespacing=1.5,
             fontsize=rcParams['legend.fontsize'],
-        )
+        )  # fmt: skip
         for lines in (self._edges, self._trails, self._robots):
             self._axes.add_collection(lines, autolim=False)
-        for artist in self._moving():
+        drawn = self._drawn.trails, self._drawn.markers
+        for artist in (*drawn, self._edges, self._trails, *self._above()):
             artist.set_animated(True)
 
-    def _moving(self) -> list[Artist]:
-        drawn = [self._drawn.trails, self._drawn.markers]
-        return [*drawn, self._edges, self._trails, self._flashes, self._robots, self._clock]
+    def _above(self) -> list[Artist]:
+        return [*([self._flashes] if len(self._all_triggers) else []), self._robots, self._clock]
 
     def _draw_trails(self, k: int) -> None:
         self._drawn.show(self._grid.t[k], since=self._grid.t[k - 1] if k else -np.inf)
@@ -141,28 +143,26 @@ class FilmFrames:
         self._axes.draw_artist(self._trails)
 
     def _draw_robots(self, k: int) -> None:
-        now = self._grid.t[k]
+        now, theta = self._grid.t[k], self._grid.theta[:, k]
         self._axes.draw_artist(self._drawn.markers)
-        x, y, theta = (row[:, k] for row in (self._grid.x, self._grid.y, self._grid.theta))
-        turned = [
-            (
-                x[i] + np.cos(theta[i]) * along - np.sin(theta[i]) * across,
-                y[i] + np.sin(theta[i]) * along + np.cos(theta[i]) * across,
+        turns = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
+        self._robots.set_verts([
+            place + symbol @ turn
+            for place, symbol, turn in zip(
+                self._positions[:, k], self._symbols, np.moveaxis(turns, 2, 0), strict=True
             )
-            for i, (along, across) in enumerate(self._symbols)
-        ]
-        self._robots.set_verts([np.column_stack(corners) for corners in turned])
+        ])  # fmt: skip
         self._clock.set_text(self._caption(now))
-        if self._triggers:
-            self._set_flashes(k, now)
-            self._axes.draw_artist(self._flashes)
-        self._axes.draw_artist(self._robots)
-        self._axes.draw_artist(self._clock)
+        self._set_flashes(k, now)
+        for artist in self._above():
+            self._axes.draw_artist(artist)
 
     def _set_flashes(self, k: int, now: float) -> None:
         """Show a ring around each robot that has just communicated; it grows and fades."""
-        age = np.array([_age(self._triggers.get(i), now) for i in self._grid.robots]) / _FLASH_S
-        age = np.clip(age / self._speed, 0.0, 1.0)
+        never = np.array([-np.inf])
+        sent = [np.append(never, self._triggers.get(robot, never)) for robot in self._grid.robots]
+        last = [times[np.searchsorted(times, now, side='right') - 1] for times in sent]
+        age = np.clip((now - np.array(last)) / _FLASH_S / self._speed, 0.0, 1.0)
         smallest, largest = _FLASH_POINTS
         self._flashes.set_offsets(self._positions[:, k])
         self._flashes.set_sizes((smallest + age * (largest - smallest)) ** 2)
@@ -182,21 +182,6 @@ def from_first_command(table: FleetTable) -> FleetTable:
     """Return the rows from the first command on; all rows if there are none."""
     running = table.t >= 0.0
     return table.rows(running) if running.any() else table
-
-
-def _flash_handle() -> Line2D:
-    look: dict[str, Any] = {
-        'markeredgecolor': _FLASH_COLOUR,
-        'markeredgewidth': 2.0,
-        'markerfacecolor': 'none',
-    }
-    return Line2D([], [], label='communication', linestyle='', marker='o', markersize=11.0, **look)
-
-
-def _age(times: Floats | None, now: float) -> float:
-    """Return how long ago (s) the last of these sorted times is."""
-    before = 0 if times is None else int(np.searchsorted(times, now, side='right'))
-    return now - float(times[before - 1]) if times is not None and before else np.inf
 
 
 _NAME = 'film'
@@ -255,21 +240,92 @@ def animate(
         SetcmasError: An option is invalid, ffmpeg is missing or fails, or the film cannot be
             written or is too long for a GIF.
     """
-    kind = film_writers.best_kind(kind)
+    kind = _best_kind(kind)
     check_style(look.palette, None)
     path = folder / f'{_NAME}.{kind}'
-    rate = film_writers.rate_of(kind) / look.speed
+    rate = _RATES_HZ[kind] / look.speed
     table = from_first_command(run.table)
     grid, trails = on_grid(table, rate), on_grid(table, rate * max(1, math.ceil(look.speed)))
-    film_writers.check_length(kind, len(grid.t))
-    hidden = None if progress else True  # None: hidden unless in a terminal
+    if kind == 'gif' and len(grid.t) > _MOST_GIF_FRAMES:
+        raise SetcmasError(
+            f'a video of {len(grid.t) / _RATES_HZ[kind]:.0f} s is too long for a GIF (at most '
+            f'{_MOST_GIF_FRAMES / _RATES_HZ[kind]:g} s): use --speed '
+            f'{math.ceil(100 * look.speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
+            'or write mp4'
+        )
     with plot_style(look.palette):
-        frames = FilmFrames(grid, trails, run, look)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            film_writers.write(
-                kind, path, tqdm(frames, desc='video', unit='frame', leave=False, disable=hidden)
-            )
+            _write(kind, path, FilmFrames(grid, trails, run, look), look, progress)
         except OSError as error:
             raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
     return path
+
+
+def _ffmpeg() -> str | None:
+    """Return the ffmpeg of this machine: that of imageio-ffmpeg, or one on the PATH."""
+    with contextlib.suppress(ImportError, RuntimeError):
+        from imageio_ffmpeg import get_ffmpeg_exe  # type: ignore[import-untyped,unused-ignore]
+
+        return str(get_ffmpeg_exe())
+    return shutil.which('ffmpeg')
+
+
+def _best_kind(wanted: str | None) -> str:
+    """Return the kind of film to write: MP4 by default if ffmpeg is installed, else GIF.
+
+    Raises:
+        SetcmasError: The kind is unknown, or ffmpeg is missing.
+    """
+    if wanted is None:
+        return 'mp4' if _ffmpeg() else 'gif'
+    if wanted not in FILMS:
+        raise SetcmasError(f"unknown video '{wanted}'; must be {', '.join(FILMS)}")
+    if wanted == 'mp4' and not _ffmpeg():
+        raise SetcmasError(
+            'mp4 needs ffmpeg, which is not installed; use apt-get install ffmpeg, '
+            'pip install imageio-ffmpeg, or gif'
+        )
+    return wanted
+
+
+class _Picture(Artist):
+    """Pixels that cover a figure, shape (height, width, 4)."""
+
+    pixels: NDArray[np.uint8]
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the pixels as they are."""
+        renderer.draw_image(renderer.new_gc(), 0, 0, self.pixels[::-1])
+
+
+def _write(kind: str, path: Path, frames: FilmFrames, look: FilmSettings, progress: bool) -> None:
+    """Write a film whole, or not at all.
+
+    Raises:
+        OSError: The file cannot be written.
+        SetcmasError: ffmpeg fails.
+    """
+    hidden = None if progress else True  # None: hidden unless in a terminal
+    rcParams['animation.ffmpeg_path'] = _ffmpeg() or 'ffmpeg'
+    writer: AbstractMovieWriter = PillowWriter(_RATES_HZ[kind])
+    if kind == 'mp4':
+        writer = FFMpegWriter(_RATES_HZ[kind], 'h264', extra_args=_MP4)
+    part = path.with_name(f'{path.stem}.part.{kind}')
+    # The writers draw a figure whole: of these, each has a picture that is drawn in parts.
+    screen = Figure(look.inches, look.dpi)
+    screen.set_layout_engine('none')
+    screen.add_artist(shown := _Picture())
+    try:
+        with writer.saving(screen, str(part), look.dpi):
+            for picture in tqdm(frames, 'video', unit='frame', leave=False, disable=hidden):
+                shown.pixels = picture
+                writer.grab_frame()
+        part.replace(path)
+    except subprocess.CalledProcessError as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # it reached ffmpeg, too
+            raise error.__context__ from None
+        reason = ' '.join(str(error.stderr).split())
+        raise SetcmasError(f'ffmpeg cannot write the video: {reason}') from None
+    finally:
+        part.unlink(missing_ok=True)

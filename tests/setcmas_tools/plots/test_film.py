@@ -1,7 +1,5 @@
-import os
 import re
 import subprocess
-from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
@@ -12,7 +10,7 @@ from runs import animate
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import plot_colour
-from setcmas_tools.plots import film_writers
+from setcmas_tools.plots import film
 from setcmas_tools.run.communication_record import record_of
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run_tables import write_communication, write_fleet
@@ -38,23 +36,13 @@ def run(tmp_path):
 
 
 @pytest.fixture
-def ffmpeg(tmp_path, monkeypatch):
-    """Put an ffmpeg on the PATH, and return it."""
-    program = imageio_ffmpeg.get_ffmpeg_exe()
-    (tmp_path / 'bin').mkdir()
-    (tmp_path / 'bin' / 'ffmpeg').symlink_to(program)
-    monkeypatch.setenv('PATH', f'{tmp_path / "bin"}{os.pathsep}{os.environ["PATH"]}')
-    return program
+def no_ffmpeg(monkeypatch):
+    monkeypatch.setattr(film, '_ffmpeg', lambda: None)
 
 
-@pytest.fixture
-def no_ffmpeg(tmp_path, monkeypatch):
-    monkeypatch.setenv('PATH', str(tmp_path))
-
-
-def frame(film, number):
-    film.seek(number)
-    return np.asarray(film.convert('RGB')).astype(int)
+def frame(opened, number):
+    opened.seek(number)
+    return np.asarray(opened.convert('RGB')).astype(int)
 
 
 def count(picture, colour):
@@ -68,11 +56,11 @@ def test_a_gif_shows_robots_that_leave_trails(run, nb_robots, no_ffmpeg):
     path = animate(run(nb_robots))
 
     assert path.name == 'film.gif'
-    with Image.open(path) as film:
-        assert film.n_frames == 61  # from the first command on
-        assert film.info['duration'] == 100
-        assert film.info['loop'] == 0
-        first, last = frame(film, 0), frame(film, 60)
+    with Image.open(path) as opened:
+        assert opened.n_frames == 61  # from the first command on
+        assert opened.info['duration'] == 100
+        assert opened.info['loop'] == 0
+        first, last = frame(opened, 0), frame(opened, 60)
         assert tuple(first[0, 0]) == (255, 255, 255)
         for robot in (1, 2):
             colour = np.multiply(255, plot_colour(robot, nb_robots))
@@ -83,15 +71,15 @@ def test_speed_size_and_folder(run, tmp_path):
     path = animate(run(2), tmp_path / 'elsewhere', 'gif', speed=4.0, size=(501, 400), dpi=80)
 
     assert path == tmp_path / 'elsewhere' / 'film.gif'
-    with Image.open(path) as film:
-        assert film.n_frames == 16
-        assert film.size == (500, 400)
+    with Image.open(path) as opened:
+        assert opened.n_frames == 16
+        assert opened.size == (500, 400)
 
 
 def test_texts_next_to_the_plane_have_room(run):
-    with Image.open(animate(run(2), kind='gif', speed=12.5)) as film:
-        for number in range(film.n_frames):
-            assert (frame(film, number)[:, -2:] == 255).all()  # a white edge
+    with Image.open(animate(run(2), kind='gif', speed=12.5)) as opened:
+        for number in range(opened.n_frames):
+            assert (frame(opened, number)[:, -2:] == 255).all()  # a white edge
 
 
 @pytest.mark.nightly
@@ -102,12 +90,15 @@ def test_equal_runs_give_equal_films(run):
 
 
 @pytest.mark.nightly
-def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
+def test_an_mp4_where_there_is_ffmpeg(run):
     path = animate(run(2))
 
     assert path.name == 'film.mp4'
     told = subprocess.run(
-        [ffmpeg, '-i', str(path), '-f', 'null', '-'], capture_output=True, text=True, check=True
+        [imageio_ffmpeg.get_ffmpeg_exe(), '-i', str(path), '-f', 'null', '-'],
+        capture_output=True,
+        text=True,
+        check=True,
     ).stderr
     assert re.search(r'Video: h264.* yuv420p.* 25 fps', told)
     assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
@@ -122,8 +113,8 @@ def test_communications_flash_where_and_when_they_happen(run):
     triggers(folder, [(0.0, 1, 0), (3.0, 1, 1)])
     path = animate(folder, kind='gif')
 
-    with Image.open(path) as film:
-        flashing = [k for k in range(film.n_frames) if count(frame(film, k), FLASH) > 10]
+    with Image.open(path) as opened:
+        flashing = [k for k in range(opened.n_frames) if count(frame(opened, k), FLASH) > 10]
     assert flashing
     assert flashing[0] == 30
     assert flashing[-1] < 36
@@ -144,10 +135,10 @@ def test_data_with_gaps(run):
     kept = [line for line in table if not re.match(r'[123]\.\d+,2,', line)]
     (folder / 'csv' / 'fleet.csv').write_text('\n'.join(kept) + '\n')
 
-    with Image.open(animate(folder, kind='gif')) as film:
+    with Image.open(animate(folder, kind='gif')) as opened:
         green = np.multiply(255, plot_colour(2))
-        assert count(frame(film, 25), green) < count(frame(film, 5), green) + 100
-        assert count(frame(film, 60), green) > count(frame(film, 25), green)
+        assert count(frame(opened, 25), green) < count(frame(opened, 5), green) + 100
+        assert count(frame(opened, 60), green) > count(frame(opened, 25), green)
 
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
@@ -156,7 +147,7 @@ def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
         animate(folder, kind='avi')
     with pytest.raises(SetcmasError, match='mp4 needs ffmpeg, which is not installed'):
         animate(folder, kind='mp4')
-    with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 4 or more'):
+    with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 0.06 or more'):
         animate(folder, kind='gif', speed=0.0125)
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):
@@ -164,19 +155,24 @@ def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
 
 
 @pytest.mark.parametrize('kind', ['gif', 'mp4'])
-def test_an_unfinished_film_is_removed(tmp_path, ffmpeg, kind):
-    def frames():
-        yield Image.new('RGB', (64, 48))
-        raise KeyboardInterrupt
+def test_an_unfinished_film_is_removed(run, kind, monkeypatch):
+    folder = run(1)
+    shown = film.FilmFrames._draw_robots
 
+    def interrupted(frames, k):
+        if k == 3:
+            raise KeyboardInterrupt
+        shown(frames, k)
+
+    monkeypatch.setattr(film.FilmFrames, '_draw_robots', interrupted)
     with pytest.raises(KeyboardInterrupt):
-        film_writers.write(kind, tmp_path / 'film', frames())
+        animate(folder, kind=kind)
 
-    assert not list(tmp_path.glob('film*'))
+    assert not list(folder.glob('**/film*'))
 
 
-def test_complaints_of_ffmpeg_are_reported(tmp_path, ffmpeg):
-    odd = [Image.new('RGB', (63, 48)) for _ in range(3)]
+def test_complaints_of_ffmpeg_are_reported(run, monkeypatch):
+    monkeypatch.setattr(film, '_MP4', ['-pix_fmt', 'nothing'])
 
-    with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the video: .*not divisible by 2'):
-        film_writers.write('mp4', Path(tmp_path / 'film'), odd)
+    with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the video: .*nothing'):
+        animate(run(1), kind='mp4')
