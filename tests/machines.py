@@ -14,12 +14,10 @@ from processes import CTRL, SIMU, TIMEOUT_S, Process, run_setcmas
 from ros_peer import Peer, position
 from sensor_msgs.msg import TimeReference
 
-from setcmas_expe.doctor.discovery_server import PORT
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.bags.bag import open_bag
 
-PEERS, SERVER = 'static peers', 'discovery server'
 LEFT, RIGHT = range(1, 5), range(5, 9)
 FLEET = [*LEFT, *RIGHT]
 COMMAND_TIMEOUT_S = 0.5
@@ -35,7 +33,6 @@ def control(robotNo, nbRobots, poses, t):
     return {SPEED} * math.cos(0.3 * t), {SPEED} * math.sin(0.3 * t)
 """
 RECORDER = [sys.executable, '-m', 'setcmas_tools.bags.recorder']
-SERVER_COMMAND = [sys.executable, '-m', 'setcmas_expe.doctor.discovery_server']
 
 
 def seconds(time_message) -> float:
@@ -49,8 +46,7 @@ def stamp(message) -> float:
 class ThreeMachines:
     """Robots 1 to 4 on one machine, 5 to 8 on another, controllers and recorder on the third."""
 
-    def __init__(self, way: str, domain: int, folder: Path) -> None:
-        """Prepare; `way` is how the machines find each other."""
+    def __init__(self, domain: int, folder: Path) -> None:
         self._folder = folder
         self._processes: list[Process] = []
         self._stack = contextlib.ExitStack()
@@ -59,13 +55,7 @@ class ThreeMachines:
         self.network = self._stack.enter_context(Network('left', 'right', 'laptop'))
         self._stack.callback(self._end)
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
-        addresses = self.network.addresses
-        if way == PEERS:
-            os.environ['ROS_STATIC_PEERS'] = ';'.join(addresses.values())
-        else:
-            os.environ['ROS_DISCOVERY_SERVER'] = f'{addresses["laptop"]}:{PORT}'
-            self.start('laptop', *SERVER_COMMAND).wait_for_output('Server is running')
-            os.environ['ROS_SUPER_CLIENT'] = 'TRUE'  # the recorder is to see all topics
+        os.environ['ROS_STATIC_PEERS'] = ';'.join(self.network.addresses.values())
         with self.network.on('laptop'):
             self.peer = self._stack.enter_context(Peer(domain))
         self.odometry = {robot: self.peer.odometry(robot) for robot in FLEET}
@@ -138,15 +128,15 @@ def moves(odometry) -> bool:
     return len(odometry) > 1 and math.dist(position(odometry[0]), position(odometry[-1])) > 0.02
 
 
-def go(way: str, domain: int, folder: Path) -> None:
+def go(domain: int, folder: Path) -> None:
     """Start the fleet, and check that all machines have the same t."""
-    with ThreeMachines(way, domain, folder) as machines:
+    with ThreeMachines(domain, folder) as machines:
         begin(machines)
 
 
-def exact(way: str, domain: int, folder: Path) -> None:
+def exact(domain: int, folder: Path) -> None:
     """Compare a run in lockstep over three machines, of a network with losses, with offline."""
-    with ThreeMachines(way, domain, folder) as machines:
+    with ThreeMachines(domain, folder) as machines:
         for name in machines.network.addresses:
             machines.network.lose(name, 0.1)
         simulator = machines.start('left', *SIMU, '--lockstep', '--nb-robots', str(len(FLEET)))
@@ -179,9 +169,9 @@ def begin(machines: ThreeMachines):
     return simulators, controllers
 
 
-def recover(way: str, domain: int, folder: Path) -> None:
+def recover(domain: int, folder: Path) -> None:
     """Start the fleet, and check that it recovers from each fault by itself."""
-    with ThreeMachines(way, domain, folder) as machines:
+    with ThreeMachines(domain, folder) as machines:
         recorder = machines.record()
         (_, right), (controller, _) = begin(machines)
         recover_from_a_cut_link(machines)

@@ -11,11 +11,8 @@ from network_namespaces import UDP_ONLY, Network
 from rehearsal import Rehearsal
 from ros_peer import Peer
 
-from setcmas_expe.doctor.discovery_server import PORT
-
 RELAY = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'mocap_relay.py'
 GOES = 0.07  # m/s
-PEERS, SERVER = 'static peers', 'discovery server'
 
 
 @contextlib.contextmanager
@@ -27,29 +24,14 @@ def running(command, log: Path):
             process.terminate()
 
 
-def roll_after_the_laptop_is_cut_off(
-    way: str, nb_robots: int, domain: int, folder: Path
-) -> list[float]:
-    """Return how far (m) each of the robots rolls; the laptop finds them in one of two ways."""
+def roll_after_the_laptop_is_cut_off(nb_robots: int, domain: int, folder: Path) -> list[float]:
+    """Return how far (m) each of the robots rolls."""
     os.environ.update(UDP_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET')
     with Network('mocap', 'laptop', 'robots') as network, contextlib.ExitStack() as stack:
-        laptop, addresses = network.addresses['laptop'], network.addresses
+        addresses = network.addresses
         lab = folder / 'lab.yaml'
-        if way == PEERS:
-            peers = f'{addresses["mocap"]}, {addresses["robots"]}'
-            lab.write_text(f'network: {{static_peers: [{peers}]}}')
-        else:
-            lab.write_text(f"network: {{discovery_server: '{laptop}:{PORT}'}}")
-            server = [
-                sys.executable,
-                '-m',
-                'setcmas_expe.doctor.discovery_server',
-                '--address',
-                laptop,
-            ]
-            command = network.command('laptop', server)
-            stack.enter_context(running(command, folder / 'server.txt'))
-            os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'
+        peers = f'{addresses["mocap"]}, {addresses["robots"]}'
+        lab.write_text(f'network: {{static_peers: [{peers}]}}')
         # Its motion capture is of another kind, so that robots and poses are on two machines.
         robots = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--mocap', 'vicon']
         robots += ['--nb-robots', str(nb_robots)]
@@ -60,7 +42,6 @@ def roll_after_the_laptop_is_cut_off(
             stack.enter_context(running(command, folder / f'{machine}.txt'))
         with network.on('robots'):
             peer = stack.enter_context(Peer(domain))
-        os.environ.pop('ROS_DISCOVERY_SERVER', None)  # the lab file has it
         experiment = Rehearsal(
             peer,
             folder,

@@ -40,7 +40,6 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.fleet_time',
     'setcmas_ctrl.driving.odometry',
     'setcmas_expe.doctor.lab_examination',
-    'setcmas_expe.doctor.lab_watch',
     'setcmas_expe.emulation.emulated_lab',
     'setcmas_expe.emulation.emulated_turtlebot3',
     'setcmas_expe.emulation.inject_fault',

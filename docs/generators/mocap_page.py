@@ -11,7 +11,7 @@ _DECLARED = Path(__file__).parents[2] / 'setcmas_expe' / 'setup.cfg'
 
 
 def text() -> str:
-    """Return a table of the drivers: topic, type of its messages, and how a loss looks.
+    """Return a table of the drivers: topic and type of its messages.
 
     Raises:
         SetcmasError: The installed entry points are missing or old.
@@ -22,13 +22,12 @@ def text() -> str:
         if line:
             MOCAP_SOURCES.plugin(line.partition('=')[0].strip())
     lines = [
-        '| `mocap.preset` | topic | type | a lost body looks like | read from |',
-        '|---|---|---|---|---|',
+        '| `mocap.preset` | topic | type | read from |',
+        '|---|---|---|---|',
     ]
     for name, plugin in MOCAP_SOURCES.plugins().items():
         if plugin.built_in:
             source = MOCAP_SOURCES.get(name)
             kind = source.message_type.rpartition('/')[2]
-            lost = ', or '.join(source.lost_looks_like)
-            lines.append(f'| `{name}` | `{source.topic}` | {kind} | {lost} | {source.driver} |')
+            lines.append(f'| `{name}` | `{source.topic}` | {kind} | {source.driver} |')
     return '\n'.join(lines)

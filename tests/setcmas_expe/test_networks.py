@@ -5,21 +5,16 @@ import pytest
 pytest.importorskip('rclpy')
 
 from network_namespaces import NoNetworkError, in_a_process
-from network_rehearsal import (
-    PEERS,
-    SERVER,
-    roll_after_the_laptop_is_cut_off,
-)
+from network_rehearsal import roll_after_the_laptop_is_cut_off
 
 WAY = 0.16  # m
 NB_ROBOTS = 2
 
 
-@pytest.mark.parametrize('way', [PEERS, pytest.param(SERVER, marks=pytest.mark.nightly)])
 @pytest.mark.nightly
-def test_robots_over_a_network_whose_plug_is_pulled(way, domain, tmp_path):
+def test_robots_over_a_network_whose_plug_is_pulled(domain, tmp_path):
     try:
-        ways = in_a_process(roll_after_the_laptop_is_cut_off, way, NB_ROBOTS, domain, tmp_path)
+        ways = in_a_process(roll_after_the_laptop_is_cut_off, NB_ROBOTS, domain, tmp_path)
     except NoNetworkError as error:
         pytest.skip(str(error))
 

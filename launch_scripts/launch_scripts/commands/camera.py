@@ -58,7 +58,7 @@ def main(args: argparse.Namespace) -> int:
         load_cameras(args.file)  # report mistakes before anything starts
         arguments = [str(args.file), *ros_arguments(args)]
         # Poses must reach the experiment, which may run on another machine.
-        where = lab_environment((), '')
+        where = lab_environment(())
         return run_in_foreground(
             'camera', node_command(CAMERA, arguments), environment=where, may_end=True
         )

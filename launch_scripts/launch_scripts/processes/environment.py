@@ -91,17 +91,16 @@ def closed_environment() -> dict[str, str]:
     return {name: value for name, value in environment.items() if name not in _LEAVING}
 
 
-def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:
+def lab_environment(static_peers: Sequence[str]) -> dict[str, str]:
     """Return an environment in which topics reach other machines; the user's settings win.
 
     Args:
         static_peers: Addresses of the other machines, for networks without multicast.
-        discovery_server: Its address:port; '' without one.
 
     Raises:
         SetcmasError: A static peer has an unknown name: ROS would not start.
     """
-    environment = _environment('SUBNET', discovery_server)
+    environment = _environment('SUBNET')
     if static_peers:
         environment.setdefault('ROS_STATIC_PEERS', ';'.join(static_peers))
     for peer in filter(None, environment.get('ROS_STATIC_PEERS', '').split(';')):
@@ -115,11 +114,9 @@ def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[
     return environment
 
 
-def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, str]:
+def _environment(discovery_range: str) -> dict[str, str]:
     environment = dict(os.environ)
     environment.setdefault(_DISCOVERY_RANGE, discovery_range)
-    if discovery_server:
-        environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
     if environment.get('ROS_DISCOVERY_SERVER'):
         # Recorder and bridge need the whole graph: all publishers and subscribers.
         environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')

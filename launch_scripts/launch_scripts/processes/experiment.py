@@ -36,7 +36,7 @@ def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
     """Return the environment of an experiment; an emulated lab stays on this machine."""
     if emulated:
         return closed_environment()
-    return lab_environment(lab.static_peers, lab.discovery_server)
+    return lab_environment(lab.static_peers)
 
 
 class Experiment:

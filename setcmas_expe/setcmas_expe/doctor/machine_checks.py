@@ -1,58 +1,17 @@
-"""Checks of this machine: Python, ROS 2's packages and variables, and multicast."""
+"""Checks of this machine: Python, and ROS 2's packages and variables."""
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import os
 import platform
-import socket
 import sys
 from collections.abc import Mapping
 from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_simu.errors import did_you_mean, install_command
-from setcmas_simu.network_addresses import network_addresses
 from setcmas_simu.plugins import GROUPS, unknown_groups
-
-_GROUP = '239.255.0.1'  # of DDS discovery
-_WAIT_S = 0.3
-_WHAT = 'multicast'
-_ADVICE = (
-    'robots on other machines are not discovered: name them as network.static_peers in the lab '
-    'file, or use a discovery server'
-)
-
-
-def multicast_works(address: str) -> bool:
-    """Return whether a multicast datagram sent through an interface returns to this host."""
-    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
-        receiver = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-        sender = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-        interface = socket.inet_aton(address)
-        receiver.bind(('', 0))
-        membership = socket.inet_aton(_GROUP) + interface
-        receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
-        receiver.settimeout(_WAIT_S)
-        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
-        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
-        sender.sendto(b'setcmas doctor', (_GROUP, receiver.getsockname()[1]))
-        return receiver.recv(64) == b'setcmas doctor'
-    return False
-
-
-def multicast_finding() -> Finding:
-    """Return the interfaces through which multicast leaves this machine."""
-    addresses = network_addresses()
-    if not addresses:
-        return Finding(NOTE, _WHAT, 'this machine has no network')
-    working = [name for name, address in addresses.items() if multicast_works(address)]
-    if not working:
-        return Finding(NOTE, _WHAT, f'blocked on {", ".join(addresses)}', _ADVICE)
-    names = ', '.join(f'{name} ({addresses[name]})' for name in working)
-    return Finding(OK, _WHAT, f'leaves through {names}; but many Wi-Fi access points drop it')
-
 
 _PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
@@ -67,8 +26,6 @@ def environment_findings() -> list[Finding]:
     variables = os.environ
     findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
     findings += [domain_finding(variables), discovery_finding(variables)]
-    if sys.platform == 'linux':
-        findings.append(multicast_finding())
     return findings + plugin_findings()
 
 

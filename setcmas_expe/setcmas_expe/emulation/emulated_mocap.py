@@ -109,8 +109,6 @@ class EmulatedMocap:
                 poses[1:, index] = -y, -theta
             elif kind == faults.TURNED:
                 poses[2, index] = theta + math.pi / 2
-            elif kind == faults.BACKWARDS:
-                poses[2, index] = theta + math.pi
         return poses
 
     def _skips(self, index: int, now: float) -> bool:

@@ -27,7 +27,6 @@ STALLED = 'stalled'
 OFF = 'off'
 UNGUARDED = 'unguarded'
 DEAF = 'deaf'
-BACKWARDS = 'backwards'
 
 PURPOSES = {
     DROPOUT: 'motion capture sends nothing for the robot',
@@ -50,7 +49,6 @@ PURPOSES = {
     UNGUARDED: 'its guard hangs',
     DEAF: 'its base takes no commands, and keeps the last one',
     PUSH: 'the robot is pushed out of the arena',
-    BACKWARDS: 'its body is turned by 180 degrees',
 }
 """What happens in each fault, by name."""
 

@@ -111,7 +111,6 @@ class Lab:
         joystick_button: Index of the button that starts and pauses, from 0.
         joystick_topic: Topic of the joystick.
         static_peers: Addresses of the other machines, for networks without multicast.
-        discovery_server: Its address:port; empty if there is none.
     """
 
     robots: tuple[LabRobot, ...]
@@ -129,7 +128,6 @@ class Lab:
     joystick_button: int
     joystick_topic: str
     static_peers: tuple[str, ...]
-    discovery_server: str
 
     @property
     def nb_robots(self) -> int:

@@ -29,7 +29,7 @@ _GROUPS = {
     'timeouts': ('pose', 'command', 'pause'),
     'safety': ('motion_check',),
     'joystick': ('button', 'topic'),
-    'network': ('static_peers', 'discovery_server'),
+    'network': ('static_peers',),
 }
 _VALUES = ('robots', 'min_separation', 'obstacles', 'filter', 'limits', 'accel', 'cmd_vel_type')
 _KEYS = (*_GROUPS, *_VALUES)
@@ -80,11 +80,6 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         static_peers=tuple(
             _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
             for peer in groups['network']['static_peers'].items()
-        ),
-        discovery_server=_checked(
-            groups['network']['discovery_server'],
-            _is_server,
-            "an address with its port, such as 192.168.1.10:11811, or ''",
         ),
     )
 
@@ -209,11 +204,6 @@ def _limits(entry: Entry) -> VelocityLimits:
     if missing:
         raise entry.mistake(f'{", ".join(ROBOT_LIMITS)}, or all of {", ".join(_LIMITS)}')
     return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
-
-
-def _is_server(text: str) -> bool:
-    found = re.fullmatch(r'[A-Za-z0-9_.-]+:([0-9]+)', text)
-    return not text or (found is not None and 0 < int(found[1]) < 2**16)
 
 
 def _is_topic(text: str) -> bool:

@@ -9,13 +9,8 @@ from typing import Any
 from setcmas_expe.mocap.on_board import MapPose
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.sources import (
-    HUGE,
-    NOT_A_NUMBER,
     ODOMETRY,
     POSE_STAMPED,
-    REPEATED,
-    SILENCE,
-    ZEROS,
     MocapSource,
     Read,
     per_body,
@@ -24,26 +19,26 @@ from setcmas_expe.mocap.sources import (
 from setcmas_simu.fleet.topics import TF
 
 QUALISYS = replace(
-    per_body('/qualisys/{name}/odom', ODOMETRY, SILENCE),
+    per_body('/qualisys/{name}/odom', ODOMETRY),
     driver='motion_capture_system (KumarRobotics, KTH-SML), for ROS 1',
 )
 VRPN = replace(
-    per_body('/vrpn_mocap/{name}/pose', POSE_STAMPED, SILENCE, REPEATED),
+    per_body('/vrpn_mocap/{name}/pose', POSE_STAMPED),
     driver='vrpn_mocap 1.1.0 and 1.2.0',
 )
 OPTITRACK = replace(
-    per_body('/{name}/pose', POSE_STAMPED, SILENCE, REPEATED),
+    per_body('/{name}/pose', POSE_STAMPED),
     driver='mocap_optitrack 1.1.0, topics by its mocap.yaml',
 )
 NATNET = replace(OPTITRACK, driver='natnet_ros2 (L2S-lab), commit 3e3f8d3')
-NOKOV = replace(per_body('/{name}/pose', POSE_STAMPED, SILENCE, HUGE), driver='not verified')
+NOKOV = replace(per_body('/{name}/pose', POSE_STAMPED), driver='not verified')
 VICON = replace(
-    per_body('/vicon/{name}/{name}', POSE_STAMPED, ZEROS),
+    per_body('/vicon/{name}/{name}', POSE_STAMPED),
     driver='vicon_receiver 0.1.1 (ros2-vicon-receiver)',
 )
-CAMERA = replace(per_body('/camera/{name}/pose', POSE_STAMPED, SILENCE), driver='setcmas camera')
+CAMERA = replace(per_body('/camera/{name}/pose', POSE_STAMPED), driver='setcmas camera')
 WHEEL_ODOMETRY = replace(
-    per_body('/{name}/odom', ODOMETRY, SILENCE),
+    per_body('/{name}/odom', ODOMETRY),
     driver='turtlebot3_node, from start poses in the lab file',
     from_start=True,
 )
@@ -64,14 +59,12 @@ MOCAP4R2 = MocapSource(
     '/rigid_bodies',
     'mocap4r2_msgs/msg/RigidBodies',
     _read_all('rigidbodies', 'rigid_body_name'),
-    (SILENCE, REPEATED, ZEROS),
     driver='mocap4ros2_optitrack, _qualisys, _nokov (mocap4r2_msgs)',
 )
 MOTION_CAPTURE_TRACKING = MocapSource(
     '/poses',
     'motion_capture_tracking_interfaces/msg/NamedPoseArray',
     _read_all('poses', 'name'),
-    (SILENCE, REPEATED, NOT_A_NUMBER),
     driver='motion_capture_tracking 1.0.9',
 )
 
@@ -87,7 +80,6 @@ TRANSFORMS = MocapSource(
     TF,
     'tf2_msgs/msg/TFMessage',
     read_transforms,
-    (SILENCE, REPEATED),
     shared=True,
     driver='any; tf2_msgs must be installed',
 )
@@ -95,7 +87,6 @@ AMCL = MocapSource(
     '/{name}/tf',
     'tf2_msgs/msg/TFMessage',
     read_transforms,
-    (SILENCE,),
     shared=True,
     driver='amcl of Nav2, with turtlebot3_node',
     makes_reader=MapPose,

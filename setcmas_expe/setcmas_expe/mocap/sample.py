@@ -33,13 +33,11 @@ class Sample:
         position: x, y, z in m.
         orientation: Quaternion x, y, z, w.
         stamp: Time of the measurement on the driver's clock in s; 0 if not set.
-        twist: Linear velocity x, y, z (m/s) and turn rates about x, y, z (rad/s), if any.
     """
 
     position: tuple[float, float, float]
     orientation: tuple[float, float, float, float]
     stamp: float = 0.0
-    twist: tuple[float, float, float, float, float, float] | None = None
 
     def z_up(self) -> Sample:
         """Return a measurement in Y-up axes (of world and body) in Z-up axes.
@@ -48,11 +46,7 @@ class Sample:
         """
         x, y, z = self.position
         qx, qy, qz, qw = self.orientation
-        twist = self.twist
-        if twist is not None:
-            vx, vy, vz, wx, wy, wz = twist
-            twist = (vx, -vz, vy, wx, -wz, wy)
-        return replace(self, position=(x, -z, y), orientation=(qx, -qz, qy, qw), twist=twist)
+        return replace(self, position=(x, -z, y), orientation=(qx, -qz, qy, qw))
 
     def planar(self) -> Pose:
         """Return x, y in m and the heading in rad."""

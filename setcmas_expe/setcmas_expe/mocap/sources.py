@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from setcmas_expe.mocap.sample import Sample
@@ -39,12 +39,9 @@ def read_transform_stamped(message: Any) -> Iterator[tuple[str, Sample]]:
 
 
 def read_odometry(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a nav_msgs/Odometry; drivers without velocities send zeros."""
-    pose, twist = message.pose.pose, message.twist.twist
-    linear, angular = twist.linear, twist.angular
-    velocities = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-    sample = sample_of(message.header, pose.position, pose.orientation)
-    yield '', replace(sample, twist=velocities if any(velocities) else None)
+    """Read the pose in a nav_msgs/Odometry: drivers send velocities in different axes, or none."""
+    pose = message.pose.pose
+    yield '', sample_of(message.header, pose.position, pose.orientation)
 
 
 STANDARD: dict[str, tuple[str, Read]] = {
@@ -60,12 +57,6 @@ NAME = '{name}'
 CUSTOM = 'custom'
 """The preset of any other driver: the lab file sets topic and type."""
 
-SILENCE = 'silence'
-REPEATED = 'the last pose, repeated'
-ZEROS = 'zeros: position 0, quaternion 0'
-HUGE = 'the number 9999999.999999'
-NOT_A_NUMBER = 'not a number'
-
 _TOPIC = re.compile(r'(/[A-Za-z0-9_]+)+')
 _BODY = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
@@ -80,7 +71,6 @@ class MocapSource:
         message_type: Type of the messages, such as 'geometry_msgs/msg/PoseStamped'.
         read: Yields name and measurement of each body in a message, in the driver's axes; the
             name is empty where each body has its topic.
-        lost_looks_like: Data that may arrive for a lost body: SILENCE and the like.
         shared: Whether other nodes may send on the topic, which hides a second driver.
         driver: Name and version of the driver; empty if unknown.
         makes_reader: Makes the reader of one body, if it must remember earlier messages; `read`
@@ -92,7 +82,6 @@ class MocapSource:
     topic: str
     message_type: str
     read: Read
-    lost_looks_like: tuple[str, ...] = (SILENCE,)
     shared: bool = False
     driver: str = ''
     makes_reader: Callable[[], Read] | None = None
@@ -168,9 +157,9 @@ def check_topic(topic: str, per_body: bool) -> str:
     return topic
 
 
-def per_body(topic: str, kind: str, *lost_looks_like: str) -> MocapSource:
+def per_body(topic: str, kind: str) -> MocapSource:
     """Return a source with a topic per body; `kind` is a standard type such as PoseStamped."""
-    return MocapSource(topic, *STANDARD[kind], lost_looks_like)
+    return MocapSource(topic, *STANDARD[kind])
 
 
 def checked_source(thing: object) -> MocapSource:

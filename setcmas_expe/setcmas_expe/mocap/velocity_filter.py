@@ -24,16 +24,14 @@ class VelocityFilter:
         self._V = self._omega = 0.0
 
     def update(self, sample: Sample, now: float) -> tuple[float, float]:
-        """Return forward speed (m/s) and turn rate (rad/s); those of the driver if it sends them.
+        """Return forward speed (m/s) and turn rate (rad/s).
 
         Args:
             sample: The measurement, Z-up.
             now: Time of arrival on a steady clock, in s.
         """
         self._difference(sample.planar(), sample.stamp or now)
-        if sample.twist is None or not all(map(math.isfinite, sample.twist)):
-            return self._V, self._omega
-        return self._forward(sample), sample.twist[5]
+        return self._V, self._omega
 
     def _difference(self, pose: Pose, time: float) -> None:
         if self._last is not None:
@@ -48,15 +46,3 @@ class VelocityFilter:
                 self._V += share * (V - self._V)
                 self._omega += share * (omega - self._omega)
         self._last = time, pose
-
-    def _forward(self, sample: Sample) -> float:
-        """Return the forward speed in the driver's twist.
-
-        Some drivers send it in the body's axes, as ROS demands, others in the world's: the reading
-        that is closer to the differences is right.
-        """
-        assert sample.twist is not None
-        vx, vy = sample.twist[:2]
-        theta = sample.planar()[2]
-        readings = (vx, vx * math.cos(theta) + vy * math.sin(theta))
-        return min(readings, key=lambda V: abs(V - self._V))

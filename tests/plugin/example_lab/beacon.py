@@ -1,5 +1,5 @@
 """Beacons: a driver with a topic per body, of a standard type."""
 
-from setcmas_expe.mocap.sources import POSE_STAMPED, SILENCE, per_body
+from setcmas_expe.mocap.sources import POSE_STAMPED, per_body
 
-BEACON = per_body('/beacon/{name}/pose', POSE_STAMPED, SILENCE)
+BEACON = per_body('/beacon/{name}/pose', POSE_STAMPED)

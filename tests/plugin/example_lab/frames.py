@@ -1,6 +1,6 @@
 """A driver that publishes all bodies as transforms on /frames, with frames named after bodies."""
 
-from setcmas_expe.mocap.sources import SILENCE, MocapSource, sample_of
+from setcmas_expe.mocap.sources import MocapSource, sample_of
 
 
 def read_transforms(message):
@@ -11,4 +11,4 @@ def read_transforms(message):
         yield one.child_frame_id, sample
 
 
-FRAMES = MocapSource('/frames', 'tf2_msgs/msg/TFMessage', read_transforms, (SILENCE,))
+FRAMES = MocapSource('/frames', 'tf2_msgs/msg/TFMessage', read_transforms)

@@ -52,7 +52,7 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
             'arena: {x: [-1, 2.5]}\nmin_separation: 0.5\nlimits: waffle\n'
             'timeouts: {command: 0.3}\nsafety: {motion_check: false}\n'
             'cmd_vel_type: twist\njoystick: {button: 9}\n'
-            'network: {static_peers: [10.0.0.2, robot3], discovery_server: "10.0.0.1:11811"}\n'
+            'network: {static_peers: [10.0.0.2, robot3]}\n'
         )
     )
 
@@ -66,7 +66,6 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
     assert lab.limits == ROBOT_LIMITS['waffle']
     assert (lab.timeouts.command_s, lab.timeouts.pose_s) == (0.3, 0.5)
     assert lab.static_peers == ('10.0.0.2', 'robot3')
-    assert lab.discovery_server == '10.0.0.1:11811'
 
 
 def test_bodies_without_topics_of_their_own_may_have_any_name(lab_file):
@@ -122,7 +121,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
         ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
         ('network: {static_peers: [a;b]}\n', 1, 'an address'),
-        ('network: {discovery_server: "10.0.0.1:118110"}\n', 1, 'with its port'),
         ('min_separation: 1\nmin_separation: 2\n', 2, 'there twice'),
         ('robots: [{number: 2}]\n', 1, 'without a gap'),
         ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),

@@ -19,7 +19,6 @@ def test_sources_make_sense(name):
 
     assert source.per_body == (name not in FOR_ALL)
     assert source.topic_of('Red').count('Red') == source.topic.count('{name}')
-    assert source.lost_looks_like
     if source.per_body:
         is_standard = (source.message_type, source.read) in STANDARD.values()
         assert is_standard or source.makes_reader

@@ -8,7 +8,7 @@ from setcmas_expe.mocap.velocity_filter import VelocityFilter
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 
-def drive(V, omega, seconds=2.0, rate=100.0, noise=0.0, twist=None, stamped=True, back=0.0):
+def drive(V, omega, seconds=2.0, rate=100.0, noise=0.0, stamped=True, back=0.0):
     """Return the estimates along the arc of a robot that drives at (V, omega)."""
     rng = np.random.default_rng(0)
     estimator = VelocityFilter()
@@ -25,7 +25,6 @@ def drive(V, omega, seconds=2.0, rate=100.0, noise=0.0, twist=None, stamped=True
             (x + dx, y + dy, 0.1),
             (0.0, 0.0, *quaternion_of_yaw(theta)),
             stamp if stamped else 0.0,
-            twist(theta) if twist else None,
         )
         estimates.append(estimator.update(sample, now))
     return np.array(estimates)
@@ -50,19 +49,3 @@ def test_a_clock_that_is_set_disturbs_but_for_a_moment():
 
     assert np.abs(estimates[:, 0]).max() < 0.21
     assert estimates[-1][0] == pytest.approx(0.2, abs=1e-3)
-
-
-def test_the_twist_of_the_driver_is_taken_in_either_frame():
-    body = drive(0.2, 0.5, twist=lambda _: (0.19, 0.0, 0.0, 0.0, 0.0, 0.49))
-    world = drive(
-        0.2, 0.5, twist=lambda a: (0.19 * math.cos(a), 0.19 * math.sin(a), 0.0, 0.0, 0.0, 0.49)
-    )
-
-    assert body[-1] == pytest.approx((0.19, 0.49))
-    assert world[-1] == pytest.approx((0.19, 0.49))
-
-
-def test_a_twist_that_is_not_a_number_is_not_taken():
-    estimates = drive(0.2, 0.5, twist=lambda _: (math.nan, 0.0, 0.0, 0.0, 0.0, 0.5))
-
-    assert estimates[-1] == pytest.approx((0.2, 0.5), abs=1e-2)
