@@ -10,8 +10,10 @@ import os
 import select
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
@@ -27,10 +29,84 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
-from setcmas_tools.bags.playback import BagCursor, PlayClock, Played, played_topics
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
+
+_COMMANDS = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
+_COMMANDS_OF_FLEETS = (
+    topics.BRIDGE_STATE,
+    topics.EMERGENCY_STOP,
+    topics.EMERGENCY_STOPPED,
+    topics.EMULATED_FAULT,
+    topics.FLEET_TIME,
+    topics.LOCKSTEP,
+)
+_COMMAND_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
+_COMMAND_TYPES = (
+    'ackermann_msgs/msg/AckermannDrive',
+    'ackermann_msgs/msg/AckermannDriveStamped',
+    'geometry_msgs/msg/Twist',
+    'geometry_msgs/msg/TwistStamped',
+    'sensor_msgs/msg/Joy',  # its button starts experiments
+    'trajectory_msgs/msg/JointTrajectory',
+)
+
+
+def is_command(name: str, msgtype: str) -> bool:
+    """Return whether robots or their controllers may act on a topic.
+
+    These topics are never played: no robot may move because of a recording, not even a robot
+    that is switched on later. No program acts on cmd_cart_vel, the velocity that a law returned.
+    """
+    last = name.rpartition('/')[2]
+    if msgtype in _COMMAND_TYPES or name in _COMMANDS_OF_FLEETS or last in _COMMANDS:
+        return True
+    return last.startswith(_COMMAND_BEGIN) and last != topics.CMD_CART_VEL
+
+
+def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[str]]:
+    """Return the message class of each topic to play, and a line for each reason to omit topics.
+
+    Args:
+        bag: The bag.
+        own_clock: Whether the player publishes /clock.
+
+    Raises:
+        SetcmasError: No topic can be played.
+    """
+    classes: dict[BagTopic, Any] = {}
+    left_out: defaultdict[str, list[str]] = defaultdict(list)
+    for topic in bag.topics:
+        reason = _objection(topic, own_clock)
+        if any(topic.name == other.name for other in classes):
+            reason = reason or 'recorded with two types'
+        try:
+            classes |= {} if reason else {topic: message_class(topic.type.name)}
+        except NoPythonTypeError as error:
+            reason = str(error)
+        if reason:
+            left_out[reason].append(topic.name)
+    notes = [f'not played: {_listed(names)} ({why})' for why, names in left_out.items()]
+    if not classes:
+        raise SetcmasError('; '.join(['no topic is left to play', *notes]))
+    return classes, notes
+
+
+def _objection(topic: BagTopic, own_clock: bool) -> str:
+    """Return why a topic is never played; empty if it may be."""
+    if is_command(topic.name, topic.type.name):
+        return 'no robot moves because of a recording'
+    if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
+        return 'they belong to the recorded programs'
+    return '--clock takes its place' if own_clock and topic.name == topics.CLOCK else ''
+
+
+def _listed(names: list[str]) -> str:
+    first = ', '.join(names[:3])
+    return f'{first} and {len(names) - 3} more' if len(names) > 3 else first
+
 
 _INFINITE_NS = 2**31 * 10**9
 _KEPT = 1000  # messages of a latched topic for late subscribers
@@ -97,70 +173,97 @@ class RobotConflict:
         return ''
 
 
-_LONGEST_WAIT_S = 0.025
+class PlayClock:
+    """The time in s since the first message of a recording.
+
+    Attributes:
+        paused: Whether the time stops.
+    """
+
+    def __init__(self, rate: float, now: float) -> None:
+        """Start at a time of the steady clock in s, which this one is `rate` times as fast as."""
+        self.paused = False
+        self._rate = rate
+        self._at = 0.0
+        self._since = now
+
+    def at(self, now: float) -> float:
+        """Return the time in the recording at a time of the steady clock."""
+        return self._at if self.paused else self._at + self._rate * (now - self._since)
+
+    def wait_s(self, at: float, now: float) -> float:
+        """Return the time in s until a time in the recording comes, at least 0."""
+        return max(0.0, (at - self.at(now)) / self._rate)
+
+    def toggle(self, now: float) -> None:
+        """Pause, or resume."""
+        self._at, self._since = self.at(now), now
+        self.paused = not self.paused
+
+
+_TICK_S = 0.025
+_LOOK_S = 1.0
 
 
 class Player:
-    """Publishes the messages of a cursor.
+    """Publishes the messages of a bag in time.
 
     Attributes:
         count: Number of messages that were published.
+        reason: Why playing broke off; empty at the end of the bag, or after a request to stop.
     """
 
     def __init__(
-        self,
-        process: RosProcess,
-        cursor: BagCursor,
-        publishers: Mapping[BagTopic, Publisher],
-        rate: float,
-        on_tick: Callable[[float], str],
+        self, process: RosProcess, conflict: RobotConflict, rate: float, clock: Publisher | None
     ) -> None:
-        """Prepare to play from the start of the recording.
+        """Prepare to play.
 
         Args:
             process: Asks to stop.
-            cursor: Reads the messages.
-            publishers: The publisher of each topic.
+            conflict: Finds robots that appear.
             rate: Playback speed; 1 is as recorded.
-            on_tick: Called at least every 25 ms with the time in the recording in s; returns
-                why playing must end, empty if it may go on.
+            clock: Publishes the time of the recording; None to publish none.
         """
         self.count = 0
+        self.reason = ''
         self._process = process
-        self._cursor = cursor
-        self._publishers = publishers
+        self._conflict = conflict
+        self._clock_publisher = clock
         self._clock = PlayClock(rate, time.monotonic())
-        self._on_tick = on_tick
+        self._next_tick = 0.0
+        self._next_look = time.monotonic() + _LOOK_S
         self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
         self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
 
-    def play(self) -> str:
-        """Play to the end.
-
-        Returns:
-            Why playing broke off; empty at the end of the bag, or after a request to stop.
-        """
-        while not self._process.stopping:
-            now = time.monotonic()
-            at = min(self._clock.at(now), self._cursor.duration)
-            self._publish(self._cursor.until(at))
-            if reason := self._on_tick(at):
-                return reason
-            self._process.serve_at_times()
-            wait = _LONGEST_WAIT_S
-            if not self._clock.paused:
-                if self._cursor.next_s is None:
-                    break
-                wait = min(wait, self._clock.wait_s(self._cursor.next_s, now))
-            self._take_keys(wait)
-        return ''
-
-    def _publish(self, messages: Iterable[Played]) -> None:
-        for topic, data in messages:
-            self._publishers[topic].publish(data)
-            self.count += 1
-            if self._process.stopping:
+    def play(self, bag: Bag, publishers: Mapping[BagTopic, Publisher]) -> None:
+        """Play topics of a bag to its end, with a publisher for each."""
+        for topic, time_ns, data in bag.messages(publishers):
+            if not self._waits_until(time_ns, bag.start_ns):
                 return
+            publishers[topic].publish(data)
+            self.count += 1
+
+    def _waits_until(self, time_ns: int, start_ns: int) -> bool:
+        """Return whether playing goes on when this time of the bag has come."""
+        while not (self._process.stopping or self.reason):
+            now = time.monotonic()
+            if now >= self._next_tick:
+                self._next_tick = now + _TICK_S
+                self._tick(start_ns + round(self._clock.at(now) * 1e9))
+            wait = self._clock.wait_s((time_ns - start_ns) / 1e9, now)
+            if not (wait or self._clock.paused):
+                return True
+            self._take_keys(_TICK_S if self._clock.paused else min(wait, _TICK_S))
+        return False
+
+    def _tick(self, time_ns: int) -> None:
+        if self._clock_publisher:
+            seconds, nanoseconds = divmod(time_ns, 10**9)
+            self._clock_publisher.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+        if time.monotonic() >= self._next_look:
+            self._next_look = time.monotonic() + _LOOK_S
+            self.reason = self._conflict.while_playing()
+        self._process.serve_at_times()
 
     def _take_keys(self, timeout_s: float) -> None:
         """Wait for a time in s, or until a key is pressed."""
@@ -182,7 +285,6 @@ _FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_netwo
 _SETTLED_S = 0.5
 _LONGEST_SETTLING_S = 3.0
 _LAST_MESSAGES_S = 2.0
-_LOOK_S = 1.0
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -203,7 +305,6 @@ def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
 
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     classes, notes = played_topics(bag, options.clock)
-    cursor = BagCursor(bag, classes)
     node = FleetNode(topics.PLAYER_NODE)
     process.add(node)
     conflict = RobotConflict(node, [topic.name for topic in classes])
@@ -215,21 +316,20 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
         for topic, kind in classes.items()
     }
     clock = node.create_publisher(Clock, topics.CLOCK, qos.CLOCK) if options.clock else None
-    player = Player(
-        process, cursor, publishers, options.rate, _tick(conflict, clock, bag.start_ns)
-    )
     _settle(process, [*publishers.values(), *([clock] if clock else [])])
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
-    print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
-    reason = player.play()
+    seconds = (bag.end_ns - bag.start_ns) / 1e9
+    print(f'playing {len(publishers)} {topics_text}, {seconds:.1f} s', flush=True)
+    player = Player(process, conflict, options.rate, clock)
+    player.play(bag, publishers)
     deadline = time.monotonic() + _LAST_MESSAGES_S
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
     messages_text = 'message' if player.count == 1 else 'messages'
     print(f'played {player.count:,} {messages_text}', flush=True)
-    if reason:
-        print(f'error: playing stopped: {reason}', file=sys.stderr, flush=True)
-    return int(bool(reason))
+    if player.reason:
+        print(f'error: playing stopped: {player.reason}', file=sys.stderr, flush=True)
+    return int(bool(player.reason))
 
 
 def _refuse_robots(process: RosProcess, conflict: RobotConflict) -> None:
@@ -257,31 +357,6 @@ def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
         if now - since > _SETTLED_S or now - begin > _LONGEST_SETTLING_S:
             return
         time.sleep(0.02)
-
-
-def _tick(
-    conflict: RobotConflict, clock: Publisher | None, from_ns: int
-) -> Callable[[float], str]:
-    """Return the function that publishes the clock and looks for robots that appear.
-
-    Args:
-        conflict: Finds the robots.
-        clock: Publishes the clock; None to publish none.
-        from_ns: Time of the bag's start in ns.
-    """
-    next_look = time.monotonic() + _LOOK_S
-
-    def tick(at: float) -> str:
-        nonlocal next_look
-        if clock:
-            seconds, nanoseconds = divmod(from_ns + round(at * 1e9), 10**9)
-            clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
-        if time.monotonic() < next_look:
-            return ''
-        next_look = time.monotonic() + _LOOK_S
-        return conflict.while_playing()
-
-    return tick
 
 
 if __name__ == '__main__':
