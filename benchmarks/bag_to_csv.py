@@ -1,9 +1,10 @@
-"""Print how long `bag_to_csv` takes for a bag of a fleet.
+"""Print how long `bag_to_csv` takes for a bag of a fleet, and how much memory.
 
-python benchmarks/bag_to_csv.py [--nb-robots 8] [--messages 20000]
+python benchmarks/bag_to_csv.py [--nb-robots 8] [--messages 20000] [--quick]
 """
 
 import argparse
+import resource
 import subprocess
 import sys
 import tempfile
@@ -26,13 +27,22 @@ def main() -> None:
     parser.add_argument('--nb-robots', type=int, default=8)
     parser.add_argument('--messages', type=int, default=20_000)
     parser.add_argument('--repeat', type=int, default=5)
+    parser.add_argument('--quick', action='store_true', help='a small bag, once')
     args = parser.parse_args()
+    if args.quick:
+        args.messages, args.repeat = 500, 1
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / 'bag'
         count = write_bag(bag, args.nb_robots, args.messages)
+        megabytes = sum(file.stat().st_size for file in bag.iterdir()) / 1e6
         durations = sorted(timed(bag) for _ in range(args.repeat))
-    print(f'{count:,} messages of {args.nb_robots} robots, start of the interpreter included:')
-    print(f'fastest {durations[0]:.2f} s, median {durations[len(durations) // 2]:.2f} s')
+    print(f'{count:,} messages of {args.nb_robots} robots, {megabytes:.0f} MB:')
+    print(
+        f'fastest {durations[0]:.2f} s, median {durations[len(durations) // 2]:.2f} s, start of '
+        'the interpreter included'
+    )
+    largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e3
+    print(f'largest process {largest:.0f} MB')
 
 
 def timed(bag: Path, setcmas: Path = SETCMAS) -> float:

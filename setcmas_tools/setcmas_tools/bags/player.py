@@ -25,10 +25,8 @@ from rosgraph_msgs.msg import Clock
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import cmd_vel_topics, qos
-from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
@@ -146,14 +144,9 @@ class RobotConflict:
         self._node = node
         self._names = sorted(name for name in names if topics.robot_of(name))
         self._robots = sorted({topics.robot_of(name) or 0 for name in names} - {0})
-        self._fleet = FleetListener(node)
 
     def before_playing(self) -> str:
         """Return which node uses a robot before playing starts; empty if none does."""
-        self._fleet.take()
-        for source, announced in self._fleet.by_source.items():
-            if both := sorted(set(self._robots) & set(announced.robots)):
-                return f'{robots_in_words(both, "are")} in use: a {source} runs them'
         return self._sender(self._names, 0) or self._listener()
 
     def while_playing(self) -> str:

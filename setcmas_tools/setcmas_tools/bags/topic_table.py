@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice, pairwise
@@ -48,17 +48,6 @@ _CELLS: dict[str, Callable[[Any], Any]] = {
 """Converters of values to cells, by type; `csv` writes other values unchanged."""
 
 
-def cells_of(kind: str) -> Callable[[Any], list[Any]]:
-    """Return the converter of an array, with elements of a type, to its cells."""
-    cell = _CELLS.get(kind)
-
-    def cells(array: Any) -> list[Any]:
-        values = array.tolist() if isinstance(array, np.ndarray) else list(array)
-        return [cell(value) for value in values] if cell else values
-
-    return cells
-
-
 LONGEST_ARRAY = 10_000
 """A longer array, such as an image, has one column with its length."""
 
@@ -71,83 +60,85 @@ Lengths: TypeAlias = tuple[int, ...]
 """Lengths of all arrays of a message, in the order of its fields; they define its columns."""
 
 
-Field: TypeAlias = tuple[str, str, Callable[[Any], Any] | None]
-"""Name of a column, path of its value in a message, and conversion of the value to a cell."""
-
-
-class Fields:
-    """Fields with one value each that follow each other, read at once."""
-
-    def __init__(self, fields: Sequence[Field]) -> None:
-        self._names, paths, converts = zip(*fields, strict=True)
-        get = attrgetter(*paths)
-        self._get = get if len(paths) > 1 else lambda message: (get(message),)
-        self._converts = [(i, convert) for i, convert in enumerate(converts) if convert]
-
-    def read(self, message: Any, cells: list[Any], _lengths: list[int], /) -> None:
-        """Append the values."""
-        values = list(self._get(message))
-        for i, convert in self._converts:
-            values[i] = convert(values[i])
-        cells += values
-
-    def columns(self, _lengths: Iterator[int], /) -> Iterator[Column]:
-        """Yield the columns."""
-        for i, name in enumerate(self._names):
-            yield (i,), name
-
-
 @dataclass(frozen=True)
 class Array:
-    """An array of values, or of messages.
+    """An array in a message, of values or of messages.
 
     Attributes:
-        elements: Returns the array of a message.
-        cells: Returns the cells of an array of values; None for an array of messages.
-        parts: The fields of each element of an array of messages.
+        cell: Converts a value to a cell; None if it stays as it is.
+        row: The fields of each element of an array of messages.
     """
 
-    name: str
-    elements: Callable[[Any], Sequence[Any]]
-    cells: Callable[[Any], list[Any]] | None
-    parts: Sequence[Part] = ()
+    cell: Callable[[Any], Any] | None = None
+    row: Row | None = None
 
-    def read(self, message: Any, cells: list[Any], lengths: list[int]) -> None:
+    def read(self, elements: Any, cells: list[Any], lengths: list[int]) -> None:
         """Append the elements, or their number."""
-        elements = self.elements(message)
         if len(elements) > LONGEST_ARRAY:
             lengths.append(_TOO_LONG)
             cells.append(len(elements))
             return
         lengths.append(len(elements))
-        if self.cells:
-            cells += self.cells(elements)
+        if self.row:
+            for element in elements:
+                self.row.read(element, cells, lengths)
             return
-        for element in elements:
-            for part in self.parts:
-                part.read(element, cells, lengths)
+        values = elements.tolist() if isinstance(elements, np.ndarray) else elements
+        cells += map(self.cell, values) if self.cell else values
 
-    def columns(self, lengths: Iterator[int]) -> Iterator[Column]:
+    def columns(self, name: str, lengths: Iterator[int]) -> Iterator[Column]:
         """Yield the columns of each element, or that of the length."""
         length = next(lengths)
         if length == _TOO_LONG:
-            yield (math.inf,), f'{self.name}.length'
+            yield (math.inf,), f'{name}.length'
         for i in range(length):
-            if self.cells:
-                yield (i,), f'{self.name}[{i}]'
+            if self.row:
+                for place, field in self.row.columns(lengths):
+                    yield (i, *place), f'{name}[{i}].{field}'
             else:
-                for place, name in columns(self.parts, lengths):
-                    yield (i, *place), f'{self.name}[{i}].{name}'
+                yield (i,), f'{name}[{i}]'
 
 
-Part: TypeAlias = Fields | Array
+Field: TypeAlias = tuple[str, str, Callable[[Any], Any] | Array | None]
+"""Name of a column or an array, path of its value in a message, and how it becomes cells."""
 
 
-def columns(parts: Sequence[Part], lengths: Iterator[int]) -> Iterator[Column]:
-    """Yield the columns of a message with arrays of these lengths."""
-    for i, part in enumerate(parts):
-        for place, name in part.columns(lengths):
-            yield (i, *place), name
+class Row:
+    """The cells of messages of a type.
+
+    Fields are joined by dots (`pose.pose.position.x`), arrays are numbered (`name[0]`), times and
+    durations are one column in s with 9 decimals, booleans are 0 and 1. An array with more than
+    `LONGEST_ARRAY` elements, such as an image, is one column with its length (`data.length`).
+    """
+
+    def __init__(self, fields: Iterable[Field]) -> None:
+        self._fields = list(fields)
+        paths = [path for _, path, _ in self._fields]
+        get = attrgetter(*paths) if paths else lambda _: ()
+        self._get = get if len(paths) != 1 else lambda message: (get(message),)
+        self._special = [(i, form) for i, (_, _, form) in enumerate(self._fields) if form]
+
+    def read(self, message: Any, cells: list[Any], lengths: list[int]) -> None:
+        """Append the values, and the lengths of arrays."""
+        values = list(self._get(message))
+        begin = 0
+        for i, form in self._special:
+            if isinstance(form, Array):
+                cells += values[begin:i]
+                form.read(values[i], cells, lengths)
+                begin = i + 1
+            else:
+                values[i] = form(values[i])
+        cells += values[begin:]
+
+    def columns(self, lengths: Iterator[int]) -> Iterator[Column]:
+        """Yield the columns of a message with arrays of these lengths."""
+        for i, (name, _, form) in enumerate(self._fields):
+            if isinstance(form, Array):
+                for place, column in form.columns(name, lengths):
+                    yield (i, *place), column
+            else:
+                yield (i,), name
 
 
 _PLACEHOLDER = 'structure_needs_at_least_one_member'  # how an empty message is represented
@@ -161,65 +152,42 @@ _ORIENTATIONS = (
 )
 
 
-def parts_of_rows(store: Typestore, msgtype: str) -> list[Part]:
-    """Return the parts of the rows of a message type.
+def row_of(store: Typestore, msgtype: str) -> Row:
+    """Return the row of a message type such as `nav_msgs/msg/Odometry`.
 
-    Fields are joined by dots (`pose.pose.position.x`), arrays are numbered (`name[0]`), times and
-    durations are one column in s with 9 decimals, booleans are 0 and 1. An array with more than
-    `LONGEST_ARRAY` elements, such as an image, is one column with its length (`data.length`). A
-    message with a pose, a transform or an orientation has a last column `yaw` in rad.
+    Of a message with a pose, a transform or an orientation it ends with a column `yaw` in rad.
 
     Args:
         store: Holds the definitions of the type and its parts.
-        msgtype: Name of the type, such as `nav_msgs/msg/Odometry`.
+        msgtype: Name of the type.
     """
-    fields = list(_parts_of(store, msgtype))
+    fields = list(_fields_of(store, msgtype))
     if orientation := _orientation(store, msgtype):
         fields.append(('yaw', orientation, _yaw))
-    return _grouped(fields)
+    return Row(fields)
 
 
-def _grouped(found: Iterable[Field | Array]) -> list[Part]:
-    """Return the parts of a row: arrays, and the fields between them."""
-    parts: list[Part] = []
-    waiting: list[Field] = []
-    for one in [*found, None]:
-        if isinstance(one, tuple):
-            waiting.append(one)
-            continue
-        if waiting:
-            parts.append(Fields(waiting))
-        waiting = []
-        if one:
-            parts.append(one)
-    return parts
-
-
-def _parts_of(
-    store: Typestore, msgtype: str, name: str = '', path: str = ''
-) -> Iterator[Field | Array]:
-    for field, (kind, detail) in _fields(store, msgtype):
-        field_name, field_path = f'{name}{field}', f'{path}{normalize_fieldname(field)}'
-        if kind == Nodetype.NAME and detail not in STAMPS:
-            yield from _parts_of(store, detail, f'{field_name}.', f'{field_path}.')
-        elif kind in (Nodetype.BASE, Nodetype.NAME):
-            yield field_name, field_path, _CELLS.get(_type_name(kind, detail))
-        else:
-            get = attrgetter(field_path)
+def _fields_of(store: Typestore, msgtype: str, name: str = '', path: str = '') -> Iterator[Field]:
+    for field, (kind, detail) in _definition(store, msgtype):
+        own_name, own_path = f'{name}{field}', f'{path}{normalize_fieldname(field)}'
+        if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
             element_kind, element = detail[0]
             if element_kind == Nodetype.NAME and element not in STAMPS:
-                yield Array(field_name, get, None, _grouped(_parts_of(store, element)))
+                yield own_name, own_path, Array(row=Row(_fields_of(store, element)))
             else:
-                yield Array(field_name, get, cells_of(_type_name(element_kind, element)))
+                yield own_name, own_path, Array(_cell(element_kind, element))
+        elif kind == Nodetype.NAME and detail not in STAMPS:
+            yield from _fields_of(store, detail, f'{own_name}.', f'{own_path}.')
+        else:
+            yield own_name, own_path, _cell(kind, detail)
 
 
-def _fields(store: Typestore, msgtype: str) -> list[tuple[str, Any]]:
+def _definition(store: Typestore, msgtype: str) -> list[tuple[str, Any]]:
     return [field for field in store.fielddefs[msgtype][1] if field[0] != _PLACEHOLDER]
 
 
-def _type_name(kind: Nodetype, detail: Any) -> str:
-    name: str = detail[0] if kind == Nodetype.BASE else detail
-    return name
+def _cell(kind: Nodetype, detail: Any) -> Callable[[Any], Any] | None:
+    return _CELLS.get(detail[0] if kind == Nodetype.BASE else detail)
 
 
 def _yaw(q: Any) -> float:
@@ -231,7 +199,7 @@ def _orientation(store: Typestore, msgtype: str) -> str | None:
     for path in _ORIENTATIONS:
         found: str | None = msgtype
         for name in path.split('.'):
-            fields = dict(_fields(store, found)) if found else {}
+            fields = dict(_definition(store, found)) if found else {}
             kind, detail = fields.get(name, (None, None))
             found = detail if kind == Nodetype.NAME else None
         if found == _QUATERNION:
@@ -252,10 +220,10 @@ class TopicTable:
         nb_rows: Number of rows so far.
     """
 
-    def __init__(self, path: Path, parts: Sequence[Part]) -> None:
+    def __init__(self, path: Path, row: Row) -> None:
         """Start a table; the file, which must be new, appears with the first rows."""
         self.path = path
-        self._parts = parts
+        self._row = row
         self._lines: list[str] = []
         self._write_row = _row_writer(self._lines.append)
         self.nb_rows = 0
@@ -270,11 +238,10 @@ class TopicTable:
         """
         cells: list[Any] = [seconds_text(time_ns)]
         found: list[int] = []
-        for part in self._parts:
-            part.read(message, cells, found)
+        self._row.read(message, cells, found)
         lengths = tuple(found)
         if not self._lengths:
-            self._write_row(['t', *(name for _, name in columns(self._parts, iter(lengths)))])
+            self._write_row(['t', *(name for _, name in self._row.columns(iter(lengths)))])
         if not self._lengths or lengths != self._lengths[-1][1]:
             self._lengths.append((self.nb_rows, lengths))
         self._write_row(cells)
@@ -299,7 +266,7 @@ class TopicTable:
 
     def _fill_up_rows(self) -> None:
         different = {lengths for _, lengths in self._lengths}
-        every = sorted({c for lengths in different for c in columns(self._parts, iter(lengths))})
+        every = sorted({c for lengths in different for c in self._row.columns(iter(lengths))})
         filled = self.path.with_name(f'{self.path.name}.filled')
         with (
             self.path.open(encoding='utf-8', newline='') as source,
@@ -311,7 +278,7 @@ class TopicTable:
             write_row = _row_writer(target.write)
             write_row(['t', *(name for _, name in every)])
             for (first, lengths), (end, _) in pairwise([*self._lengths, (self.nb_rows, ())]):
-                own = list(columns(self._parts, iter(lengths)))
+                own = list(self._row.columns(iter(lengths)))
                 for t, *cells in islice(rows, end - first):
                     of_column = dict(zip(own, cells, strict=True))
                     write_row([t, *(of_column.get(column, '') for column in every)])

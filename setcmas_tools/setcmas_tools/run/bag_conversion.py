@@ -17,7 +17,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import Bag, BagTopic, Message, Progress, Taker, open_bag
-from setcmas_tools.bags.topic_table import TopicTable, parts_of_rows
+from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_samples import RunSamples
@@ -145,7 +145,7 @@ def _write_topics(
 ) -> Written:
     """Write the tables of some topics, and hand their messages to functions."""
     tables = {
-        topic: TopicTable(path, parts_of_rows(topic.type.store, topic.type.name))
+        topic: TopicTable(path, row_of(topic.type.store, topic.type.name))
         for topic, path in paths.items()
     }
     takers = {topic: [table.add, *collectors.get(topic, ())] for topic, table in tables.items()}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from array import array
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from io import TextIOWrapper
-from itertools import chain, islice
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -28,56 +29,50 @@ class Cells:
     Attributes:
         must: Requirement, for messages.
         form: Format specification.
-        parsed: Returns the values of cells, an array or a list; raises ValueError.
+        parsed: Returns the value of a cell, a number or a text; raises ValueError.
     """
 
     must: str
     form: str
-    parsed: Callable[[Sequence[str]], Any]
+    parsed: Callable[[str], Any] = float
 
 
-def _numbers(cells: Sequence[str]) -> Any:
-    return np.array(cells, dtype=float)
-
-
-def _bounded(cells: Sequence[str], least: float, most: float, whole: bool = True) -> Any:
-    values = _numbers(cells)
-    if not ((values >= least) & (values <= most)).all() or (whole and (values % 1).any()):
+def _within(least: float, most: float, cell: str) -> float:
+    value = float(cell)
+    if not least <= value <= most:
         raise ValueError
-    return values
+    return value
 
 
-def _receivers(cells: Sequence[str]) -> list[str]:
-    _bounded([cell for cell in cells if cell != ALL], 1, MAX_ROBOTS)
-    return list(cells)
+def _whole(least: float, most: float, cell: str) -> float:
+    value = _within(least, most, cell)
+    if value % 1:
+        raise ValueError
+    return value
 
 
-def _known_numbers(cells: Sequence[str]) -> Any:
-    return _numbers([cell or 'nan' for cell in cells])
+def _or_empty(parsed: Callable[[str], float], cell: str) -> float:
+    return parsed(cell) if cell else nan
 
 
-def _indices(cells: Sequence[str]) -> Any:
-    _bounded([cell for cell in cells if cell], 0, _MOST_COUNTED)
-    return _known_numbers(cells)
+def _receiver(cell: str) -> str:
+    if cell != ALL:
+        ROBOT.parsed(cell)
+    return cell
 
 
 _LATEST_S = 1e6
-_MOST_COUNTED = 1e15
 _ROBOT = f'a whole number from 1 to {MAX_ROBOTS}'
-TIME = Cells(
-    f'a number up to {_LATEST_S:g}',
-    '.6f',
-    partial(_bounded, least=-_LATEST_S, most=_LATEST_S, whole=False),
-)
-NUMBER = Cells('a number', '.9f', _numbers)
-SHORT_NUMBER = Cells('a number', '.9g', _numbers)
-COUNT = Cells('a whole number', '.0f', partial(_bounded, least=0, most=_MOST_COUNTED))
-ROBOT = Cells(_ROBOT, '.0f', partial(_bounded, least=1, most=MAX_ROBOTS))
-RECEIVER = Cells(f"{_ROBOT}, or '{ALL}'", '', _receivers)
-SECONDS = Cells('a number, or empty', '', _known_numbers)
-EXACT_NUMBER = Cells('a number', '', _numbers)
-INDEX = Cells('a whole number, or empty', '', _indices)
-TEXT = Cells('text', '', list)
+TIME = Cells(f'a number up to {_LATEST_S:g}', '.6f', partial(_within, -_LATEST_S, _LATEST_S))
+NUMBER = Cells('a number', '.9f')
+SHORT_NUMBER = Cells('a number', '.9g')
+COUNT = Cells('a whole number', '.0f', partial(_whole, 0, 1e15))
+ROBOT = Cells(_ROBOT, '.0f', partial(_whole, 1, MAX_ROBOTS))
+RECEIVER = Cells(f"{_ROBOT}, or '{ALL}'", '', _receiver)
+SECONDS = Cells('a number, or empty', '', partial(_or_empty, float))
+EXACT_NUMBER = Cells('a number', '')
+INDEX = Cells('a whole number, or empty', '', partial(_or_empty, COUNT.parsed))
+TEXT = Cells('text', '', str)
 
 
 @dataclass(frozen=True)
@@ -159,7 +154,6 @@ class CsvFile:
 
 _MOST_BYTES = 1_000_000_000
 _LONGEST_LINE = 100_000
-_ROWS_AT_ONCE = 50_000  # as texts they take ten times the memory
 _LONGEST_SHOWN = 200
 
 
@@ -172,49 +166,33 @@ def _header(columns: Iterable[Column]) -> str:
     return ','.join(column.name for column in columns)
 
 
-def _values(path: Path, columns: Sequence[Column], rows: Iterator[list[str]]) -> list[Any]:
-    blocks = [list(_parsed(path, columns, [], 2))]
-    line = 2
-    while block := list(islice(rows, _ROWS_AT_ONCE)):
-        blocks.append(list(_parsed(path, columns, block, line)))
-        line += len(block)
-    return [
-        np.concatenate(parts) if isinstance(parts[0], np.ndarray) else list(chain(*parts))
-        for parts in zip(*blocks, strict=True)
+def _values(path: Path, columns: Sequence[Column], rows: Iterable[list[str]]) -> list[Any]:
+    values: list[Any] = [
+        [] if column.cells in (TEXT, RECEIVER) else array('d') for column in columns
     ]
-
-
-def _parsed(
-    path: Path, columns: Sequence[Column], rows: list[list[str]], first: int
-) -> Iterator[Any]:
-    for number, row in enumerate(rows, start=first):
-        if len(row) != len(columns):
-            raise _damage(path, number, row, columns, f'it must have {len(columns)} cells')
-    cells = list(zip(*rows, strict=True)) or [()] * len(columns)
-    for column, own in zip(columns, cells, strict=True):
+    into = [(column.cells.parsed, own.append) for column, own in zip(columns, values, strict=True)]
+    for line, row in enumerate(rows, start=2):
         try:
-            yield column.cells.parsed(own)
+            for (parsed, append), cell in zip(into, row, strict=True):
+                append(parsed(cell))
         except ValueError:
-            i = next(i for i, cell in enumerate(own) if not _fits(column, cell))
-            must = f'{column.name} must be {column.cells.must}'
-            raise _damage(path, first + i, rows[i], columns, must) from None
+            raise SetcmasError(
+                f"'{path}', line {line}: '{_short(','.join(row))}' is not a row of "
+                f'{_header(columns)}; {_requirement(columns, row)}'
+            ) from None
+    return [np.array(own) if isinstance(own, array) else own for own in values]
 
 
-def _fits(column: Column, cell: str) -> bool:
-    try:
-        column.cells.parsed([cell])
-    except ValueError:
-        return False
-    return True
-
-
-def _damage(
-    path: Path, line: int, row: Iterable[str], columns: Iterable[Column], must: str
-) -> SetcmasError:
-    text = _short(','.join(row))
-    return SetcmasError(
-        f"'{path}', line {line}: '{text}' is not a row of {_header(columns)}; {must}"
-    )
+def _requirement(columns: Sequence[Column], row: Sequence[str]) -> str:
+    """Return what a row that cannot be read must have."""
+    if len(row) != len(columns):
+        return f'it must have {len(columns)} cells'
+    for column, cell in zip(columns, row, strict=True):
+        try:
+            column.cells.parsed(cell)
+        except ValueError:
+            break
+    return f'{column.name} must be {column.cells.must}'
 
 
 def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:

@@ -66,7 +66,7 @@ def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, ma
 
 
 @pytest.mark.parametrize(
-    'definition', ['float64 $$$ x', 'other_msgs/Missing part', 'wstring x', 'Bad part', '']
+    'definition', ['float64 $$$ x', 'other_msgs/Missing part', 'wstring x', 'Bad[] part', '']
 )
 def test_topic_with_a_useless_definition_is_left_out(tmp_path, store, make, definition):
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:

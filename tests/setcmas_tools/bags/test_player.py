@@ -16,7 +16,6 @@ from std_msgs.msg import String
 from terminals import Terminal
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.announcement import Announcement, Kind, encode, own_source
 from setcmas_simu.ros import qos
 from setcmas_tools.bags.bag import open_bag
 from setcmas_tools.bags.player import (
@@ -151,15 +150,6 @@ PLAYED = ['/tb3_1/odom', '/tb3_2/odom', '/fleet']
 @pytest.fixture
 def conflict(peer):
     return RobotConflict(peer.node, PLAYED)
-
-
-def test_another_process_has_announced_them(conflict, peer):
-    announcement = Announcement(8, (2, 3), own_source(Kind.SIMULATOR))
-    publisher = peer.node.create_publisher(String, '/fleet', qos.LATCHED)
-    publisher.publish(String(data=encode(announcement)))
-
-    peer.wait_for(conflict.before_playing)
-    assert conflict.before_playing().startswith('robot 2 is in use: a simulator (process ')
 
 
 def test_another_node_publishes_one_of_their_topics(conflict, peer):

@@ -6,7 +6,7 @@ import pytest
 from rosbags.typesys import get_types_from_msg
 
 from setcmas_tools.bags import topic_table
-from setcmas_tools.bags.topic_table import LONGEST_ARRAY, TopicTable, parts_of_rows
+from setcmas_tools.bags.topic_table import LONGEST_ARRAY, TopicTable, row_of
 
 ODOMETRY = 'nav_msgs/msg/Odometry'
 
@@ -18,7 +18,7 @@ def flatten(store, tmp_path):
     def flatten(message):
         path = tmp_path / 'topic.csv'
         path.unlink(missing_ok=True)
-        table = TopicTable(path, parts_of_rows(store, message.__msgtype__))
+        table = TopicTable(path, row_of(store, message.__msgtype__))
         table.add(0, message)
         table.finish()
         with path.open(newline='', encoding='utf-8') as file:
@@ -145,7 +145,7 @@ def write(store, tmp_path):
 
     def write(messages):
         path = tmp_path / 'topic.csv'
-        table = TopicTable(path, parts_of_rows(store, messages[0].__msgtype__))
+        table = TopicTable(path, row_of(store, messages[0].__msgtype__))
         for second, message in enumerate(messages):
             table.add(second * 10**9, message)
         table.finish()
