@@ -15,7 +15,6 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +42,8 @@ def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
     from setcmas_tools.study.study import runs_in_words
-    from setcmas_tools.study.study_columns import metric_in
+    from setcmas_tools.study.study_columns import check_known, metric_in
     from setcmas_tools.study.study_plan import check_names, make_plan
-    from setcmas_tools.study.success import check_columns
     from setcmas_tools.study.sweep import carry_out
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
@@ -54,11 +52,11 @@ def main(args: argparse.Namespace) -> int:
     own = {
         Path(name).stem: metric_in(Path(name)) for name in options.metric if name.endswith('.py')
     }
-    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, options.success, own)
-    for metric in options.metric:
-        check_columns(Path(metric).stem, [], own, '--metric')
+    metrics = [Path(name).stem for name in options.metric]
+    check_known(metrics, own)
+    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, own)
     if options.dry_run:
-        print(runs_in_words(len(plan.cases)))
+        print(runs_in_words(len(plan.runs)))
         return 0
     folder = output_folder(args, scenario.found())
     try:
@@ -72,7 +70,6 @@ def main(args: argparse.Namespace) -> int:
         from setcmas_tools.plots.plot_settings import PlotSettings
         from setcmas_tools.study.study_plots import plot
 
-        metrics = [Path(name).stem for name in options.metric]
         look = PlotSettings(tuple(args.format), args.palette)
         drawn = plot(study, folder / 'plots', metrics, look)
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
@@ -88,16 +85,12 @@ def _named(text: str) -> tuple[str, str]:
 
 
 def _failures(study: Any) -> int:
-    """Report runs that failed, with the first reason of each kind."""
+    """Report runs that failed, with the first reason of each kind; return their number."""
     from setcmas_tools.study.study import runs_in_words
 
-    failed = [
-        (f'{state}: {message}', int(run))
-        for run, state, message in zip(study['run'], study['state'], study['message'], strict=True)
-        if state != 'complete'
-    ]
-    first = dict(reversed(failed))
-    for text, count in Counter(text for text, _ in failed).most_common(5):
-        runs = runs_in_words(len(study))
-        warn(f'setcmas sweep: {count} of {runs}, first run {first[text]}: {text}')
-    return len(first)
+    broken = study.table[study.is_broken]
+    kinds = broken.groupby(['state', 'message'], sort=False)['run'].agg(['count', 'first'])
+    for (state, message), found in kinds.nlargest(5, 'count').iterrows():
+        runs = f'{found["count"]} of {runs_in_words(len(study))}, first run {found["first"]}'
+        warn(f'setcmas sweep: {runs}: {state}: {message}')
+    return len(broken)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_tools.measures.metric import METRICS, Metric
 from setcmas_tools.measures.metrics import Metrics
 
@@ -118,6 +118,9 @@ COLUMNS = {
 }  # fmt: skip
 """Columns of built-in metrics; those of plugins are named METRIC_FIELD."""
 
+OUTCOME = ('state', 'robots', 'message')
+"""Columns with the outcome of a run."""
+
 SHIPPED = {column.metric for column in COLUMNS.values()}
 """The built-in metrics."""
 
@@ -173,6 +176,25 @@ def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
                 f"metric '{name}' is a {type(metric).__name__}; it must be a function of a run"
             )
     return dict(metrics)
+
+
+def check_known(names: Sequence[str], own: Mapping[str, Metric]) -> None:
+    """Check that metrics are columns that a study may have.
+
+    Args:
+        names: Their names.
+        own: The study's own metrics.
+
+    Raises:
+        SetcmasError: One is unknown.
+    """
+    parts = (*own, *(name for name in METRICS.plugins() if name not in SHIPPED))
+    for name in names:
+        if name not in COLUMNS and not name.startswith(parts):
+            raise SetcmasError(
+                f"--metric '{name}': unknown column; must be one of {', '.join([*COLUMNS, *own])}"
+                f'{did_you_mean(name, [*COLUMNS, *own], 2)}'
+            )
 
 
 def metric_in(path: Path) -> Metric:

@@ -1,24 +1,30 @@
-"""Files of a study: study.yaml, and the files that its options name."""
+"""Files of a study: study.yaml, the copies of its scripts, and the rows of its table."""
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.communication.communication_settings import (
-    find_condition,
-    graph_description,
-    graph_file,
-)
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.per_robot import mapped
-from setcmas_tools.run.inputs import RunInput
-from setcmas_tools.run.run_info import Origin, read_record, write_record
+from setcmas_simu.limited_file import written_whole
+from setcmas_tools.run.inputs import inputs_of, kept_record
+from setcmas_tools.run.run_folder import remove_parts
+from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
+from setcmas_tools.run.run_info import Origin, builtins_of, read_record, this_origin, write_record
+from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES
 
 FILE_NAME = 'study.yaml'
+TABLE = 'runs.csv'
+ROWS = 'runs.jsonl'
+"""Rows in the order in which runs finished, a line of JSON each: a study continues after them."""
+
+_PARTS = (INPUTS, TABLE, ROWS, 'plots', FILE_NAME)
 
 
 @dataclass(frozen=True)
@@ -27,10 +33,9 @@ class StudyInfo:
 
     Attributes:
         scenario: The common scenario of its runs, as from `Scenario.record`.
-        vary: Values of each varied name, or a random distribution as text.
-        cases: Names in its file of cases.
+        cases: Values by name that vary together.
+        vary: Values of each varied name.
         seeds: Number of seeds; the first one is the scenario's.
-        success: Condition for a success.
         files: Paths of stored files in the folder, by option and original text.
         digests: SHA-256 of these files, by path.
         metrics: SHA-256 of the source of its own metrics, by name.
@@ -38,23 +43,13 @@ class StudyInfo:
     """
 
     scenario: dict[str, Any]
+    cases: list[dict[str, Any]] = field(default_factory=list)
     vary: dict[str, Any] = field(default_factory=dict)
-    cases: list[str] = field(default_factory=list)
     seeds: int = 1
-    success: str | None = None
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     digests: dict[str, str] = field(default_factory=dict)
     metrics: dict[str, str] = field(default_factory=dict)
     origin: Origin | None = None
-
-
-def write_info(info: StudyInfo, folder: Path) -> None:
-    """Write study.yaml completely or not at all.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    write_record(info, folder / FILE_NAME)
 
 
 def read_info(folder: Path) -> StudyInfo | None:
@@ -68,75 +63,155 @@ def read_info(folder: Path) -> StudyInfo | None:
 
 @dataclass
 class KeptFiles:
-    """Files that a study stores.
+    """Scripts and files that a study stores.
 
     Attributes:
-        texts: Replacement of each value that names files, by option: with 'inputs/...' instead
-            of the files.
-        originals: Original absolute path of each 'inputs/...'.
+        texts: Replacement of each text that names files, by option: with 'inputs/...' instead.
         contents: Content by 'inputs/...', including modules that scripts import.
     """
 
     texts: dict[str, dict[str, str]] = field(default_factory=dict)
-    originals: dict[str, Path] = field(default_factory=dict)
     contents: dict[str, bytes] = field(default_factory=dict)
+    _seen: set[tuple[str, str]] = field(default_factory=set)
 
     @property
     def digests(self) -> dict[str, str]:
         """SHA-256 of the stored files."""
         return {name: hashlib.sha256(self.contents[name]).hexdigest() for name in self.contents}
 
-    def add(self, option: str, value: str, exercise: bool = False) -> None:
-        """Store the files that a value of an option names, if any.
+    def add(self, scenario: Scenario) -> None:
+        """Store the files that a scenario names.
 
         Raises:
             SetcmasError: A file does not exist, or another file of this name is already stored.
         """
-        found = _found(option, value, exercise)
-        kept = mapped(found, lambda path: self._kept(option, path), option)
-        if kept != value:
-            self.texts.setdefault(option, {})[value] = kept
-
-    def _kept(self, option: str, text: str) -> str:
-        path = Path(text)
-        if not path.is_absolute():
-            return text
-        given = RunInput(option, path)
-        for file, content in zip(given.files, given.contents, strict=True):
-            name = f'{given.folder}/{file.relative_to(path.parent).as_posix()}'
-            if self.contents.setdefault(name, content) != content:
-                raise SetcmasError(
-                    f"'{file}' and '{self.originals.get(name, name)}' would both be stored as "
-                    f"'{name}'; rename one"
-                )
-            self.originals.setdefault(name, file)
-        return f'{given.folder}/{path.name}'
-
-    def write_to(self, folder: Path) -> None:
-        """Write the files into the folder of a study.
-
-        Raises:
-            OSError: A file cannot be written.
-        """
-        for name, content in self.contents.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
+        values = scenario.values().items()
+        named = {n: str(v) for n, v in values if n in OF_FILES and isinstance(v, (str, Path))}
+        if named.items() <= self._seen:
+            return
+        self._seen |= named.items()
+        found = scenario.found()
+        inputs = inputs_of(found)
+        record = kept_record(found, inputs)
+        for name, text in named.items():
+            if record[name] != text:
+                self.texts.setdefault(name, {})[text] = record[name]
+        for one in inputs:
+            for file, content in zip(one.files, one.contents, strict=True):
+                path = f'{one.folder}/{file.relative_to(one.path.parent).as_posix()}'
+                if self.contents.setdefault(path, content) != content:
+                    raise SetcmasError(
+                        f"'{file}' and another file would both be stored as '{path}'; rename one"
+                    )
 
 
-def _found(option: str, value: str, exercise: bool) -> str:
-    """Return a value with absolute paths of its files."""
-    if option == 'algo':
-        return LawScripts(value, exercise).text
-    if option == 'model':
-        return mapped(value, _file, option)
-    if option == 'ctc':
-        return str(find_condition(value, exercise))
-    if option == 'graph':
-        graph_description(value)  # its error lists all graphs
-    if option in ('poses', 'cases') or (option == 'graph' and graph_file(value)):
-        return str(Path(value).resolve())
-    return value
+@contextmanager
+def written(folder: Path) -> Iterator[None]:
+    """Report errors of files in a study's folder in one line.
+
+    Raises:
+        SetcmasError: A file cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise SetcmasError(f"study '{folder}' cannot be written: {error.strerror}") from error
 
 
-def _file(name: str) -> str:
-    return str(Path(name).resolve()) if Path(name).suffix else name  # a built-in has none
+def prepare(
+    folder: Path, info: StudyInfo, files: Mapping[str, bytes], overwrite: bool = False
+) -> None:
+    """Create the folder of a study, or check that it holds the same one.
+
+    Args:
+        folder: The folder.
+        info: The study.
+        files: Contents of its files, by path in the folder.
+        overwrite: Whether to overwrite another study.
+
+    Raises:
+        SetcmasError: The folder holds something else, or cannot be written.
+    """
+    wanted = replace(info, origin=this_origin())
+    if overwrite and (folder / FILE_NAME).is_file():
+        remove_parts(folder, _PARTS)
+    _refuse_others(folder)
+    earlier = read_info(folder)
+    if earlier and (name := _difference(earlier, wanted)):
+        raise SetcmasError(
+            f"output '{folder}' holds another study ({name} differs); choose another "
+            'folder, or add --overwrite'
+        )
+    for name, content in {} if earlier else files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    folder.mkdir(parents=True, exist_ok=True)
+    if earlier is None or earlier.seeds != wanted.seeds:
+        (folder / TABLE).unlink(missing_ok=True)  # until the new runs have their rows, too
+        write_record(wanted, folder / FILE_NAME)
+
+
+def _refuse_others(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise SetcmasError(f"output '{folder}' is not a folder")
+    taken = [part for part in (*_PARTS, RUN_FILE) if (folder / part).exists()]
+    if taken and FILE_NAME not in taken:
+        raise SetcmasError(
+            f"output '{folder}' holds {', '.join(taken)} but no {FILE_NAME}, so it is "
+            'not a study; choose another folder'
+        )
+
+
+def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
+    """Return the first difference between two studies that changes rows; '' if none."""
+    first, second = _compared(earlier), _compared(wanted)
+    if earlier.seeds < wanted.seeds:  # whose runs come after the others
+        del first['seeds']
+    return next((name for name, value in first.items() if value != second[name]), '')
+
+
+def _compared(study: StudyInfo) -> dict[str, Any]:
+    plain: dict[str, Any] = {**dict.fromkeys(vars(study)), **builtins_of(study)}
+    parameters = {f'--{name}': value for name, value in plain.pop('scenario').items()}
+    origin = plain.pop('origin') or {}
+    return {**parameters, **plain, 'setcmas': origin.get('setcmas')}
+
+
+def finished_rows(folder: Path) -> dict[int, dict[str, Any]]:
+    """Read the rows of a study so far, by run; a damaged line counts as a run to be made again.
+
+    Raises:
+        OSError: The file cannot be read.
+    """
+    rows = {}
+    for line in (folder / ROWS).read_bytes().splitlines() if (folder / ROWS).exists() else []:
+        try:
+            row = json.loads(line)
+            rows[row['run']] = row
+        except (ValueError, KeyError, TypeError):
+            continue
+    return rows
+
+
+def stored_rows(folder: Path, rows: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield rows as they come, each once it is in the file.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with (folder / ROWS).open('a', encoding='utf-8') as file:
+        file.write('\n' if file.tell() else '')  # ends a line that a killed study left
+        for row in rows:
+            file.write(json.dumps(row) + '\n')
+            file.flush()
+            yield row
+
+
+def write_table(table: Any, folder: Path) -> None:
+    """Write runs.csv from a pandas table, whole or not at all.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with written_whole(folder / TABLE) as file:
+        table.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')

@@ -59,8 +59,7 @@ class SweepOptions(Options):
     vary: tuple[str, ...] = option(
         Kind(metavar='NAME=VALUES'),
         'vary an option or a variable of the script: a list (loss=0,0.2,0.4), a range '
-        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT, or random values, '
-        'uniform:LOW:HIGH, loguniform:LOW:HIGH, normal:MEAN:DEVIATION; repeat it to run all '
+        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT; repeat it to run all '
         'combinations',
         form=Form.REPEATED,
         default=(),
@@ -72,11 +71,6 @@ class SweepOptions(Options):
         default=None,
     )
     seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
-    success: str | None = option(
-        Kind(metavar='EXPRESSION'),
-        "condition for a success, such as 'disagreement<0.1 and least_separation>0.2'",
-        default=None,
-    )
     metric: tuple[str, ...] = option(
         Kind(metavar='COLUMN|FILE.py'),
         'metric to plot, such as disagreement (see setcmas list); FILE.py adds the '

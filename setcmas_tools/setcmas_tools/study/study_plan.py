@@ -1,28 +1,155 @@
-"""Plan of a study: common options, varied values, files, and checks."""
+"""Plan of a study: its common scenario, the values of each run, and checks before it starts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import csv
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.option import plain as plain_value
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
-from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
+from setcmas_tools.scenario.scenario_files import ScenarioFolder
 from setcmas_tools.study import variation
-from setcmas_tools.study.study_cases import SEED, CaseTable, located_at, read_cases
-from setcmas_tools.study.study_columns import COLUMNS, check_metrics, digest_of
+from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, check_metrics, digest_of
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
-from setcmas_tools.study.study_row import kept
-from setcmas_tools.study.success import check_columns
 
-_RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
+SEED = 'seed'
+_RESERVED = {*COLUMNS, *OUTCOME, 'run'}
+
+Variation = str | Sequence[Any] | Mapping[str, Any]
+"""Values of a name: text as on the command line, a sequence, or values by label."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study before its runs.
+
+    Attributes:
+        info: What its folder records.
+        base: The common scenario of all runs.
+        objects: Functions and matrices, which cannot be written, by name and label.
+        metrics: Its own metrics by name.
+        contents: Contents of its files, by path in its folder.
+    """
+
+    info: StudyInfo
+    base: Scenario
+    objects: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
+    contents: Mapping[str, bytes] = field(default_factory=dict)
+
+    @cached_property
+    def runs(self) -> list[dict[str, Any]]:
+        """Values of each run by name, its seed last.
+
+        The last name varies fastest. Seeds vary slowest, so more of them add runs at the end.
+        """
+        seeds = [[{SEED: self.base.seed + k} for k in range(self.info.seeds)]]
+        merged = (_merged(parts) for parts in product(*seeds, *self.axes))
+        return [{**values, SEED: values.pop(SEED)} for values in merged]
+
+    @property
+    def axes(self) -> list[list[dict[str, Any]]]:
+        """Values that vary together, by name, for each of the axes that are combined."""
+        cases = [self.info.cases] if self.info.cases else []
+        return [*cases, *([{name: v} for v in vs] for name, vs in self.info.vary.items())]
+
+    @property
+    def names(self) -> list[str]:
+        """Varied names, without the seed."""
+        return [name for axis in self.axes for name in axis[0] if name != SEED]
+
+    def scenario(self, run: int) -> Scenario:
+        """Return the scenario of a run, numbered from 1.
+
+        Raises:
+            SetcmasError: There is no such run.
+        """
+        if not 1 <= run <= len(self.runs):
+            raise SetcmasError(f'unknown run {run}; must be from 1 to {len(self.runs)}')
+        return self.scenario_with(self.runs[run - 1])
+
+    def scenario_with(self, values: Mapping[str, Any]) -> Scenario:
+        """Return the scenario of a run with some values."""
+        found = {
+            name: self.objects.get(name, {}).get(value, value) if isinstance(value, str) else value
+            for name, value in values.items()
+        }
+        return variation.with_values(self.base, found)
+
+    def kept_scenario(self, run: int) -> Scenario:
+        """Return the scenario of a run with the copies of its files, as 'inputs/...'.
+
+        Raises:
+            SetcmasError: There is no such run.
+        """
+        found = self.scenario(run)
+        values = found.values()
+        kept = {name: texts.get(str(values[name])) for name, texts in self.info.files.items()}
+        return found.replace(**{name: text for name, text in kept.items() if text})
+
+
+def _merged(parts: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    return {name: value for part in parts for name, value in part.items()}
+
+
+def located_in(folder: Path, kept: Scenario) -> Scenario:
+    """Return a scenario whose files are in the folder of a study.
+
+    Raises:
+        SetcmasError: A file is missing, or outside of it.
+    """
+    return kept.located(ScenarioFolder(folder).place_of)
+
+
+def make_plan(
+    base: Scenario,
+    vary: Mapping[str, Variation],
+    cases: Path | None = None,
+    seeds: int = 1,
+    metrics: Mapping[str, Metric] | None = None,
+) -> Plan:
+    """Return the plan of a study.
+
+    Args:
+        base: The common scenario of all runs.
+        vary: Values to vary, by name.
+        cases: A CSV file of names and values that vary together.
+        seeds: Number of seeds.
+        metrics: Further metrics by name.
+
+    Raises:
+        SetcmasError: A name, value or file is unknown, or values contradict each other.
+    """
+    labelled = {name: _labelled(name, values) for name, values in vary.items()}
+    laws, functions = labelled.get('algo', ([base.law.algo], {}))
+    known = _script_names([law for law in laws if law not in functions], base.law)
+    names = [variation.checked_name(name, known) for name in vary]
+    rows, own = read_cases(cases, known) if cases else {}, check_metrics(metrics or {})
+    check_names([*names, *next(iter(rows.values()), ()), *own], seeds)
+    pairs = list(zip(names, labelled.values(), strict=True))
+    objects = {name: found for name, (_, found) in pairs}
+    values = {name: _values(name, labels, found) for name, (labels, found) in pairs}
+    info = StudyInfo(base.record(), list(rows.values()), values, seeds)
+    plan, files = Plan(info, base, objects, own), KeptFiles()
+    for line, changed in _covering(plan.axes, list(rows)):
+        with located_at(cases, line):
+            scenario = plan.scenario_with(changed)
+            Simulation(scenario)
+            scenario.check()
+            files.add(scenario)
+    sources = {name: digest_of(metric) for name, metric in own.items()}
+    info = replace(info, files=files.texts, digests=files.digests, metrics=sources)
+    return replace(plan, info=info, contents=files.contents)
 
 
 def check_names(names: Sequence[str], seeds: int) -> None:
@@ -42,230 +169,41 @@ def check_names(names: Sequence[str], seeds: int) -> None:
         raise SetcmasError(f'both --vary {SEED} and --seeds vary the seed; remove one')
 
 
-def covering_runs(table: CaseTable) -> Iterator[int]:
-    """Yield runs that together cover each value of each axis."""
-    stride = 1
-    for _, values in reversed(table.axes):
-        yield from (1 + index * stride for index in range(len(values)))
-        stride *= len(values)
+def _covering(
+    axes: Sequence[Sequence[Mapping[str, Any]]], lines: Sequence[int]
+) -> Iterator[tuple[int | None, dict[str, Any]]]:
+    """Yield values of runs that together have each value of each axis.
 
-
-def check_scenario(scenario: Scenario) -> None:
-    """Check that a scenario can be simulated.
-
-    Raises:
-        SetcmasError: It cannot.
+    And the line in the file of cases, if a run differs from the first only by its case.
     """
-    Simulation(scenario)
-    scenario.check()
+    first = _merged(axis[0] for axis in axes)
+    yield lines[0] if lines and len(axes) == 1 else None, first
+    for axis in axes:
+        for index, values in enumerate(axis[1:], 1):
+            yield lines[index] if lines and axis is axes[0] else None, {**first, **values}
 
 
-Variation = str | Sequence[Any] | Mapping[Any, Any]
-"""Values of a name: text as on the command line, a sequence, or values by label."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A study before its runs.
-
-    Attributes:
-        info: What its folder records.
-        base: The common scenario of all runs.
-        files: Files named by its options.
-        objects: Functions, which cannot be written, by option and label.
-        metrics: Its own metrics by name.
-    """
-
-    info: StudyInfo
-    base: Scenario
-    cases: CaseTable
-    files: KeptFiles
-    objects: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
-    metrics: Mapping[str, Metric] = field(default_factory=dict)
-
-    def scenario(self, run: int, folder: Path | None = None) -> Scenario:
-        """Return the scenario of a run.
-
-        Args:
-            run: Its number.
-            folder: Folder of the study, for the paths of its files; None keeps 'inputs/...'.
-
-        Raises:
-            SetcmasError: There is no such run, or a file is missing.
-        """
-        found = variation.with_values(self.base, self._filled_in(self.cases.values(run)))
-        return found.located(ScenarioFolder(folder).place_of) if folder else found
-
-    def original(self, run: int) -> Scenario:
-        """Return the scenario of a run, with the original paths of its files."""
-        return self.scenario(run).located(kept(lambda name: str(self.files.originals[name])))
-
-    def _filled_in(self, varied: Mapping[str, Any]) -> dict[str, Any]:
-        """Return varied values with labels replaced by files and functions."""
-        values = self.base.values()
-        found = dict(varied)
-        for stand_ins in (self.files.texts, self.objects):
-            for name, by_value in dict[str, Mapping[Any, Any]](stand_ins).items():
-                key = name if name in found else f'{variation.OPTION}{name}'
-                value = found.get(key, values.get(name))
-                value = str(value) if isinstance(value, Path) else value
-                if isinstance(value, (str, float, int)) and value in by_value:
-                    found[key] = by_value[value]
-        return found
-
-
-def make_plan(
-    base: Scenario,
-    vary: Mapping[str, Variation],
-    cases: Path | None = None,
-    seeds: int = 1,
-    success: str | None = None,
-    metrics: Mapping[str, Metric] | None = None,
-) -> Plan:
-    """Return the plan of a study.
-
-    Args:
-        base: The common scenario of all runs.
-        vary: Values to vary, by name.
-        cases: A CSV file of names and values that vary together.
-        seeds: Number of seeds.
-        success: Condition for a successful run.
-        metrics: Further metrics by name.
-
-    Raises:
-        SetcmasError: A name, value or file is unknown, or values contradict each other.
-    """
-    objects: dict[str, dict[Any, Any]] = {}
-    for name, values in vary.items():
-        if isinstance(values, Mapping):
-            objects.setdefault(variation.plain(name), {}).update(values)
-    names = _script_names(base.law, vary, objects)
-    heads, rows = read_cases(cases) if cases else ([], {})
-    with located_at(cases, 1):
-        heads = [variation.checked_name(name, names) for name in heads]
-    own = check_metrics(metrics or {})
-    check_names([*(variation.checked_name(name, names) for name in vary), *heads, *own], seeds)
-    varied = {variation.checked_name(name, names): values for name, values in vary.items()}
-    known: dict[str, Any] = {}
-    for name, values in varied.items():
-        known[name] = _values(name, values, base.seed, objects)
-    table = case_table(known, heads, rows, seeds, base.seed, cases)
-    files = _kept_files(base, table, (cases, heads, list(rows)), objects)
-    info = StudyInfo(
-        base.record(), _recorded(known), heads, seeds, success, files.texts, files.digests,
-        {name: digest_of(metric) for name, metric in own.items()},
-    )  # fmt: skip
-    plan = Plan(info, base, table, files, objects, own)
-    if success:
-        check_columns(success, [*known, *heads, SEED], own)
-    for run in covering_runs(table):
-        with located_at(cases, _line(run, table, list(rows))):
-            check_scenario(plan.original(run))
-    return plan
-
-
-def _line(run: int, table: CaseTable, lines: Sequence[int]) -> int | None:
-    """Return the line in the file of cases of a run that differs from run 1 only by its case."""
-    index = (run - 1) % table.nb_cases * len(lines) // table.nb_cases
-    return lines[index] if lines and (index or len(table.axes) == 1) else None
-
-
-def case_table(
-    vary: Mapping[str, Any], heads: Sequence[str], rows: Mapping[int, Sequence[Any]],
-    seeds: int, seed: int, path: Path | None = None,
-) -> CaseTable:  # fmt: skip
-    """Return the cases of a study.
-
-    Args:
-        vary: Values, or a random distribution, for each name.
-        heads: Names of the columns of the file of cases.
-        rows: Its rows by line.
-        seeds: Number of seeds.
-        seed: First seed.
-        path: The file of cases, for messages.
-
-    Raises:
-        SetcmasError: The file has an invalid value.
-    """
-    typed = []
-    for line, row in rows.items():
-        with located_at(path, line):
-            typed.append(tuple(map(variation.value_of, heads, row)))
-    axes = [(tuple(heads), typed)] if heads else []
-    draws = {name: values for name, values in vary.items() if isinstance(values, variation.Draw)}
-    axes += [
-        ((name,), [(v,) for v in values]) for name, values in vary.items() if name not in draws
-    ]
-    return CaseTable(axes, draws, seed, seeds)
-
-
-def _values(
-    name: str, values: Variation, seed: int, objects: dict[str, dict[Any, Any]]
-) -> list[Any] | variation.Draw:
-    """Return the values of a name; functions stay among the objects, by label."""
+def _labelled(name: str, values: Variation) -> tuple[list[Any], dict[str, Any]]:
+    """Return the values of a name as the table shows them, and objects by the labels of these."""
     if isinstance(values, Mapping):
-        return list(values)
-    read = variation.parse_variation(name, values, seed) if isinstance(values, str) else values
-    if isinstance(read, variation.Draw):
-        return read
-    found = []
-    for value in map(_plain, read):
-        if callable(value):
-            stand_in = name_of(value)
-            objects.setdefault(variation.plain(name), {})[stand_in] = value
-            value = stand_in
-        elif value not in objects.get(variation.plain(name), ()):
-            value = variation.value_of(name, value)
-        found.append(value)
-    return found
+        return list(values), dict(values)
+    if isinstance(values, str):
+        return variation.parse_values(name, values), {}
+    objects = {str(name_of(value)): value for value in values if callable(value)}
+    return [name_of(one) if callable(one) else plain_value(one) for one in values], objects
 
 
-def _plain(value: Any) -> Any:
-    """Return a value as in YAML, unless it is a function."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    if isinstance(value, (tuple, list)):
-        return [_plain(one) for one in value]
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    return str(value) if isinstance(value, Path) else value
+def _values(name: str, labels: Sequence[Any], objects: Mapping[str, Any]) -> list[Any]:
+    return [
+        label if isinstance(label, str) and label in objects else variation.value_of(name, label)
+        for label in labels
+    ]
 
 
-def _recorded(vary: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: str(v) if isinstance(v, variation.Draw) else v for name, v in vary.items()}
-
-
-def _script_names(
-    law: LawOptions, vary: Mapping[str, Variation], objects: Mapping[str, Any]
-) -> set[str]:
-    """Return the variables that the control scripts assign."""
-    laws = vary.get('algo', [law.algo])
-    read: Any = variation.parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
-    texts = [one for one in read if isinstance(one, str) and one not in objects.get('algo', ())]
-    return {name for text in texts for name in variation.names_of_scripts(text, law.exercise)}
-
-
-def _kept_files(
-    base: Scenario, table: CaseTable, given: tuple[Path | None, Sequence[str], Sequence[int]],
-    objects: Mapping[str, Mapping[Any, Any]],
-) -> KeptFiles:  # fmt: skip
-    files, own = KeptFiles(), base.values()
-    cases, heads, lines = given
-    varied: dict[str, list[Any]] = {}
-    for names, rows in table.axes:
-        for name, *values in zip(names, *rows, strict=True):
-            if not variation.is_setting(name):
-                varied[variation.plain(name)] = values
-    for option in OF_FILES:
-        of_case = option in map(variation.plain, heads)
-        for index, value in enumerate(varied.get(option, [own[option]])):
-            value = str(value) if isinstance(value, Path) else value
-            if isinstance(value, str) and value not in objects.get(option, ()):
-                with located_at(cases, lines[index] if of_case else None):
-                    files.add(option, value, base.law.exercise)
-    if cases:
-        files.add('cases', str(cases))
-    return files
+def _script_names(laws: Sequence[Any], options: LawOptions) -> set[str]:
+    """Return the variables that control scripts assign."""
+    texts = [law for law in laws if isinstance(law, str)]
+    return {name for text in texts for name in variation.names_of_scripts(text, options.exercise)}
 
 
 def read_plan(folder: Path) -> Plan:
@@ -277,15 +215,55 @@ def read_plan(folder: Path) -> Plan:
     info = read_info(folder)
     if info is None:
         raise SetcmasError(f"'{folder}' has no {FILE_NAME}; it must be the folder of a study")
-    rows: Mapping[int, Sequence[str]] = {}
-    if info.cases:
-        _, rows = read_cases(folder / next(iter(info.files['cases'].values())))
-    base = Scenario.recorded(info.scenario)
-    vary = {
-        name: values
-        if isinstance(values, list)
-        else variation.parse_variation(name, values, base.seed)
-        for name, values in info.vary.items()
-    }
-    table = case_table(vary, info.cases, rows, info.seeds, base.seed)
-    return Plan(info, base, table, KeptFiles(info.files))
+    return Plan(info, Scenario.recorded(info.scenario))
+
+
+def read_cases(path: Path, script_names: Collection[str]) -> dict[int, dict[str, Any]]:
+    """Read a CSV file of cases: by line, their values by name.
+
+    Raises:
+        SetcmasError: The file cannot be read, is no table, or has a wrong name or value.
+    """
+    rows: dict[int, list[str]] = {}
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            reader = csv.reader(file)
+            for row in filter(None, reader):
+                rows[reader.line_num] = [cell.strip() for cell in row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, 'strerror', None) or str(error)
+        raise SetcmasError(f"cases '{path}' cannot be read: {reason}") from error
+    if len(rows) < 2:
+        raise SetcmasError(f"cases '{path}' must have a line of names, then a line per case")
+    line = min(rows)
+    with located_at(path, line):
+        heads = [variation.checked_name(name, script_names) for name in rows.pop(line)]
+        check_names(heads, seeds=1)
+    cases = {}
+    for line, row in rows.items():
+        if len(row) != len(heads):
+            raise SetcmasError(
+                f"cases '{path}', line {line} has {len(row)} cells; it must have "
+                f'{len(heads)}, as the first line'
+            )
+        with located_at(path, line):
+            cases[line] = {
+                name: variation.value_of(name, cell) for name, cell in zip(heads, row, strict=True)
+            }
+    return cases
+
+
+@contextmanager
+def located_at(path: Path | None, line: int | None) -> Iterator[None]:
+    """Add file and line of a case to errors; without a line, change nothing.
+
+    Raises:
+        SetcmasError: An error about the case.
+    """
+    try:
+        yield
+    except SetcmasError as error:
+        if line is None:
+            raise
+        text = str(error).removeprefix('--vary ')
+        raise SetcmasError(f"cases '{path}', line {line}: {text}") from error

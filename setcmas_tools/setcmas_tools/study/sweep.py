@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
 from setcmas_ctrl.control.control_options import Algo
-from setcmas_simu.errors import needs
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.study.study import Study
-from setcmas_tools.study.study_folder import prepare, written
+from setcmas_tools.study.study import Study, table_of
+from setcmas_tools.study.study_files import (
+    TABLE,
+    finished_rows,
+    prepare,
+    stored_rows,
+    write_table,
+    written,
+)
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import Plan, Variation, make_plan
-from setcmas_tools.study.study_row import Job, memory_of_each
-from setcmas_tools.study.study_table import FILE_NAME, StudyTable
-from setcmas_tools.study.study_workers import Workers
+from setcmas_tools.study.study_run import made_rows
 
 
 def sweep(
@@ -42,8 +44,8 @@ def sweep(
         from setcmas_tools import sweep
 
         study = sweep('consensus', 8, 60, vary={'K': '0.2:2:10', 'loss': [0, 0.2]}, seeds=20)
+        study.table.groupby('K')['disagreement'].median()
         study.plot('settling_time', by='K')
-        study.to_dataframe()
 
     Args:
         scenario: As for `simulate`.
@@ -56,8 +58,8 @@ def sweep(
         metrics: Further metrics by name: functions of a run, which become columns.
         output: Folder of the study. If it holds the same study, perhaps with fewer seeds, only
             the missing runs are made. None keeps the study as long as it is used.
-        options: `success`, `cases`, `jobs`, `cluster`, `timeout`, as on the command line;
-                all other arguments of `simulate`.
+        options: `cases`, `jobs`, `cluster`, `timeout`, as on the command line; all other
+            arguments of `simulate`.
 
     Raises:
         SetcmasError: An argument is invalid, or the folder holds something else.
@@ -73,7 +75,7 @@ def sweep(
         base = scenario.replace(**options)
     else:
         base = Scenario.of(scenario, **options)
-    plan = make_plan(base, vary or {}, chosen.cases, seeds, chosen.success, metrics)
+    plan = make_plan(base, vary or {}, chosen.cases, seeds, metrics)
     return carry_out(plan, Path(output) if output else None, chosen)
 
 
@@ -93,32 +95,17 @@ def carry_out(
             not answer.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
-    prepare(place, plan, overwrite)
-    with written(place), StudyTable(place) as table:
-        left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
-        if left or not (place / FILE_NAME).is_file():
-            with closing(
-                Workers(options.jobs, options.cluster).rows(jobs_of(plan, left, options))
-            ) as rows:
-                done = len(plan.cases) - len(left)
-                for row in tqdm(rows, 'runs', len(plan.cases), initial=done, disable=None):
-                    table.add(row)
-            table.finish(plan.cases)
-    study = Study.of(plan, place)
+    with written(place):
+        prepare(place, plan.info, plan.contents, overwrite)
+        rows = finished_rows(place)
+        left = [run for run in range(1, len(plan.runs) + 1) if run not in rows]
+        made = made_rows(plan, left, options) if left else ()
+        bar = {'desc': 'runs', 'total': len(plan.runs), 'initial': len(rows), 'disable': None}
+        for row in tqdm(stored_rows(place, made), **bar):
+            rows[row['run']] = row
+        if left or not (place / TABLE).is_file():
+            write_table(table_of(plan, rows), place)
+    study = Study.load(place, plan)
     if not folder:
         weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
     return study
-
-
-def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Job]:
-    """Yield the jobs of some runs; for a cluster they include the files."""
-    with needs('study'):
-        import cloudpickle
-
-    remote = options.cluster is not None
-    memory = memory_of_each(os.cpu_count() or 1 if remote else options.jobs)
-    for run in runs:
-        scenario = plan.scenario(run) if remote else plan.original(run)
-        pickled = cloudpickle.dumps((scenario, dict(plan.metrics)))
-        files = plan.files.contents if remote else None
-        yield Job(run, pickled, options.timeout, memory, files)

@@ -1,0 +1,165 @@
+"""Run of a study: made in a process of its own, here or on a cluster, it gets a row."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu import __version__
+from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_tools.measures.metric import Metric
+from setcmas_tools.measures.metrics import measure
+from setcmas_tools.offline.engine import silent, simulate
+from setcmas_tools.offline.script_process import EndedError, ScriptProcess
+from setcmas_tools.run.run_info import State
+from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.study.study_columns import numbers_of
+from setcmas_tools.study.study_options import SweepOptions
+from setcmas_tools.study.study_plan import Plan, located_in
+
+_CONNECT_S = 10
+_LONGEST_MESSAGE = 300
+_LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million states
+
+Row = dict[str, Any]
+"""A row by column: 'run', its outcome, and its metrics."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run of a study, for the thread that makes it.
+
+    Attributes:
+        scenario: Its scenario.
+        metrics: Further metrics by name.
+        timeout: Its time limit in s.
+        memory: Its memory limit in bytes.
+        files: Contents of its files by path; empty if they are on this machine.
+    """
+
+    run: int
+    scenario: Scenario
+    metrics: Mapping[str, Metric]
+    timeout: float
+    memory: int
+    files: Mapping[str, bytes]
+
+    @contextmanager
+    def located(self) -> Iterator[Scenario]:
+        """Yield the scenario; its files, if it brings them, are in a folder meanwhile."""
+        if not self.files:
+            yield self.scenario
+            return
+        with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+            for name, content in self.files.items():
+                path = Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            yield located_in(Path(folder), self.scenario)
+
+
+def made_row(job: Job) -> Row:
+    """Make a run in a process of its own; return its row, whatever its scripts do."""
+    from joblib import wrap_non_picklable_objects
+
+    try:
+        with job.located() as scenario:
+            work = wrap_non_picklable_objects((scenario, job.metrics), keep_wrapper=False)
+            function = partial(row_of, job.run, work)
+            with ScriptProcess(function, scenario.scripts(), memory=job.memory) as process:
+                return process.result(bool, timeout=job.timeout)
+    except SetcmasError as error:
+        return _row(job.run, State.NOT_STARTED, message=str(error))
+    except EndedError as error:
+        return _row(job.run, State.DIED, str(error.robot or ''), str(error))
+
+
+def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object) -> Row:
+    """Make a run in this process and return its row.
+
+    Args:
+        number: Its number.
+        work: Its scenario, and further metrics by name.
+
+    Raises:
+        SetcmasError: A script cannot be loaded, or a value is invalid.
+    """
+    scenario, metrics = work
+    messages: list[str] = []
+    with silent():
+        run = simulate(scenario, warn=messages.append)
+        numbers = numbers_of(measure(run, messages.append, metrics))
+    failed = [*run.outcome.failed_laws.values(), *run.outcome.failed_conditions.values()]
+    robots = format_robots(sorted({robot for robots in failed for robot in robots}))
+    return _row(number, run.outcome.state, robots, ''.join(messages[:1])) | numbers
+
+
+def _row(run: int, state: State, robots: str = '', message: str = '') -> Row:
+    words = ' '.join(message.split())
+    if len(words) > _LONGEST_MESSAGE:
+        words = f'{words[: _LONGEST_MESSAGE - 1]}…'
+    return {'run': run, 'state': state.value, 'robots': robots, 'message': words}
+
+
+def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Row]:
+    """Make runs of a study, and yield their rows as they finish, or raise SetcmasError.
+
+    A thread controls the process of each run: joblib's own processes could not be ended
+    individually when a script hangs, and one that dies would end all.
+    """
+    with needs('study'):
+        import joblib
+
+    address = options.cluster
+    memory = _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
+    scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})
+    with _dask(address) if address else joblib.parallel_config('threading', n_jobs=options.jobs):
+        yield from joblib.Parallel(return_as='generator_unordered')(
+            joblib.delayed(made_row)(
+                Job(run, scenario(run), plan.metrics, options.timeout, memory, files)
+            )
+            for run in runs
+        )
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[None]:
+    import joblib
+
+    with needs('cluster'):
+        from distributed import Client
+    try:
+        client = Client(address, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise SetcmasError(
+            f"cluster '{address}' does not answer; must be the address of a Dask scheduler, "
+            'such as tcp://10.0.0.1:8786'
+        ) from error
+    with client:
+        releases = set(client.run(_release).values())
+        if releases != {__version__}:
+            found = ', '.join(sorted(map(str, releases))) or 'no worker'
+            raise SetcmasError(
+                f"cluster '{address}' has {found}; its workers must have setcmas {__version__}"
+            )
+        with joblib.parallel_config('dask', n_jobs=-1):
+            yield
+
+
+def _release() -> str:
+    return __version__
+
+
+def _memory_of_each(jobs: int) -> int:
+    """Return the memory limit of each of several simultaneous runs, in bytes."""
+    if not hasattr(os, 'sysconf'):
+        return _LEAST_MEMORY
+    physical = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
+    return max(_LEAST_MEMORY, physical // jobs)
