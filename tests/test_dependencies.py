@@ -40,8 +40,8 @@ SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 """Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
 
 PIP_KEYS = {
-    'cloudpickle', 'daqp', 'joblib', 'landlockpy', 'mcap', 'msgspec', 'pyseccomp', 'rosbags',
-    'simpleeval', 'websockets',
+    'daqp', 'joblib', 'landlockpy', 'mcap', 'msgspec', 'pyseccomp', 'rosbags',
+    'websockets',
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 

@@ -17,8 +17,8 @@ LIBRARIES = {
 """What may be imported: the three, and what matplotlib needs."""
 
 OTHERS = {
-    'daqp', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'rich', 'rosbags', 'scipy', 'simpleeval',
-    'tqdm', 'websockets',
+    'daqp', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'pandas', 'rich', 'rosbags', 'scipy',
+    'tabulate', 'tqdm', 'websockets',
 }  # fmt: skip
 
 LIST = f"""

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_tools import Study, sweep
 from setcmas_tools.plots.style import plot_style, save
-from setcmas_tools.study.study import quantiles
+from setcmas_tools.study.study_plots import spread
 
 HERE = Path(__file__).parent
 NB_ROBOTS = 8
@@ -53,8 +53,8 @@ def draw_rates(study: Study) -> Figure:
     )  # fmt: skip
     for graph, marker in zip(GRAPHS, 'osD^', strict=True):
         algebraic = algebraic_connectivity(graph)
-        rows = study['graph'] == graph
-        x, y = study['K'][rows] * algebraic, study.numbers('convergence_rate')[rows]
+        rows = study.table['graph'] == graph
+        x, y = study.table['K'][rows] * algebraic, study.numbers('convergence_rate')[rows]
         label = rf'{graph}, $\lambda_2$ = {algebraic:.3g}'
         axes.loglog(x, y, marker, alpha=0.7, label=label)
     line = np.array(axes.get_xlim())
@@ -67,15 +67,15 @@ def draw_thresholds(study: Study) -> Figure:
     """Draw messages, settling time and what is left of the disagreement, with the theory's."""
     figure = Figure(figsize=(12.0, 4.8))
     panels = figure.subplots(1, 3)
-    groups = list(study.groups('threshold'))
-    d = np.array([group.values['threshold'] for group in groups])
+    d = np.sort(study.table['threshold'].unique())
     names = {
         'communications': 'states sent', 'settling_time': 'settling time, 5 % (s)',
         'disagreement': 'disagreement at the end (m)',
     }  # fmt: skip
     for axes, (name, label) in zip(panels, names.items(), strict=True):
-        rows = [study.numbers(name)[list(group.rows)] for group in groups]
-        low, middle, high = np.array([quantiles(one, 0.05, 0.5, 0.95) for one in rows]).T
+        low, middle, high = (
+            spread(study.numbers(name), study.table['threshold']).loc[d].to_numpy().T
+        )
         top = 1.1 * max(middle[np.isfinite(middle)].max(), high[np.isfinite(high)].max())
         axes.fill_between(d, low, np.minimum(high, top), alpha=0.2, linewidth=0)
         (line,) = axes.plot(d, middle, 'o-', label=f'median and 90 % of {SEEDS} seeds')

@@ -45,7 +45,7 @@ def main(args: argparse.Namespace) -> int:
     _print('metrics, for every run', _rows(METRICS, _purpose))
     _print('plots, for every run they apply to', _rows(PLOTS, _purpose))
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
-    _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
+    _print('columns of a study (setcmas sweep), for --metric and rubrics', columns)
     compared = ((name, *unit_and_purpose) for name, unit_and_purpose in COMPARED.items())
     _print('comparisons with a solution, for rubrics', compared)
     return 0

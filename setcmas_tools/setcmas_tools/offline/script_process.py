@@ -63,6 +63,16 @@ class MachineError(SetcmasError):
         )
 
 
+class NotBegunError(SetcmasError):
+    """A process ends before it begins, since it begins with the main script of the user."""
+
+    def __init__(self, *_: object) -> None:
+        super().__init__(
+            'a process for scripts did not begin; a script that starts processes, such as by '
+            "sweep(), must do so below a line if __name__ == '__main__':"
+        )
+
+
 class EndedError(Exception):
     """A script has ended its process, or has not returned in time, or broke what it ran in.
 
@@ -118,6 +128,7 @@ class ScriptProcess(Generic[Result]):
         work = function, call, states, self._writers, memory, Path.cwd()
         self._process = _context.Process(target=_work, args=work, daemon=True)
         self._printing: list[threading.Thread] = []
+        self._has_begun = False
 
     def __enter__(self) -> ScriptProcess[Result]:
         return self
@@ -207,13 +218,18 @@ class ScriptProcess(Generic[Result]):
             kind, value = self._answers.recv()
         except EOFError:  # it has ended, or a script has closed everything
             self._process.join(_LAST_S)
+            if not self._has_begun:
+                raise NotBegunError from None
             raise self._ended(self._death()) from None
         except Exception as error:  # a script may have put anything into the result
             return 'broken', summarise(error)
-        if kind == 'warn':
+        if kind == 'begun':
+            self._has_begun = True
+        elif kind == 'warn':
             warn(value)
-            return None
-        return kind, value
+        else:
+            return kind, value
+        return None
 
     def _late(self, seconds: float) -> str:
         call = self.progress.last()
@@ -314,6 +330,7 @@ def _work(
     answers, *streams = writers
     process = os.getpid()
     _separate(streams, memory, folder)
+    answers.send(('begun', None))
     run_progress.current = progress = _progress(call, states)
     robot_script.on_call = progress.begin_step
     answer: tuple[str, Any]

@@ -194,10 +194,9 @@ def read_table(folder: Path) -> pd.DataFrame:
         SetcmasError: The file is missing or damaged.
     """
     try:
-        table = pd.read_csv(
-            folder / TABLE, keep_default_na=False, na_values=[''], float_precision='round_trip'
-        )
-        return table.fillna(dict.fromkeys(OUTCOME, '')).astype(dict.fromkeys(OUTCOME, str))
+        texts = dict.fromkeys(OUTCOME, str)
+        table = pd.read_csv(folder / TABLE, dtype=texts, keep_default_na=False, na_values=[''])
+        return table.fillna(dict.fromkeys(OUTCOME, ''))
     except (OSError, ValueError) as error:
         raise SetcmasError(
             f"'{folder / TABLE}' cannot be read; it must be the table of a study"

@@ -11,9 +11,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.option import plain as plain_value
+from setcmas_simu.options.group import plain as plain_value
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
@@ -53,9 +52,10 @@ class Plan:
 
         The last name varies fastest. Seeds vary slowest, so more of them add runs at the end.
         """
-        seeds = [[{SEED: self.base.seed + k} for k in range(self.info.seeds)]]
-        merged = (_merged(parts) for parts in product(*seeds, *self.axes))
-        return [{**values, SEED: values.pop(SEED)} for values in merged]
+        seeds = [{SEED: self.base.seed + k} for k in range(self.info.seeds)]
+        if any(SEED in axis[0] for axis in self.axes):
+            seeds = [{}]
+        return [_merged([*parts, seed]) for seed, *parts in product(seeds, *self.axes)]
 
     @property
     def axes(self) -> list[list[dict[str, Any]]]:
@@ -132,7 +132,8 @@ def make_plan(
     """
     labelled = {name: _labelled(name, values) for name, values in vary.items()}
     laws, functions = labelled.get('algo', ([base.law.algo], {}))
-    known = _script_names([law for law in laws if law not in functions], base.law)
+    texts = [law for law in laws if isinstance(law, str) and law not in functions]
+    known = set().union(*(variation.names_of_scripts(text, base.law.exercise) for text in texts))
     names = [variation.checked_name(name, known) for name in vary]
     rows, own = read_cases(cases, known) if cases else {}, check_metrics(metrics or {})
     check_names([*names, *next(iter(rows.values()), ()), *own], seeds)
@@ -198,12 +199,6 @@ def _values(name: str, labels: Sequence[Any], objects: Mapping[str, Any]) -> lis
         label if isinstance(label, str) and label in objects else variation.value_of(name, label)
         for label in labels
     ]
-
-
-def _script_names(laws: Sequence[Any], options: LawOptions) -> set[str]:
-    """Return the variables that control scripts assign."""
-    texts = [law for law in laws if isinstance(law, str)]
-    return {name for text in texts for name in variation.names_of_scripts(text, options.exercise)}
 
 
 def read_plan(folder: Path) -> Plan:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,7 +18,14 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import silent, simulate
-from setcmas_tools.offline.script_process import EndedError, ScriptProcess
+from setcmas_tools.offline.run_progress import size_of
+from setcmas_tools.offline.script_process import (
+    EndedError,
+    MachineError,
+    NotBegunError,
+    ScriptProcess,
+)
+from setcmas_tools.offline.simulation import checked_steps
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
@@ -73,12 +81,15 @@ def made_row(job: Job) -> Row:
         with job.located() as scenario:
             work = wrap_non_picklable_objects((scenario, job.metrics), keep_wrapper=False)
             function = partial(row_of, job.run, work)
-            with ScriptProcess(function, scenario.scripts(), memory=job.memory) as process:
-                return process.result(bool, timeout=job.timeout)
+            size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
+            with ScriptProcess(function, scenario.scripts(), size, job.memory) as process:
+                return process.result(print, timeout=job.timeout)
+    except (MachineError, NotBegunError):
+        raise  # all other runs would end so
     except SetcmasError as error:
         return _row(job.run, State.NOT_STARTED, message=str(error))
     except EndedError as error:
-        return _row(job.run, State.DIED, str(error.robot or ''), str(error))
+        return _row(job.run, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
 
 
 def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object) -> Row:
@@ -117,6 +128,7 @@ def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterato
     with needs('study'):
         import joblib
 
+    multiprocessing.set_forkserver_preload(['setcmas_tools.study.warm_up'])
     address = options.cluster
     memory = _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
     scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 import tempfile
 import weakref
@@ -13,6 +14,7 @@ from tqdm import tqdm
 
 from setcmas_ctrl.control.control_options import Algo
 from setcmas_tools.measures.metric import Metric
+from setcmas_tools.offline.script_process import NotBegunError
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study import Study, table_of
 from setcmas_tools.study.study_files import (
@@ -43,9 +45,10 @@ def sweep(
 
         from setcmas_tools import sweep
 
-        study = sweep('consensus', 8, 60, vary={'K': '0.2:2:10', 'loss': [0, 0.2]}, seeds=20)
-        study.table.groupby('K')['disagreement'].median()
-        study.plot('settling_time', by='K')
+        if __name__ == '__main__':  # in a script, not in a notebook: runs are other processes
+            study = sweep('consensus', 8, 60, vary={'K': '0.2:2:10', 'loss': [0, 0.2]}, seeds=20)
+            study.table.groupby('K')['disagreement'].median()
+            study.plot('settling_time', by='K')
 
     Args:
         scenario: As for `simulate`.
@@ -64,6 +67,8 @@ def sweep(
     Raises:
         SetcmasError: An argument is invalid, or the folder holds something else.
     """
+    if multiprocessing.parent_process():  # a script without that line, as a worker imports it
+        raise NotBegunError
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
     given = {name: options.pop(name) for name in own}
     if given.get('cases'):
@@ -100,8 +105,8 @@ def carry_out(
         rows = finished_rows(place)
         left = [run for run in range(1, len(plan.runs) + 1) if run not in rows]
         made = made_rows(plan, left, options) if left else ()
-        bar = {'desc': 'runs', 'total': len(plan.runs), 'initial': len(rows), 'disable': None}
-        for row in tqdm(stored_rows(place, made), **bar):
+        stored, before = stored_rows(place, made), len(rows)
+        for row in tqdm(stored, 'runs', len(plan.runs), initial=before, disable=None):
             rows[row['run']] = row
         if left or not (place / TABLE).is_file():
             write_table(table_of(plan, rows), place)

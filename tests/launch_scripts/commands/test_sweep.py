@@ -14,17 +14,16 @@ HANGING = 'def control(robotNo, nbRobots, poses, t):\n    while True:\n        p
 
 def test_a_study_and_one_of_its_runs(tmp_path):
     varied = ('--vary', 'graph=ring,path', '--vary', 'vnom=0.2:0.4:2', '--random-poses')
-    done = run_here(*SWEEP, *varied, '--success', 'largest_speed<0.3', cwd=tmp_path)
+    done = run_here(*SWEEP, *varied, cwd=tmp_path)
 
     assert done.returncode == 0, done.stderr
-    assert '4 runs: study/runs.csv   6 plots: study/plots' in done.stdout
-    assert '100 % (21 to 100)' in done.stdout
+    assert '4 runs: study/runs.csv   4 plots: study/plots' in done.stdout
     study = Study.load(tmp_path / 'study')
-    assert study['vnom'].tolist() == [0.2, 0.4, 0.2, 0.4]
+    assert study.table['vnom'].tolist() == [0.2, 0.4, 0.2, 0.4]
 
     again = run_here('offline', '--from', 'study/3', '-o', 'run', '--no-plots', cwd=tmp_path)
     assert again.returncode == 0, again.stderr
-    assert f', {study["disagreement"][2]:.3f} m at the end' in again.stdout
+    assert f', {study.table["disagreement"][2]:.3f} m at the end' in again.stdout
 
 
 def test_a_dry_run_prints_the_number_of_runs_and_runs_none(tmp_path, monkeypatch, capsys):

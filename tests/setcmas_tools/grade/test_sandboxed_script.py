@@ -308,7 +308,7 @@ def test_a_law_gains_nothing_by_what_it_tells_its_other_robots(host):
 def test_modules_for_scripts_are_imported_without_the_extra_of_studies():
     code = (
         'import sys\n'
-        "sys.modules['simpleeval'] = None\n"
+        "sys.modules['pandas'] = None\n"
         'from setcmas_tools.grade.sandboxed_script import import_for_scripts\n'
         'import_for_scripts()\n'
     )

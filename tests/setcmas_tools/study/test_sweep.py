@@ -5,14 +5,14 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
-from setcmas_tools.study import study_workers
-from setcmas_tools.study.study_plots import plot
-from setcmas_tools.study.study_table import ROWS
-from setcmas_tools.study.success import wilson
+from setcmas_tools.study import study_run
+from setcmas_tools.study.study_files import ROWS
+from setcmas_tools.study.study_plots import spread
 
 LAW = """
 import numpy as np
@@ -28,7 +28,6 @@ STUDY = {
     'vary': {'K': [0.5, 1.0, 2.0], 'loss': [0, 0.3]},
     'seeds': 2,
     'random_poses': 'auto',
-    'success': 'disagreement < 1.5',
 }
 
 
@@ -46,11 +45,11 @@ def study(law, tmp_path_factory):
 
 
 def test_a_row_is_the_run_of_its_parameters(study, law):
-    assert study.table['run'] == list(range(1, 13))
-    assert study['K'].tolist() == [0.5, 0.5, 1.0, 1.0, 2.0, 2.0] * 2
-    assert study['state'].tolist() == (['complete'] * 4 + ['failed'] * 2) * 2
-    assert study['robots'].tolist() == ([''] * 4 + ['2'] * 2) * 2
-    assert 'law.py, line 7: ValueError: too fast' in study['message'][-1]
+    assert study.table['run'].tolist() == list(range(1, 13))
+    assert study.table['K'].tolist() == [0.5, 0.5, 1.0, 1.0, 2.0, 2.0] * 2
+    assert study.table['state'].tolist() == (['complete'] * 4 + ['failed'] * 2) * 2
+    assert study.table['robots'].tolist() == ([''] * 4 + ['2'] * 2) * 2
+    assert 'law.py, line 7: ValueError: too fast' in study.table['message'].iloc[-1]
 
     run = simulate(law, 3, 8, set={'K': 1.0}, loss=0.3, seed=1, random_poses='auto')
     assert study.table['loss'][9] == 0.3
@@ -59,17 +58,16 @@ def test_a_row_is_the_run_of_its_parameters(study, law):
         ('least_separation', run.metrics()['separation'].least_separation_m),
         ('lost', run.metrics()['messages'].lost),
     ):
-        assert study[name][9] == pytest.approx(value, rel=1e-8)
+        assert study.table[name][9] == pytest.approx(value, rel=1e-8)
 
 
 def test_the_folder_keeps_what_repeats_a_run(study, law):
     again = Study.load(study.folder)
 
-    assert again.table == study.table
-    assert again.plan.info.success == STUDY['success']
+    assert again.table.equals(study.table)
     run = again.run(8)
     assert run.metrics()['consensus'].disagreement_at_end_m == pytest.approx(
-        study['disagreement'][7], rel=1e-8
+        study.table['disagreement'][7], rel=1e-8
     )
     assert run.parameters['algo'] == 'inputs/algo/law.py'
     assert run.inputs[0].path == (study.folder / 'inputs' / 'algo' / 'law.py').resolve()
@@ -85,7 +83,9 @@ def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
 def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
     script = tmp_path / 'study.py'
     arguments = f'{str(law)!r}, 3, 8, output="half", jobs=1, **{STUDY!r}'
-    script.write_text(f'from setcmas_tools import sweep\nsweep({arguments})\n')
+    script.write_text(
+        f'from setcmas_tools import sweep\nif __name__ == "__main__":\n    sweep({arguments})\n'
+    )
     process = subprocess.Popen([sys.executable, str(script)], cwd=tmp_path)
     part = tmp_path / 'half' / ROWS
     with contextlib.suppress(FileNotFoundError):
@@ -104,7 +104,7 @@ def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
 
 
 def test_the_summary_has_each_column_once_and_what_is_predicted_next_to_it(study):
-    table = {**study.table, 'prediction_separation_least_separation_m': [0.25] * len(study)}
+    table = study.table.assign(prediction_separation_least_separation_m=0.25)
     kinds, names = map(str.split, replace(study, table=table).summary.splitlines()[:2])
 
     assert names.count('least_separation') == 1
@@ -122,30 +122,29 @@ def test_what_is_predicted_is_drawn_for_names_as_well_as_for_numbers(tmp_path):
     assert [*theory.get_ydata()] == [*study.numbers('prediction_consensus_convergence_rate_1_s')]
 
 
-def test_shares_medians_and_plots(study):
-    successes = study.successes()
-    settled = study.numbers('settling_time')
+def test_medians_and_plots_leave_broken_runs_out(study):
+    settled, good = study.numbers('settling_time'), study.table['K'] < 2
 
-    assert successes == [
-        state == 'complete' and value < 1.5
-        for state, value in zip(study['state'], study['disagreement'], strict=True)
-    ]
-    good = study['K'] < 2
-    assert np.isinf(settled[good & np.isnan(study['settling_time'])]).all()
-    assert np.isnan(study.numbers('disagreement')[~good]).all()  # a law that failed is no data
+    assert np.isinf(settled[good & study.table['settling_time'].isna()]).all()
+    assert study.numbers('disagreement')[~good].isna().all()  # a law that failed is no data
     assert [line.split()[2:4] for line in study.summary.splitlines()[-2:]] == [['2', '2']] * 2
     axes = study.plot('disagreement', by='K').axes[0]
     drawn = axes.get_lines()[0].get_ydata()
-    assert drawn[0] == pytest.approx(np.median(study['disagreement'][[0, 6]]))
+    assert drawn[0] == pytest.approx(np.median(study.table['disagreement'][[0, 6]]))
     assert np.isnan(drawn[2])
     assert '4 broken runs left out' in axes.texts[-1].get_text()
-    share = study.plot('success', by='K').axes[0]
-    bounds = share.collections[0].get_paths()[0].vertices[:, 1]
-    assert bounds.max() == pytest.approx(wilson(successes[2] + successes[8], 2)[1])
-    assert study.plot('disagreement', by=('K', 'loss')).axes[0].get_xlabel() == 'K'
     for metric, by in (('agreement', 'K'), ('disagreement', 'gain')):
         with pytest.raises(SetcmasError, match='must be'):
             study.plot(metric, by=by)
+
+
+def test_a_band_has_ends_of_runs_and_inf_counts_as_the_largest():
+    values = pd.Series([*range(1, 21), 1, 2, np.inf, np.inf, 3, 1, np.nan])
+    band = spread(values, pd.Series(['many'] * 20 + ['half'] * 4 + ['few'] * 3))
+
+    assert band.loc['many'].tolist() == [2, 10.5, 19]
+    assert band.loc['half'].tolist() == [1, np.inf, np.inf]
+    assert band.loc['few'].tolist() == [1, 2, 3]
 
 
 def test_starts_that_are_too_close_are_reported_before_a_study(law):
@@ -155,7 +154,7 @@ def test_starts_that_are_too_close_are_reported_before_a_study(law):
         sweep(law, 3, 8, **filtered)
 
 
-def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_path):
+def test_words_are_joined_by_no_line():
     study = sweep(
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
     )
@@ -163,10 +162,7 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
     assert not study.plot('path_length', paper='column').axes[0].get_legend()
     axes = study.plot('path_length').axes[0]
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
-    assert axes.get_lines()[0].get_ydata().tolist() == study['path_length'].tolist()
-    assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
-    with pytest.raises(SetcmasError, match='no trade-off to draw'):
-        study.plot('tradeoff')
+    assert axes.get_lines()[0].get_ydata().tolist() == study.table['path_length'].tolist()
 
 
 @pytest.mark.parametrize(
@@ -194,10 +190,10 @@ def test_functions_and_what_they_are_called():
 
     study = sweep(towards(0), 2, 2, vary={'algo': {'slow': towards(0.01), 'fast': towards(1)}})
 
-    assert study['algo'].tolist() == ['slow', 'fast']
-    assert study['path_length'][0] < study['path_length'][1]
+    assert study.table['algo'].tolist() == ['slow', 'fast']
+    assert study.table['path_length'][0] < study.table['path_length'][1]
     each = sweep({1: towards(0), 2: towards(0.01)}, 2, 2, graph=np.ones((2, 2)) - np.eye(2))
-    assert each['path_length'][0] == pytest.approx(study['path_length'][0] / 2)
+    assert each.table['path_length'][0] == pytest.approx(study.table['path_length'][0] / 2)
 
 
 @pytest.mark.parametrize(
@@ -209,7 +205,6 @@ def test_functions_and_what_they_are_called():
         ({'vary': {'delay': [1, -1]}}, 'at least 0'),
         ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign'.* did you mean ring"),
         ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
-        ({'success': 'foo < 1'}, r"^success 'foo < 1': unknown column 'foo'"),
         ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
         ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'vary the seed; remove one'),
         ({'speed': 3}, "has no value 'speed'"),
@@ -228,17 +223,15 @@ def seeded(law, folder, seeds, **changes):
 
 def test_more_seeds_continue_a_study(law, tmp_path, monkeypatch):
     first = seeded(law, tmp_path / 'grown', 2)
-    made, make_row = [], study_workers.make_row
-    monkeypatch.setattr(
-        study_workers, 'make_row', lambda job: made.append(job.run) or make_row(job)
-    )
+    made, made_row = [], study_run.made_row
+    monkeypatch.setattr(study_run, 'made_row', lambda job: made.append(job.run) or made_row(job))
     grown = seeded(law, tmp_path / 'grown', 3)
     assert made == [5, 6]
 
     whole = seeded(law, tmp_path / 'whole', 3)
 
     assert (grown.folder / 'runs.csv').read_bytes() == (whole.folder / 'runs.csv').read_bytes()
-    assert first.table['run'] == [1, 2, 3, 4]
+    assert first.table['run'].tolist() == [1, 2, 3, 4]
     assert Study.load(grown.folder).plan.info.seeds == 3
     with pytest.raises(SetcmasError, match='holds another study'):
         seeded(law, tmp_path / 'grown', 2)
@@ -257,13 +250,12 @@ def test_metrics_of_ones_own_are_columns(law, tmp_path):
         return run.poses[:, 0].max()  # a numpy scalar
 
     own = {'spread': spread, 'wrong': lambda _: {'a': 1}}
-    study = seeded(law, tmp_path / 'study', 1, metrics=own, success='spread > 1')
+    study = seeded(law, tmp_path / 'study', 1, metrics=own)
 
     run = study.run(1)
-    assert study['spread'][0] == pytest.approx(spread(run))
-    assert study.successes() == [True, True]
-    assert study['state'].tolist() == ['complete', 'complete']
-    assert "metric 'wrong' returned a value of type dict; it must" in study['message'][0]
+    assert study.table['spread'][0] == pytest.approx(spread(run))
+    assert study.table['state'].tolist() == ['complete', 'complete']
+    assert "metric 'wrong' returned a value of type dict; it must" in study.table['message'][0]
     with pytest.raises(SetcmasError, match='metrics differs'):
         seeded(law, tmp_path / 'study', 1, metrics={'spread': spread})
     for metrics, told in (

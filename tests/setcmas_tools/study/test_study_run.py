@@ -1,0 +1,118 @@
+"""Runs whose scripts fail, hang, die or change the process, here and on a cluster."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+from processes import TIMEOUT_S
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import sweep
+from setcmas_tools.study.study_files import ROWS
+
+SCRIPT = """
+import ctypes, math, os, subprocess, sys
+import numpy
+DOES = 'nothing'
+ACTS = {
+    'raises': 'raise ValueError("oh no")',
+    'hangs': 'while True: pass',
+    'exits': 'os._exit(3)',
+    'crashes': 'ctypes.string_at(0)',
+    'fills': 'hold = bytearray(10**13)',
+    'forks': 'os.fork()',
+    'moves': 'os.chdir("/")',
+    'starts': 'subprocess.Popen(["sleep", "1000"])',
+    'patches': 'math.atan2 = numpy.array = None',
+    'closes': 'os.closerange(0, 100)',
+    'prints': 'print("x" * 10**6)',
+}
+def control(robotNo, nbRobots, poses, t):
+    if robotNo == 2 and 1 < t < 1.3:
+        exec(ACTS.get(DOES, ''))
+    return 0.1, 0.0
+"""
+EXPECTED = {
+    'nothing': ('complete', '', ''),
+    'raises': ('failed', '2', 'ValueError: oh no'),
+    'hangs': ('died', '2', 'tb3_2: ended after 3 s (--timeout) at law.py, line 20'),
+    'exits': ('died', '2', 'exit status 3'),
+    'crashes': ('died', '2', 'killed by SIGSEGV'),
+    'fills': ('failed', '2', 'MemoryError'),
+    'forks': ('complete', '', ''),
+    'moves': ('complete', '', ''),
+    'starts': ('complete', '', ''),
+    'patches': ('failed', '2', 'scripts cannot replace math.atan2'),
+    'closes': ('died', '', 'exit status 1'),
+    'prints': ('complete', '', ''),
+    'ends': ('complete', '', ''),
+}
+
+
+@pytest.mark.nightly
+def test_a_script_harms_its_own_run_alone(tmp_path):
+    (tmp_path / 'law.py').write_text(SCRIPT)
+    study = sweep(
+        tmp_path / 'law.py', 2, 3, vary={'DOES': list(EXPECTED)}, jobs=2, timeout=3, seeds=1
+    )
+    first, *_, last = study.table['disagreement']
+
+    assert first == last > 0
+    for does, state, robots, message in zip(
+        *(study.table[name] for name in ('DOES', 'state', 'robots', 'message')), strict=True
+    ):
+        expected = EXPECTED[does]
+        assert (state, robots) == expected[:2], (does, message)
+        assert expected[2] in message
+
+
+LAW = 'from helper import K\n\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
+
+
+def test_a_cluster_that_does_not_answer_is_reported(tmp_path):
+    pytest.importorskip('distributed')
+    with pytest.raises(SetcmasError, match="cluster 'nowhere' does not answer"):
+        sweep('consensus', 2, 1, cluster='nowhere', output=tmp_path / 'study')
+
+
+@pytest.mark.nightly
+def test_a_cluster_makes_the_same_table_though_a_worker_is_killed(tmp_path):
+    distributed = pytest.importorskip('distributed')
+    (tmp_path / 'law.py').write_text(LAW)
+    (tmp_path / 'helper.py').write_text('K = 0.1\n')
+    given = {'vary': {'loss': '0:0.5:3'}, 'seeds': 40, 'random_poses': 'auto'}
+    here = sweep(tmp_path / 'law.py', 5, 60, output=tmp_path / 'here', **given)
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=tmp_path
+    )
+    with cluster:
+        script = f"""
+from setcmas_tools import sweep
+given = {{'cluster': {cluster.scheduler_address!r}, **{given!r}}}
+if __name__ == '__main__':
+    sweep({str(tmp_path / 'law.py')!r}, 5, 60, output='there', **given)
+"""
+        (tmp_path / 'study.py').write_text(script)
+        study = subprocess.Popen([sys.executable, 'study.py'], cwd=tmp_path)
+        part, deadline = tmp_path / 'there' / ROWS, time.monotonic() + TIMEOUT_S
+        while not part.exists() or part.read_bytes().count(b'\n') < 40:
+            assert study.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        os.kill(cluster.workers[0].pid, 9)
+        assert study.wait(TIMEOUT_S) == 0
+
+    assert (tmp_path / 'there/runs.csv').read_bytes() == (here.folder / 'runs.csv').read_bytes()
+
+
+def test_a_script_without_its_main_line_is_told_so(tmp_path):
+    script = 'from setcmas_tools import sweep\nsweep("consensus", 2, 1, seeds=9, jobs=1)\n'
+    (tmp_path / 'study.py').write_text(script)
+    done = subprocess.run(
+        [sys.executable, 'study.py'], cwd=tmp_path, capture_output=True, text=True
+    )
+
+    assert done.returncode == 1
+    assert "must do so below a line if __name__ == '__main__':" in done.stderr.splitlines()[-1]
