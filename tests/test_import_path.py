@@ -12,13 +12,13 @@ import launch_scripts.commands.in_browser
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
     'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
-    'six',
+    'six', 'tabulate', 'wcwidth',
 }  # fmt: skip
-"""What may be imported: the three, and what matplotlib needs."""
+"""What may be imported: the three, what matplotlib needs, and what our wheel brings."""
 
 OTHERS = {
     'daqp', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'pandas', 'rich', 'rosbags', 'scipy',
-    'tabulate', 'tqdm', 'websockets',
+    'tqdm', 'websockets',
 }  # fmt: skip
 
 LIST = f"""

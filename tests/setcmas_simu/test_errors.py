@@ -48,6 +48,7 @@ def test_a_command_names_the_extra_that_it_lacks(
 ):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.delitem(sys.modules, 'setcmas_tools.study.study', raising=False)
     (tmp_path / 'class').mkdir()
     (tmp_path / 'class' / 'law.py').touch()
     (tmp_path / 'rubric.yaml').write_text(RUBRIC)

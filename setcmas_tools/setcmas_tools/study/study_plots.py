@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,6 +20,9 @@ from setcmas_tools.plots.style import finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS, predicted
 from setcmas_tools.study.study_files import written
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 BAND = (0.05, 0.95)
 """Quantiles of a band with 90 % of the runs."""
@@ -41,9 +43,11 @@ def spread(values: pd.Series, by: pd.Series) -> pd.DataFrame:
 
     Values may be inf, so the ends are those of runs, without interpolation.
     """
-    groups = values.groupby(by, sort=False)
-    low, high = (groups.quantile(share, interpolation='nearest') for share in BAND)
-    return pd.DataFrame({'low': low, 'middle': groups.median(), 'high': high})
+    return values.groupby(by, sort=False).agg(
+        low=lambda part: part.quantile(BAND[0], interpolation='nearest'),
+        middle='median',
+        high=lambda part: part.quantile(BAND[1], interpolation='nearest'),
+    )
 
 
 def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
@@ -79,7 +83,7 @@ def _axis(axes: Axes, column: pd.Series) -> tuple[list[Any], list[Any], bool]:
     """Label the axis of a name; return its values, their places, and whether they are numbers."""
     axes.set_xlabel(column.name)
     values = list(column.unique())
-    if not (pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)):
+    if column.dtype.kind not in 'if':
         axes.set_xticks(range(len(values)), [shown(value) for value in values])
         axes.set_xlim(-0.5, len(values) - 0.5)  # also where nothing is drawn
         return values, list(range(len(values))), False
