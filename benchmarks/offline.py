@@ -1,6 +1,6 @@
 """Measures offline runs against real time and against the laws alone, in time of one core.
 
-python benchmarks/offline.py [--repeat 5]
+python benchmarks/offline.py [--repeat 7] [--quick]
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from setcmas_ctrl import network
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.fleet_laws import load_laws
+from setcmas_tools.scenario.scenario import Scenario
 
 CONTROL_RATE_HZ = 5
 
@@ -31,7 +32,8 @@ def two_neighbours(robotNo, nbRobots, poses, t):
 
 def laws_alone(algo, nb_robots: int, duration: float) -> float:
     """Return how long the bare functions keep a core busy, called in a plain loop, in s."""
-    functions = [law._control for law in load_laws(algo, nb_robots)]
+    chosen = Scenario.of(algo, nb_robots=nb_robots).law
+    functions = [law._control for law in load_laws(chosen, nb_robots)]
     poses = start_poses(nb_robots)
     begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):
@@ -64,13 +66,15 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--repeat', type=int, default=7)
-    repeat = parser.parse_args().repeat
+    parser.add_argument('--quick', action='store_true', help='one run of 2 s a case')
+    args = parser.parse_args()
+    repeat, duration = (1, 2) if args.quick else (args.repeat, 60)
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
-    measure('consensus', 8, 60, repeat)
-    measure('consensus', 8, 60, repeat, graph='ring', delay=0.2, loss=0.3)
-    measure('consensus', 8, 60, repeat, event_triggered=True)
-    measure('consensus', 20, 60, repeat)
-    measure(two_neighbours, 1000, 60, min(repeat, 3))
+    measure('consensus', 8, duration, repeat)
+    measure('consensus', 8, duration, repeat, graph='ring', delay=0.2, loss=0.3)
+    measure('consensus', 8, duration, repeat, event_triggered=True)
+    measure('consensus', 20, duration, repeat)
+    measure(two_neighbours, 1000, duration, min(repeat, 3))
 
 
 if __name__ == '__main__':

@@ -17,7 +17,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.call_limit import LateCallError, limited_calls
 from setcmas_ctrl.scripts.script_errors import (
     described_place,
     quoted_line,
@@ -30,6 +29,7 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
 from setcmas_tools.offline import run_progress
+from setcmas_tools.offline.call_limit import LateCallError, limited_calls
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
@@ -136,7 +136,7 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
         with (
             redirect_stdout(page),
             redirect_stderr(page),
-            limited_calls(run_progress.current, limit, page.alive),
+            limited_calls(limit, page.alive),
         ):
             answer = {'ok': True, **work(asked, page)}
     except SetcmasError as error:

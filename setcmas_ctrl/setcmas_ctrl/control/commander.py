@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.unicycle import Unicycle
 
 
-@dataclass(frozen=True)
-class Commanded:
+class Commanded(NamedTuple):
     """Commands of R robots.
 
     Attributes:
@@ -62,6 +61,7 @@ class Commander:
         self.limits: VelocityLimits | None = None
         self._accel = options.accel or math.inf
         self._own = np.array(robots) - 1
+        self._columns = slice(None) if [*robots] == [*range(1, nb_robots + 1)] else self._own
         self._report = report
         self._models: list[RobotModel] = []
         self._last: Floats = np.zeros((3, len(robots)))
@@ -105,7 +105,7 @@ class Commander:
         wanted = saturate(velocities, gains.vnom)
 
         def follow(velocities: Floats) -> Floats:
-            commands = self._model.command(velocities, poses[:, self._own], gains.komega)
+            commands = self._model.command(velocities, poses[:, self._columns], gains.komega)
             return limited_rise(commands, self._last, self._accel * Ts)
 
         if not self._filter:

@@ -28,8 +28,7 @@ from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
 
 Velocity = tuple[float, float]
-_FLOATS = (float, np.float64)
-_asarray = np.asarray  # a script may replace numpy's
+_FLOATS = (np.float64, float)
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'it must return two finite numbers: return vx, vy'
 
@@ -161,7 +160,7 @@ def checked_velocity(result: Any) -> Velocity:
     if result is None:
         raise ValueError('control returned None (is a return missing?)')
     try:
-        array = _asarray(result)
+        array = np.asarray(result)
     except StopCall:
         raise
     except BaseException:  # it may be an object of the script's own

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
-from setcmas_ctrl.scripts.shared_state import SEED
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES

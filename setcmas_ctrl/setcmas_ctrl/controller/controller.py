@@ -24,7 +24,7 @@ from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import StopCall
-from setcmas_ctrl.scripts.shared_state import kept_state
+from setcmas_ctrl.scripts.script_seeds import seeded_generators
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
@@ -59,7 +59,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _control(process: RosProcess, args: argparse.Namespace) -> int:
-    with kept_state(), named_output():
+    with seeded_generators(), named_output():
         node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
         parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
         declare_fixed(node, topics.LAW, str(parameters.options.algo), 'the control law')

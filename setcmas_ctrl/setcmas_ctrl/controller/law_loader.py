@@ -22,7 +22,7 @@ from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.file_watch import FileWatch
 from setcmas_ctrl.scripts.imports import with_helpers
-from setcmas_ctrl.scripts.shared_state import seed_scripts
+from setcmas_ctrl.scripts.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words

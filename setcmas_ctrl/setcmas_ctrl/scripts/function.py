@@ -51,11 +51,14 @@ def checked_function(
             f'return {result}'
         )
     checked: Control = function
+    count = parameters.count(',') + 1
+    code = getattr(function, '__code__', None)
+    if code and (code.co_argcount, code.co_kwonlyargcount) == (count, 0):
+        return checked  # the usual case
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # some callables written in C have no signature
         return checked
-    count = parameters.count(',') + 1
     try:
         signature.bind(*range(count))
     except TypeError as error:

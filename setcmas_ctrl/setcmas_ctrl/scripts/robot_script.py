@@ -31,7 +31,7 @@ from setcmas_ctrl.scripts.script_errors import (
     failure_of,
     short_repr,
 )
-from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
+from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
@@ -85,7 +85,7 @@ class ScriptRobot(RobotModel):
     @staticmethod
     def seed(seed: int) -> None:
         """Seed the random numbers of the scripts of this process, until it ends."""
-        _process.enter_context(kept_state())
+        _process.enter_context(seeded_generators())
         seed_scripts(seed)
 
     def start(self, poses: Floats) -> Floats:

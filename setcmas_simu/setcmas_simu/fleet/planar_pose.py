@@ -41,5 +41,6 @@ def through_quaternion(poses: Floats) -> Floats:
     The result is a copy with theta in (-pi, pi].
     """
     received: Floats = poses.copy()
-    received[2] = yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(poses[2]))
+    z, w = quaternion_of_yaw(poses[2])
+    received[2] = np.arctan2(2.0 * (w * z + 0.0), w * w - z * z)  # yaw_of_quaternion: x = y = 0
     return received

@@ -143,14 +143,14 @@ def si_to_uni(
     Returns:
         Forward speeds in m/s and turn rates in rad/s, shapes (N,).
     """
-    vx, vy = np.asarray(velocities, dtype=float)
-    V = np.hypot(vx, vy)
-    omega = komega * wrap_angle(np.arctan2(vy, vx) - np.asarray(theta, dtype=float))
+    v = np.asarray(velocities, dtype=float)
+    V = np.asarray(np.hypot(v[0], v[1]))
+    omega = np.asarray(komega * wrap_angle(np.arctan2(v[1], v[0]) - theta))
     turn = np.abs(omega)
-    # Comparisons with NaN are false, so robots with a NaN stop.
-    goes = np.maximum(V, turn) < np.inf
+    goes = np.isfinite(V + turn)
     turns = goes & (V >= SLOW) & (turn >= _SLOW_TURN)
-    return np.where(goes, V, 0.0), np.where(turns, omega, 0.0)
+    V[~goes] = omega[~turns] = 0.0
+    return V, omega
 
 
 POSE, TWIST = slice(0, 3), slice(3, 6)

@@ -68,10 +68,11 @@ def steps(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float, count: in
     before = np.asarray(poses, dtype=float)
     rows = np.empty((count + 1, *before.shape))
     rows[:], later = before, rows[1:]
-    travel = Ts * np.asarray(V, dtype=float)
-    later[:, 2] = Ts * np.asarray(omega, dtype=float)
+    travel, heading = Ts * np.asarray(V, dtype=float), later[:, 2]
+    heading[:] = Ts * np.asarray(omega, dtype=float)
     np.add.accumulate(rows[:, 2], out=rows[:, 2])  # all periods in a few calls
-    later[:, 0], later[:, 1] = travel * np.cos(later[:, 2]), travel * np.sin(later[:, 2])
+    np.multiply(travel, np.cos(heading), out=later[:, 0])
+    np.multiply(travel, np.sin(heading), out=later[:, 1])
     np.add.accumulate(rows[:, :2], out=rows[:, :2])
     return later
 

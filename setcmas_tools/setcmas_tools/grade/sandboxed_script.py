@@ -32,7 +32,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
-from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
+from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.child_channel import Channel
@@ -144,7 +144,7 @@ class SandboxedScript:
     seed: int
     settings: dict[str, Any]
 
-    @kept_state()
+    @seeded_generators()
     def __call__(self, channel: Channel, _: Path) -> None:
         """Answer in this process."""
         drawing.canvas = _NoCanvas()

@@ -16,10 +16,9 @@ from setcmas_ctrl import network
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import Algo
 from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts, warn_of_generators
+from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators, warn_of_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
-from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import run_progress
@@ -85,7 +84,7 @@ def simulate(
     radio = OfflineCommunication(one.communication, one.nb_robots, warn)
     with (
         run_progress.of_run(),
-        kept_state(_warning_of_functions(one)),
+        seeded_generators(_warning_of_functions(one)),
         named_output(),
         network.exchanged_by(radio),
         recorded_drawings() as drawings,
@@ -159,7 +158,6 @@ def _integrate(
 
     def advance(done: int, step: int) -> Floats:
         """Move the robots to a later step; return their poses as their messages have them."""
-        notes.enter(Function.STEP)
         later = fleet.steps(1 / robot_rate, step - done)
         notes.end()
         states[done + 1 : step + 1] = later[:, :6]

@@ -7,6 +7,7 @@ from itertools import repeat
 
 import numpy as np
 
+from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import Algo, LawOptions
@@ -73,6 +74,8 @@ class FleetLaws:
         self._commander = commander
         self.reports = ErrorReports(warn)
         self._failing = False
+        self._complete = complete(len(laws))
+        self._progress = run_progress.current
         self._is_mixed = len({law.path for law in laws}) > 1
 
     def __call__(
@@ -91,7 +94,8 @@ class FleetLaws:
             adjacency: Adjacency matrix; None is the complete graph.
         """
         wanted: list[float] = []
-        notes = run_progress.current
+        notes = self._progress
+        adjacency = self._complete if adjacency is None else adjacency
         if not self._is_mixed:
             notes.enter(Function.CONTROL, self._laws[0].path)
         for law, known in zip(
@@ -109,4 +113,4 @@ class FleetLaws:
                 self._failing = True
                 self.reports.failed(law.robot, t, error)
         notes.end()
-        return self._commander(np.array(wanted).reshape(-1, 2).T, poses)
+        return self._commander(np.fromiter(wanted, float).reshape(-1, 2).T, poses)

@@ -103,7 +103,7 @@ class OfflineCommunication:
     def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
         notes = run_progress.current
-        notes.enter(Function.CONDITION)
+        notes.enter(Function.CONDITION, self._broadcasts[0].path)
         results: list[bool] = []
         for one, (x, y, theta), speed in states:
             notes.begin(len(results) + 1)

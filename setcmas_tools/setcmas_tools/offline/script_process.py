@@ -25,10 +25,9 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import described_place, quoted_line, summarise
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.current_call import SIZE
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.run_progress import RunProgress
+from setcmas_tools.offline.run_progress import CALL_SIZE, RunProgress
 
 Result = TypeVar('Result')
 Warn = Callable[[str], None]
@@ -120,7 +119,7 @@ class ScriptProcess(Generic[Result]):
             memory: Most memory that it may take, in bytes.
         """
         self._scripts = [path.resolve() for path in scripts]
-        call, states = _context.RawArray('B', SIZE), _context.RawArray('d', size)
+        call, states = _context.RawArray('B', CALL_SIZE), _context.RawArray('d', size)
         self.progress = _progress(call, states)
         pipes = [_context.Pipe(duplex=False) for _ in range(4 if _IS_POSIX else 1)]
         self._answers, *self._streams = (reader for reader, _ in pipes)
@@ -232,9 +231,8 @@ class ScriptProcess(Generic[Result]):
         return None
 
     def _late(self, seconds: float) -> str:
-        call = self.progress.last()
-        if call and call.function is Function.LOADING:
-            return f'{call.script} has been loading for {seconds:g} s'
+        if self.progress.function is Function.LOADING:
+            return f'{self.progress.script} has been loading for {seconds:g} s'
         return f'{self.progress.function.value} has not returned for {seconds:g} s'
 
     def _death(self) -> str:
@@ -247,15 +245,14 @@ class ScriptProcess(Generic[Result]):
 
     def _ended(self, reason: str) -> EndedError:
         """End the process; return the error for it."""
-        place, call = self._place(), self.progress.running()
+        place, now = self._place(), self.progress
         self.end()
         if place:
             reason += self._described(place, ' at ')
-        elif call:
-            reason += f', in {call.function.value} of {call.script}'
-        file, line = place or (Path(call.script if call else ''), 0)
-        robot = call.robot if call else 0
-        return EndedError(reason, robot, self.progress.function, file.name, line)
+        elif now.robot:
+            reason += f', in {now.function.value} of {now.script}'
+        file, line = place or (Path(now.script if now.robot else ''), 0)
+        return EndedError(reason, now.robot, now.function, file.name, line)
 
     def _described(self, place: Place | None, before: str) -> str:
         """Return a place with its line as text; empty if unknown."""
