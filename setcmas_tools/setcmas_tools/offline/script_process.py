@@ -38,6 +38,7 @@ _LOOK_S = 0.05
 _PLACE_S = 2.0  # a process that waits for a core answers late
 _LAST_S = 0.5
 _MOST_READ = 1 << 16
+_BROKEN = 70  # exit status
 _ENVIRONMENT = {
     'PYTHONHASHSEED': '0',  # sets of texts have the same order in each run
     'PYTHONUNBUFFERED': '1',
@@ -239,6 +240,8 @@ class ScriptProcess(Generic[Result]):
         status = self._process.exitcode
         if status is None:
             return 'the script has closed its connection with setcmas'
+        if status == _BROKEN:
+            return 'the script has broken the simulation itself'
         if status < 0:
             return f'the process of the script was killed by {signal.Signals(-status).name}'
         return f'the script ended its process with exit status {status}'
@@ -331,16 +334,20 @@ def _work(
     run_progress.current = progress = _progress(call, states)
     robot_script.on_call = progress.begin_step
     answer: tuple[str, Any]
-    with named_output():  # here, too, as threads of scripts print on after `simulate`
-        try:
-            answer = 'result', function(lambda text: answers.send(('warn', text)))
-        except SetcmasError as error:
-            answer = 'mistake', error
-        except BaseException as error:  # a script has changed what the simulation is made of
-            answer = 'broken', summarise(error)
-        if os.getpid() == process:  # otherwise a script has forked it
-            answers.send(answer)
-        os._exit(0)  # whatever scripts have left, such as threads
+    status = _BROKEN
+    try:
+        with named_output():  # here, too, as threads of scripts print on after `simulate`
+            try:
+                answer = 'result', function(lambda text: answers.send(('warn', text)))
+            except SetcmasError as error:
+                answer = 'mistake', error
+            except BaseException as error:  # a script has changed what this process is made of
+                answer = 'broken', summarise(error)
+            if os.getpid() == process:  # otherwise a script has forked it
+                answers.send(answer)
+            status = 0
+    finally:
+        os._exit(status)  # whatever scripts have left, such as threads
 
 
 def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -> None:
@@ -364,6 +371,8 @@ def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -
 
 
 def _end_with_parent() -> None:
+    if _IS_POSIX:  # the thread that runs scripts answers
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
     if parent := multiprocessing.parent_process():
         parent.join()
         os._exit(1)
