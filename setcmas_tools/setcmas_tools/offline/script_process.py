@@ -272,7 +272,7 @@ class ScriptProcess(Generic[Result]):
             return None
         told, folders, reader = '', {path.parent for path in self._scripts}, self._streams[2]
         deadline = time.monotonic()
-        if self._process.is_alive():
+        if self._process.is_alive() and self.progress.calls:
             deadline += _PLACE_S
             while reader.poll() and os.read(reader.fileno(), _MOST_READ):
                 pass  # of an earlier question
@@ -333,6 +333,7 @@ def _work(
     answers.send(('begun', None))
     run_progress.current = progress = _progress(call, states)
     robot_script.on_call = progress.begin_step
+    progress.begin(0)  # it answers questions from now on
     answer: tuple[str, Any]
     status = _BROKEN
     try:
