@@ -1,7 +1,6 @@
 """Identify gain, lag and delay of each robot from a run, and write a model file for --model.
 
-Use an experiment whose robots start, stop and turn often. A plot of commanded, measured and
-fitted speeds is written next to the model.
+Use an experiment whose robots start, stop and turn often.
 
 Examples:
   setcmas identify out                           into model.yaml
@@ -14,7 +13,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import FormatOptions
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
@@ -36,15 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
     limits = "velocity limits of the robots (default: the run's, or burger)"
     parser.add_argument('--limits', choices=list(LIMITS), help=limits)
-    FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Identify; return the exit status, 1 if the run suffices for no robot."""
     from setcmas_simu.robots.identified_robot import write_model_file
     from setcmas_tools.compare import identification
-    from setcmas_tools.compare.pictures import write_picture
-    from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
 
     output: Path = args.output
@@ -59,16 +54,12 @@ def main(args: argparse.Namespace) -> int:
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)
-    pictures = write_picture(
-        found, run.title, output, PlotSettings(tuple(args.format), args.palette)
-    )
     limits = args.limits or identification.limits_of(run)
     if limits is None:
         _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')
     model = identification.model_of(found, limits or _USUAL)
     if model is None:
-        print(*pictures, sep='\n')
         return 1
     write_model_file(model, output, f'setcmas identify {args.run}')
-    print(output, *pictures, sep='\n')
+    print(output)
     return 0

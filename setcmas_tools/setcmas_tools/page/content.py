@@ -15,9 +15,8 @@ from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import ignore, task_of
-from setcmas_tools.page.law_calls import calls_entry
+from setcmas_tools.page.law_calls import begin_of, calls_entry
 from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
-from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
 from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
@@ -30,57 +29,52 @@ _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _MOST_POSES = 100_000
 """Of all robots; with more, the page would be too large for a mail."""
 _MOST_DRAWINGS = 8_000
+_COLUMNS = ('x', 'y', 'theta', 'v', 'omega')
 
 
 def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
     """Return all data of a page with a run, and possibly a second one drawn over it."""
-    history = RunHistory(run)
-    t = common_times(history)
+    t = common_times(run)
     return page_content(
         t=t.tolist(),
-        robots=fleet_entry(history, t),
-        others=fleet_entry(RunHistory(other), t) if other else [],
-        calls=calls_entry(history),
-        plane=plane_entry(history),
+        robots=fleet_entry(run, t),
+        others=fleet_entry(other, t) if other else [],
+        calls=calls_entry(run),
+        plane=plane_entry(run),
         charts=charts_entry(run, other, t),
     )
 
 
-def common_times(history: RunHistory) -> Floats:
+def common_times(run: Run) -> Floats:
     """Return the times in s of the poses on a page: multiples of a step."""
+    begin, end = begin_of(run), float(run.table.t[-1])
     for step in _STEPS_S:
-        first = np.ceil(history.t0 / step - SAME_TIME_S)
-        last = np.floor(history.t1 / step + SAME_TIME_S)
-        if (last - first) * len(history.robots) <= _MOST_POSES:
+        first = np.ceil(begin / step - SAME_TIME_S)
+        last = np.floor(end / step + SAME_TIME_S)
+        if (last - first) * len(run.robots) <= _MOST_POSES:
             break
     per_s = round(1 / step) if step < 1 else 1 / step  # 3/10, not 3 * 0.1
     times: Floats = np.arange(first, last + 1) / per_s + 0.0
-    return times if len(times) else np.array([history.t0])
+    return times if len(times) else np.array([begin])
 
 
-def fleet_entry(history: RunHistory, t: Floats) -> list[dict[str, Any]]:
+def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
     """Return the look and the motion of each robot at times in s."""
-    x, y, theta = history.poses_at(t)
-    speeds = history.speeds_at(t)
-    models = models_of(history.run)
-    put = [history.put(*pair) for pair in zip(t[:-1].tolist(), t[1:].tolist(), strict=True)]
-    return [
-        {
-            **look_entry(robot, models[robot], len(models)),
-            'x': packed(x[:, column]),
-            'y': packed(y[:, column]),
-            'theta': packed(theta[:, column]),
-            'v': packed(speeds[0, :, column]),
-            'omega': packed(speeds[1, :, column]),
-            'breaks': [k for k, robots in enumerate(put, 1) if robot in robots],
-        }
-        for column, robot in enumerate(history.robots)
-    ]
+    models = models_of(run)
+    entries = []
+    for robot in run.robots:
+        track = Track(run.table.of(robot))
+        columns = zip(_COLUMNS, (*track.poses(t), *track.speeds(t)), strict=True)
+        steps = enumerate(zip(t[:-1].tolist(), t[1:].tolist(), strict=True), 1)
+        entry = look_entry(robot, models[robot], len(models))
+        entry |= {name: packed(values) for name, values in columns}
+        # Where a robot was moved, rather than drove.
+        entries.append(entry | {'breaks': [k for k, pair in steps if track.is_broken(*pair)]})
+    return entries
 
 
-def plane_entry(history: RunHistory) -> dict[str, Any]:
+def plane_entry(run: Run) -> dict[str, Any]:
     """Return references, arena, obstacles, drawings, links and broadcasts."""
-    run = history.run
     record = run.record
     obstacles = obstacles_of(run)
     return {
@@ -88,7 +82,7 @@ def plane_entry(history: RunHistory) -> dict[str, Any]:
         'discs': obstacles.discs,
         'polygons': [one.corners for one in obstacles.polygons],
         'references': _references(run),
-        'drawings': _drawings(history),
+        'drawings': _drawings(run),
         'links': None if record is None else np.round(record.changes, 4).tolist(),
         'sent': {
             robot: packed(t) for robot, t in (record.trigger_times if record else {}).items()
@@ -143,10 +137,10 @@ def _line(line: Line2D) -> dict[str, Any]:
     }
 
 
-def _drawings(history: RunHistory) -> list[dict[str, Any]]:
+def _drawings(run: Run) -> list[dict[str, Any]]:
     """Return the drawings of scripts, a column for each marker and each trail."""
     columns: dict[tuple[int, str, str], list[Drawing]] = {}
-    shown = DrawnOverTime(history.run.drawings).shown
+    shown = DrawnOverTime(run.drawings).shown
     for one in shown:
         columns.setdefault((one.robot, one.name, one.kind), []).append(one)
     each = 1 + len(shown) // _MOST_DRAWINGS

@@ -16,9 +16,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.page.page_data import changes, packed
-from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.communication_record import SentMessage
-from setcmas_tools.run.fleet_motion import SAME_TIME_S
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S
 from setcmas_tools.run.law_output import MOVING
 from setcmas_tools.run.run import Run
 
@@ -34,26 +33,32 @@ Outcome = tuple[str, str]
 """Outcome of a wanted velocity: a kind, for its colour, and a sentence."""
 
 
-def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
+def begin_of(run: Run) -> float:
+    """Return when a page begins, in s: at the first command, or the first pose after it."""
+    first, last = float(run.table.t[0]), float(run.table.t[-1])
+    return max(first, 0.0) if last > 0.0 else first
+
+
+def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
     """Return the calls of each robot's law, by its number."""
-    run = history.run
+    begin = begin_of(run) - SAME_TIME_S
     fastest, sent = _fastest(run), _sent_values(run)
     each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
     entries = {}
-    for robot in history.robots:
+    for robot in run.robots:
         if run.commands:
             own = run.commands.of(robot)
-            rows = np.flatnonzero(own.t >= history.t0 - SAME_TIME_S)[::each]
+            rows = np.flatnonzero(own.t >= begin)[::each]
             t, wanted = own.t[rows], np.column_stack([own.vx, own.vy])[rows]
             filtered = own.allowed
         else:
             t = np.array([one.t for one in run.info.failures or [] if one.robot == robot])
-            t = t[t >= history.t0 - SAME_TIME_S]
+            t = t[t >= begin]
             rows, wanted, filtered = np.arange(len(t)), np.full((len(t), 2), np.nan), None
         if not len(t):
             continue
         verdicts = filtered.verdict[rows] if filtered else np.full(len(t), Verdict.KEPT)
-        outcomes = _outcomes(history, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
+        outcomes = _outcomes(run, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
         entry = {
             't': packed(t),
             'vx': packed(wanted[:, 0]),
@@ -91,17 +96,35 @@ def _fastest(run: Run) -> float:
 
 
 def _outcomes(
-    history: RunHistory, robot: int, t: Floats, verdicts: NDArray[Any], saturated: NDArray[Any]
+    run: Run, robot: int, t: Floats, verdicts: NDArray[Any], saturated: NDArray[Any]
 ) -> list[Outcome]:
     found = []
-    for now, verdict, is_saturated in zip(t.tolist(), verdicts, saturated, strict=True):
-        failure = failure_at(history.run, robot, now)
-        state, held = history.safety(robot, now) or (MOVING, False)
+    rows = zip(t.tolist(), states_at(run, robot, t), verdicts, saturated, strict=True)
+    for now, (state, held), verdict, is_saturated in rows:
+        failure = failure_at(run, robot, now)
         outcome = _outcome(failure, state, held, Verdict(int(verdict)))
         if not outcome[0] and is_saturated:
             outcome = 'saturated', 'The velocity is saturated at the speed limit.'
         found.append(outcome)
     return found
+
+
+def states_at(run: Run, robot: int, t: Floats) -> list[tuple[str, bool]]:
+    """Return a robot's state at times in s, and whether safety overruled its law.
+
+    It moves where none is recorded, as in simulations.
+    """
+    record = run.tables.safety
+    if record is None:
+        return [(MOVING, False)] * len(t)
+    rows = np.flatnonzero(record.robot == robot)
+    newest = np.searchsorted(record.t[rows], t + SAME_TIME_S, side='right') - 1
+    return [
+        (record.state[rows[k]], bool(record.overruled[rows[k]]))
+        if k >= 0 and now - record.t[rows[k]] <= LONGEST_GAP_S
+        else (MOVING, False)
+        for k, now in zip(newest.tolist(), t.tolist(), strict=True)
+    ]
 
 
 def _outcome(failure: ScriptFailure | None, state: str, held: bool, verdict: Verdict) -> Outcome:

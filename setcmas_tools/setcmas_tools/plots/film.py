@@ -27,7 +27,7 @@ from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.plot_settings import FILMS, FilmSettings, check_style
-from setcmas_tools.plots.style import legend, line_look, plot_style, robot_handles
+from setcmas_tools.plots.style import as_written, legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
     DrawnPlane,
     draw_references,
@@ -80,7 +80,7 @@ class FilmFrames:
         marks = draw_world(self._axes, run) + draw_references('film', self._axes, run)
         marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
-        self._axes.set_title(run.title)
+        self._axes.set_title(as_written(run.title))
         if triggers:
             ring: dict[str, Any] = {'markeredgecolor': _FLASH_COLOUR, 'markeredgewidth': 2.0}
             ring |= {'linestyle': '', 'marker': 'o', 'markerfacecolor': 'none'}

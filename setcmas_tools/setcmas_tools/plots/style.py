@@ -74,6 +74,11 @@ def plot_style(palette: str | None = None, paper: str | None = None) -> Iterator
         _paper.reset(tokens[1])
 
 
+def as_written(text: str) -> str:
+    """Return a text of a user, such as a file name, in which $ begins no formula."""
+    return text.replace('$', r'\$')
+
+
 def finish(figure: Figure, run: str = '') -> None:
     """Add the run to a plot's title; on paper, which has captions, only fit it to its width.
 
@@ -83,8 +88,9 @@ def finish(figure: Figure, run: str = '') -> None:
     """
     paper = _paper.get()
     if paper is None:
-        title = run.replace('$', r'\$')  # in a file name, it does not begin a formula
-        figure.axes[0].set_title(title, loc='right', fontsize=rcParams['font.size'], color='0.4')
+        figure.axes[0].set_title(
+            as_written(run), loc='right', fontsize=rcParams['font.size'], color='0.4'
+        )
         return
     for axes in figure.axes:
         axes.set_title('')

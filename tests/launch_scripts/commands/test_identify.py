@@ -52,12 +52,11 @@ def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
     run = noisy(simulate('nav_wp', 2, 60.0, model='truth.yaml', robot_rate=50.0))
     run.save('seen')
 
-    assert main(['identify', 'seen', '-o', 'found.yaml', '--format', 'svg']) == 0
+    assert main(['identify', 'seen', '-o', 'found.yaml']) == 0
 
     assert_found('found.yaml')
     printed = capsys.readouterr().out.split()
-    assert printed[-2:] == ['found.yaml', 'found.svg']
-    assert (folder / 'found.svg').stat().st_size > 10_000
+    assert printed[-1] == 'found.yaml'
     nearer = simulate('nav_wp', 2, 60.0, model='found.yaml')
     before = simulate('nav_wp', 2, 60.0, limits='burger')
     near, far = (max(best_shift(run, one).rms.values()) for one in (nearer, before))

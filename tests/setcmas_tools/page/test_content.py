@@ -19,24 +19,22 @@ from setcmas_tools.page.content import (
     plane_entry,
 )
 from setcmas_tools.page.page_data import SCALE, changes, packed
-from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.fleet_motion import fleet_table
 
 
-def history_of(t, nb_robots=1, x=0.0):
+def run_with(t, nb_robots=1, x=0.0):
     rows = [
         np.array(np.broadcast_arrays(t, robot, x, robot, 0.0, 0.5, 0.0)).T
         for robot in range(1, nb_robots + 1)
     ]
-    return RunHistory(run_of(fleet_table(np.concatenate(rows))))
+    return run_of(fleet_table(np.concatenate(rows)))
 
 
 def test_poses_and_speeds_are_those_of_the_table(failed_run):
-    history = RunHistory(failed_run)
-    t = common_times(history)
+    t = common_times(failed_run)
 
     assert t.tolist() == [k / 10 for k in range(41)]
-    for entry in fleet_entry(history, t):
+    for entry in fleet_entry(failed_run, t):
         rows = failed_run[entry['number']]
         for name in ('x', 'y', 'v', 'omega'):
             assert np.allclose(unpacked(entry[name]), getattr(rows, name), rtol=0, atol=6e-5)
@@ -45,9 +43,9 @@ def test_poses_and_speeds_are_those_of_the_table(failed_run):
 
 def test_a_robot_that_is_put_elsewhere_leaves_a_gap():
     t = np.arange(21) / 10
-    history = history_of(t, x=np.where(t < 1.0, 0.5 * t, 9.0 + 0.5 * t))
+    run = run_with(t, x=np.where(t < 1.0, 0.5 * t, 9.0 + 0.5 * t))
 
-    [entry] = fleet_entry(history, common_times(history))
+    [entry] = fleet_entry(run, common_times(run))
 
     assert entry['breaks'] == [10]
 
@@ -62,7 +60,7 @@ def test_a_robot_that_is_put_elsewhere_leaves_a_gap():
     ],
 )
 def test_times_are_few_enough_for_a_mail_and_begin_with_the_first_command(t, nb_robots, times):
-    assert np.allclose(common_times(history_of(t, nb_robots)), times)
+    assert np.allclose(common_times(run_with(t, nb_robots)), times)
 
 
 def test_numbers_come_back_to_a_tenth_of_a_millimetre_and_gaps_stay():
@@ -80,7 +78,7 @@ def test_rare_changes_are_stored_where_they_occur():
 
 
 def test_drawings_and_links_are_those_of_the_run(failed_run):
-    entry = plane_entry(RunHistory(failed_run))
+    entry = plane_entry(failed_run)
 
     assert [drawn['marker'] for drawn in entry['drawings']] == [True] * 3
     own = entry['drawings'][0]
@@ -92,7 +90,7 @@ def test_drawings_and_links_are_those_of_the_run(failed_run):
 
 def test_references_arena_and_obstacles_are_there():
     run = simulate('nav_wp', 1, 2.0, arena=(-6, 6, -6, 6), obstacles='disc 3 3 0.5')
-    entry = plane_entry(RunHistory(run))
+    entry = plane_entry(run)
     marked, joined = entry['references']
 
     assert marked['points'] == joined['points'] == [list(p) for p in run.references.values['WPL']]
@@ -103,7 +101,7 @@ def test_references_arena_and_obstacles_are_there():
 
 def test_broadcasts_by_event_are_shown():
     run = simulate('consensus', 3, 5.0, event_triggered=True)
-    entry = plane_entry(RunHistory(run))
+    entry = plane_entry(run)
 
     for robot, times in run.record.trigger_times.items():
         assert np.allclose(unpacked(entry['sent'][robot]), times)

@@ -7,14 +7,16 @@ from report_pages import HOSTILE, unpacked
 from setcmas_ctrl import network
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page import law_calls
-from setcmas_tools.page.law_calls import calls_entry, failure_at
-from setcmas_tools.page.run_history import RunHistory
+from setcmas_tools.page.law_calls import calls_entry, failure_at, states_at
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo
+from setcmas_tools.run.run_tables import RunTables
 
 
 def test_each_call_has_its_wanted_velocity_and_the_outcome(failed_run):
-    calls = calls_entry(RunHistory(failed_run))
+    calls = calls_entry(failed_run)
     rows = failed_run.commands.of(3)
 
     assert np.allclose(unpacked(calls[3]['t']), rows.t)
@@ -29,7 +31,7 @@ def test_each_call_has_its_wanted_velocity_and_the_outcome(failed_run):
 
 def test_the_page_names_the_filter():
     run = simulate('consensus', 4, 16.0, filter='barrier', warn=lambda _: None)
-    own = calls_entry(RunHistory(run))[1]
+    own = calls_entry(run)[1]
 
     assert any(kind == 'overruled' for _, (kind, _) in own['words'])
     assert np.allclose(unpacked(own['allowedX']), run.commands.of(1).allowed.vx, atol=6e-5)
@@ -39,7 +41,7 @@ def test_failures_are_shown_without_commands_too(failed_run):
     tables = failed_run.tables
     bare = Run(type(tables)(tables.fleet), RunInfo(failures=failed_run.info.failures))
 
-    calls = calls_entry(RunHistory(bare))
+    calls = calls_entry(bare)
 
     assert set(calls) == {1, 3}
     assert [kind for _, (kind, _) in calls[3]['words']] == ['failed']
@@ -66,7 +68,7 @@ def test_values_that_laws_sent_are_shown_as_text():
         network.send({'a': [robot, t]} if robot > 1 else t)
         return 0.1 * robot, 0.1
 
-    entries = calls_entry(RunHistory(simulate(control, 2, 2.0)))
+    entries = calls_entry(simulate(control, 2, 2.0))
 
     assert entries[1]['messages']['texts'][1] == (1, '0.2')
     assert entries[2]['messages']['texts'][1] == (1, 'a = [2, 0.2]')
@@ -85,7 +87,17 @@ def test_sent_values_are_read_once_and_not_where_there_are_too_many(monkeypatch,
     sent = Counted(run.messages)
     monkeypatch.setattr(law_calls, '_MOST_MESSAGES', most)
     changed = replace(run, tables=replace(run.tables, messages=sent))
-    calls = calls_entry(RunHistory(changed))
+    calls = calls_entry(changed)
 
     assert Counted.passes == passes
     assert [robot for robot, one in calls.items() if 'messages' in one] == [1, 2, 3, 4][: 4 * most]
+
+
+def test_states_of_an_experiment():
+    rows = [[t, 1, 0, 0, 0, 0, 0] for t in np.arange(-1, 3, 0.1)]
+    record = safety_record([(0.0, 1, 'paused', True), (1.0, 1, 'moving', False)])
+    run = Run(RunTables(fleet_table(rows), safety=record))
+
+    found = states_at(run, 1, np.array([-0.5, 0.5, 1.0, 2.5]))
+
+    assert found == [('moving', False), ('paused', True), ('moving', False), ('moving', False)]
