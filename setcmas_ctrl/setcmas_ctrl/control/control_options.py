@@ -14,6 +14,7 @@ from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.per_robot import check_in_fleet
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import kinds
 from setcmas_simu.options.group import Form, Options, flag, names_and_files, option
@@ -183,11 +184,7 @@ class FleetOptions(Options):
             SetcmasError: --robots names a robot that is not in the fleet.
         """
         robots = list(self.robots or range(1, nb_robots + 1))
-        if robots[-1] > nb_robots:
-            raise SetcmasError(
-                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
-                f'the fleet has robots 1 to {nb_robots}'
-            )
+        check_in_fleet(robots, nb_robots, f"--robots '{format_robots(robots)}'")
         return robots
 
 

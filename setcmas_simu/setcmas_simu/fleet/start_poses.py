@@ -104,10 +104,7 @@ def given_poses(
     named: set[int] = set()
     for text in pose_options:
         robot, pose = parse_pose_option(text)
-        if robot > nb_robots:
-            raise SetcmasError(
-                f"--pose '{text}' is for robot {robot}; the fleet has robots 1 to {nb_robots}"
-            )
+        check_in_fleet([robot], nb_robots, f"--pose '{text}'")
         if robot in named:
             raise SetcmasError(f"--pose '{text}': robot {robot} already has a pose; remove one")
         named.add(robot)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots, start_poses
+from setcmas_simu.fleet.per_robot import check_in_fleet
 from setcmas_simu.fleet.start_poses import (
     AUTO,
     FORM,
@@ -208,15 +208,11 @@ class SimulationOptions(RobotOptions, ClockOptions):
 
     def simulated(self) -> SimulatedRobots:
         """Return the robots that these options ask for, or raise SetcmasError."""
-        fleet = range(1, self.fleet_size + 1)
-        robots = list(self.robots or fleet)
-        if robots[-1] not in fleet:
-            raise SetcmasError(
-                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
-                f'the fleet has robots 1 to {fleet[-1]} (--nb-robots)'
-            )
-        poses = self.start_poses(len(fleet))
-        models = model_names(self.model, len(fleet))
+        nb_robots = self.fleet_size
+        robots = list(self.robots or range(1, nb_robots + 1))
+        check_in_fleet(robots, nb_robots, f"--robots '{format_robots(robots)}'")
+        poses = self.start_poses(nb_robots)
+        models = model_names(self.model, nb_robots)
         check_models(models, self.limits)
         columns = [robot - 1 for robot in robots]
         return SimulatedRobots(robots, poses[:, columns], [models[i] for i in columns])

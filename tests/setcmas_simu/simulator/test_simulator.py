@@ -278,7 +278,7 @@ def test_signals_end_the_process_well(start, signum):
     [
         (('--robots', '0'), "--robots is '0'; it must be numbers"),
         (('--nb-robots', '2', '--robots', '1-3'), 'the fleet has robots 1 to 2'),
-        (('--nb-robots', '2', '--pose', '3:1,1'), 'is for robot 3'),
+        (('--nb-robots', '2', '--pose', '3:1,1'), 'names robot 3'),
         (('--ros-args', '-p', 'x0:=here'), 'x0'),
         (('--ros-args', '-p', 'limits:=segway'), 'segway'),
         (('--model', '1:segway'), "unknown robot model 'segway'"),
