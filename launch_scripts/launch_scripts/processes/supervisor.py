@@ -21,6 +21,7 @@ from launch_scripts.processes.child_process import (
     known_signals,
     prepare_child,
 )
+from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
 from launch_scripts.terminal.terminal_output import (
     LineBuffer,
     OutputQueue,
@@ -29,7 +30,6 @@ from launch_scripts.terminal.terminal_output import (
     write_line,
 )
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
-from setcmas_tools.offline.fork_server import adopt_orphans, children, end_orphans
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')

@@ -1,6 +1,6 @@
 """What a function in a process of its own returns, raises and prints, and how it ends."""
 
-import sys
+import signal
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +12,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.script_process import EndedError, MachineError, ScriptProcess
 
+needs_posix = pytest.mark.skipif(not hasattr(signal, 'SIGUSR1'), reason='signals and limits')
+
 
 def result_of(function, *arguments, said=print, memory=None, **limits):
     scripts = [Path(process_functions.__file__)]
@@ -19,6 +21,7 @@ def result_of(function, *arguments, said=print, memory=None, **limits):
         return process.result(said, **limits)
 
 
+@needs_posix
 def test_a_function_returns_a_value_prints_and_warns_where_it_was_called(
     tmp_path, monkeypatch, capsys
 ):
@@ -57,12 +60,13 @@ def test_other_errors_cross_processes_with_their_attributes(error):
         result_of(process_functions.fail, error)
 
 
+@needs_posix
 def test_a_function_that_takes_too_long_is_ended_with_its_place():
     with pytest.raises(EndedError, match=r'ended after 0\.5 s \(--timeout\) at process_functions'):
         result_of(process_functions.sleep, timeout=0.5)
 
 
-@pytest.mark.skipif(sys.platform != 'linux', reason='limits of memory')
+@needs_posix
 def test_a_function_may_have_a_limit_of_memory():
     with pytest.raises(EndedError, match='MemoryError'):
         result_of(process_functions.take_memory, memory=2**32)
