@@ -174,16 +174,19 @@ def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
         raise
     except Exception as error:
         raise _unreadable(file, error) from error
-    if loss and not reader.message_count:
-        raise SetcmasError(f"bag '{file}' {loss}")
-    return _bag_file(file, reader, loss)
+    if not loss:
+        return _bag_file(file, reader)
+    count, duration = reader.message_count, reader.end_time - 1 - reader.start_time
+    if not count:
+        raise SetcmasError(f"bag '{file}' {loss}: no messages were read")
+    read = f'{count:,} messages up to {duration / 1e9:.1f} s were read'
+    return BagFile(file, reader, [f"'{file}' {loss}: {read}"])
 
 
-def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader, loss: str = '') -> BagFile:
+def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader) -> BagFile:
     nb_lost = reader.message_count - sum(connection.msgcount for connection in reader.connections)
-    if nb_lost and not loss:
-        loss = f'is damaged: {nb_lost:,} messages belong to no topic'
-    return BagFile(file, reader, [f"'{file}' {loss}"] if loss else [])
+    loss = f"'{file}' is damaged: {nb_lost:,} messages belong to no topic"
+    return BagFile(file, reader, [loss] if nb_lost else [])
 
 
 def _reader(file: Path, stack: ExitStack) -> Ros1Reader | Ros2Reader:

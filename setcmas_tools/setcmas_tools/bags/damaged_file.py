@@ -7,118 +7,62 @@ import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
-from mcap.exceptions import InvalidMagic
-from mcap.records import Channel, Chunk, DataEnd, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.reader import NonSeekingReader
+from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
 
 _ENCODINGS = ('ros2msg', 'ros2idl')
-
-
-class _McapCopy:
-    """Messages of a damaged file, written to a new one.
-
-    Attributes:
-        count: Number of messages.
-    """
-
-    def __init__(self, writer: Writer) -> None:
-        self.count = 0
-        self._writer = writer
-        self._schemas: dict[int, int] = {0: 0}
-        self._channels: dict[int, int] = {}
-        self._start_ns = self._end_ns = 0
-
-    def add(self, record: Any) -> None:
-        """Add a record; others than messages and their definitions are not needed."""
-        if isinstance(record, Schema) and record.id not in self._schemas:
-            encoding = record.encoding if record.encoding in _ENCODINGS else ''
-            text = record.data.decode(errors='replace').encode()  # Latin-1 in a comment
-            self._schemas[record.id] = self._writer.register_schema(record.name, encoding, text)
-        elif isinstance(record, Channel) and record.id not in self._channels:
-            self._channels[record.id] = self._writer.register_channel(
-                record.topic,
-                record.message_encoding,
-                self._schemas[record.schema_id],
-                record.metadata,
-            )
-        elif isinstance(record, Message):
-            self._writer.add_message(
-                self._channels[record.channel_id],
-                record.log_time,
-                record.data,
-                record.publish_time,
-                record.sequence,
-            )
-            self._start_ns = (
-                min(self._start_ns, record.log_time) if self.count else record.log_time
-            )
-            self._end_ns = max(self._end_ns, record.log_time)
-            self.count += 1
-
-    def __str__(self) -> str:
-        """Return text such as '3,412 messages up to 12.3 s'."""
-        seconds = (self._end_ns - self._start_ns) / 1e9
-        return f'{self.count:,} messages up to {seconds:.1f} s' if self.count else 'no messages'
+_MAGIC_BYTES = 8
 
 
 def copy_of_mcap(damaged: Path, target: Path) -> str:
-    """Copy the messages of the whole chunks of an mcap file.
+    """Copy the messages of an mcap file up to the first damage.
 
     Returns:
-        What is lost; empty if nothing is, as in a file that is only unusual.
+        What happened to the rest, such as 'was cut short'; empty if all was read, as from a file
+        that is only unusual.
 
     Raises:
-        InvalidMagic: It is not mcap.
+        Exception: It is not mcap.
         OSError: A file cannot be read or written.
     """
     size = damaged.stat().st_size
-    good_end = nb_lost = 0
-    has_ended = has_failed = False
+    channels: dict[int, int] = {}
+    loss = ''
     with damaged.open('rb') as source, target.open('wb') as file:
         writer = Writer(file, compression=CompressionType.NONE)
         writer.start(profile='ros2')
-        copy = _McapCopy(writer)
         # A length beyond the file is garbage.
-        records = StreamReader(source, emit_chunks=True, record_size_limit=size).records
+        reader = NonSeekingReader(source, validate_crcs=True, record_size_limit=size)
         try:
-            for record in records:
-                nb_lost += not _is_added(record, copy)
-                good_end = source.tell()
-                has_ended |= isinstance(record, DataEnd)
-        except InvalidMagic:
-            if not good_end:
-                raise
-            has_failed = True
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                if channel.id not in channels:
+                    channels[channel.id] = _added(writer, schema, channel)
+                writer.add_message(
+                    channels[channel.id], message.log_time, message.data, message.publish_time
+                )
         except OSError:
             raise
         except Exception:  # of bytes that are no record
-            has_failed = True
+            at = source.tell()
+            if at <= _MAGIC_BYTES:
+                raise
+            loss = 'was cut short' if at == size else f'is damaged or cut short at byte {at:,}'
         writer.finish()
-    if nb_lost:
-        return f'is damaged: {nb_lost} of its chunks cannot be read; {copy} were read'
-    if has_failed and has_ended:
-        return (
-            'was not closed properly, its index is missing: '
-            f'all its {copy.count:,} messages were read'
-        )
-    rest = size - good_end
-    lost = f'the last {rest:,} bytes are incomplete' if rest else 'which is all that it holds'
-    return f'was cut short: {copy} were read, {lost}' if has_failed else ''
+    return loss
 
 
-def _is_added(record: Any, copy: _McapCopy) -> bool:
-    """Add a record, or those of a chunk unless it is damaged; return whether it could be read."""
-    try:
-        for part in breakup_chunk(record, True) if isinstance(record, Chunk) else [record]:
-            copy.add(part)
-    except OSError:
-        raise
-    except Exception:  # of any of the decompressors; or of a topic that a lost chunk defined
-        return False
-    return True
+def _added(writer: Writer, schema: Schema | None, channel: Channel) -> int:
+    """Add a channel and its schema; return its number."""
+    number = 0
+    if schema:
+        encoding = schema.encoding if schema.encoding in _ENCODINGS else ''
+        text = schema.data.decode(errors='replace').encode()  # Latin-1 in a comment
+        number = writer.register_schema(schema.name, encoding, text)
+    return int(
+        writer.register_channel(channel.topic, channel.message_encoding, number, channel.metadata)
+    )
 
 
 _TABLES = ('schema', 'topics', 'message_definitions', 'messages')
@@ -150,10 +94,7 @@ def copy_of_database(damaged: Path, target: Path) -> str:
         losses = [loss for table in _TABLES if (loss := _copy_rows(source, copy, table))]
         copy.execute('CREATE INDEX timestamp_idx ON messages (timestamp)')
         copy.commit()
-        query = 'SELECT COUNT(*), MAX(timestamp) - MIN(timestamp) FROM messages'
-        ((count, duration),) = copy.execute(query)
-    read = f'{count:,} messages up to {(duration or 0) / 1e9:.1f} s were read'
-    return f'was cut short or is damaged ({losses[0]}): {read}, the rest is lost' if losses else ''
+    return f'was cut short or is damaged ({losses[0]})' if losses else ''
 
 
 def _copy_rows(source: sqlite3.Connection, copy: sqlite3.Connection, table: str) -> str:
