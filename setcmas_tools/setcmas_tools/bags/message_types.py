@@ -109,13 +109,7 @@ class BagTypes:
 
     def _store_of(self, types: dict[str, Any], built_in: Typestore) -> Typestore:
         """Return a store of types and of their parts, which bags of other tools may lack."""
-        known = built_in.fielddefs | types
-        waiting = list(types)
-        while waiting:
-            own = [part for _, desc in known[waiting.pop()][1] for part in _part_names(desc)]
-            new = dict.fromkeys(part for part in own if part not in types)
-            types |= {part: known[part] for part in new}
-            waiting += new
+        _add_parts(types, lambda part: {part: built_in.fielddefs[part]})
         with suppress(TypesysError):
             self._shared.register(types)
             return self._shared
@@ -194,14 +188,13 @@ class MessageDefinitions:
 
     def _missing(self, msgtype: str) -> dict[str, Any]:
         """Return the parsed definitions of a type and its parts that are not built in."""
-        found: dict[str, Any] = {}
-        waiting = [msgtype]
-        while waiting:
-            name = waiting.pop()
-            if name not in found and name not in self.store.fielddefs:
-                found |= get_types_from_msg(self._text(name), name)
-                waiting += [part for _, desc in found[name][1] for part in _part_names(desc)]
+        known = self.store.fielddefs
+        found = {} if msgtype in known else self._installed(msgtype)
+        _add_parts(found, lambda part: {} if part in known else self._installed(part))
         return found
+
+    def _installed(self, msgtype: str) -> dict[str, Any]:
+        return dict(get_types_from_msg(self._text(msgtype), msgtype))
 
     def _text(self, msgtype: str) -> str:
         for prefix in self._prefixes:
@@ -215,6 +208,18 @@ def installed_prefixes() -> list[Path]:
     """Return the folders in which ROS packages are installed: sourced ones, then Python's."""
     sourced = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     return [*(Path(prefix) for prefix in sourced if prefix), Path(sys.prefix)]
+
+
+def _add_parts(types: dict[str, Any], find: Callable[[str], dict[str, Any]]) -> None:
+    """Add the definitions of the parts of types, and of their parts, that a function finds."""
+    waiting = list(types)
+    while waiting:
+        for _, desc in types[waiting.pop()][1]:
+            for part in _part_names(desc):
+                if part not in types:
+                    new = find(part)
+                    types |= new
+                    waiting += new
 
 
 def _part_names(desc: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
-_NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
 
 
 class FleetSamples:
@@ -67,18 +67,15 @@ class FleetSamples:
 
     def table(self) -> FleetTable | None:
         """Return the table."""
-        if not self._rows:
-            return None
-        rows = np.frombuffer(self._rows).reshape(-1, _NB_NUMBERS)
-        x, y, z, w, *_ = rows[:, 4:].T
-        is_known = x * x + y * y + z * z + w * w != 0.0  # a zero quaternion has no heading
-        theta = np.where(is_known, yaw_of_quaternion(x, y, z, w), np.nan)
-        return fleet_table(np.column_stack([rows[:, :4], theta, rows[:, 8:]]))
+        return fleet_table(np.array(self._rows).reshape(-1, 7)) if self._rows else None
 
     def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         twist = message.twist.twist
-        row = (time_ns / 1e9, robot, position.x, position.y, q.x, q.y, q.z, q.w)
+        theta = yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        if not (q.x or q.y or q.z or q.w):  # a zero quaternion has no heading
+            theta = math.nan
+        row = (time_ns / 1e9, robot, position.x, position.y, theta)
         self._rows.extend((*row, twist.linear.x, twist.angular.z))
 
 
