@@ -7,6 +7,7 @@ import heapq
 from collections import Counter
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from setcmas_tools.bags.message_types import (
 
 _LONGEST_GAP_NS = 86_400 * 10**9
 """Between two messages; a longer one is between the times of two clocks."""
+_LONGEST_OVERLAP_NS = 10**9
+"""Between two files of a bag: a recorder ends a file before it begins the next one."""
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
@@ -77,11 +80,11 @@ class Bag:
             raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
         self.path = path
         self._files = files
-        self._left_out: list[str] = []
+        self._left_out = _overlap(files)
         self._gap = ''
         self._topics = self._resolve()
         if not self._topics:
-            reason = (self._left_out or ['its messages belong to no topic'])[0]
+            reason = (self._left_out or ['its messages belong to no topic'])[-1]
             raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
         self.topics = [self._topics[key] for key in sorted(self._topics)]
         self.count = sum(topic.count for topic in self.topics)
@@ -214,6 +217,20 @@ def open_bag(path: Path) -> Iterator[Bag]:
         except OSError as error:
             raise SetcmasError(f"bag '{path}' cannot be read: {error.strerror}") from error
         yield bag
+
+
+def _overlap(files: Sequence[BagFile]) -> list[str]:
+    """Return a line if files overlap in time: they may be different bags."""
+    full = sorted(
+        (file for file in files if file.reader.message_count),
+        key=lambda file: file.reader.start_time,
+    )
+    return [
+        f"'{before.path}' and '{after.path}' overlap in time; name one file if they are no bag "
+        'together'
+        for before, after in pairwise(full)
+        if before.reader.end_time - after.reader.start_time > _LONGEST_OVERLAP_NS
+    ][:1]
 
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:

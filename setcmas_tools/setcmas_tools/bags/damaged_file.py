@@ -24,7 +24,7 @@ def copy_of_mcap(damaged: Path, target: Path) -> str:
         that is only unusual.
 
     Raises:
-        Exception: It is not mcap.
+        ValueError: It is not mcap.
         OSError: A file cannot be read or written.
     """
     size = damaged.stat().st_size
@@ -47,7 +47,7 @@ def copy_of_mcap(damaged: Path, target: Path) -> str:
         except Exception:  # of bytes that are no record
             at = source.tell()
             if at <= _MAGIC_BYTES:
-                raise
+                raise ValueError('it is not mcap') from None
             loss = 'was cut short' if at == size else f'is damaged or cut short at byte {at:,}'
         writer.finish()
     return loss

@@ -104,7 +104,7 @@ def test_topics_that_disagree_on_a_type(tmp_path):
         ('', None, 'is not a bag; it must be'),
         ('notes.txt', b'hello', 'is not a bag; it must be'),
         ('empty.mcap', b'', 'is empty'),
-        ('wrong.mcap', b'hello' * 20, 'not a valid MCAP file'),
+        ('wrong.mcap', b'hello' * 20, 'it is not mcap'),
         ('wrong.db3', b'hello' * 20, 'cannot be read (file is not a database)'),
         ('wrong.bag', b'hello' * 20, 'cannot be read (File magic is invalid.)'),
     ],
