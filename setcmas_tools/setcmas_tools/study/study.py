@@ -60,15 +60,7 @@ class Study:
 
     @classmethod
     def load(cls, folder: str | Path, plan: Plan | None = None) -> Study:
-        """Read a finished study.
-
-        Args:
-            folder: Its folder.
-            plan: Its plan; by default that of the folder.
-
-        Raises:
-            SetcmasError: There is no study, or a file is damaged.
-        """
+        """Read a finished study, whose plan may be known, or raise SetcmasError."""
         return cls(plan or read_plan(Path(folder)), read_table(Path(folder)), Path(folder))
 
     def __len__(self) -> int:
@@ -90,11 +82,7 @@ class Study:
         return self.table['state'] != 'complete'
 
     def numbers(self, metric: str) -> pd.Series:
-        """Return a metric of each run: inf if never reached, NaN for broken runs.
-
-        Raises:
-            SetcmasError: The metric is unknown.
-        """
+        """Return a metric of each run: inf if never reached, NaN for broken runs."""
         if metric not in self.metrics:
             raise SetcmasError(
                 f"unknown metric '{metric}'; must be one of {', '.join(self.metrics)}"
@@ -105,23 +93,13 @@ class Study:
         return values.mask(self.is_broken)
 
     def run(self, number: int) -> Run:
-        """Repeat a run, and return it with all its data.
-
-        Raises:
-            SetcmasError: The run does not exist, or a file that it needs is missing.
-        """
+        """Repeat a run, and return it with all its data."""
         return simulate(located_in(self.folder, self.plan.kept_scenario(number)))
 
     def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:
-        """Return a plot.
+        """Return a plot of a metric over a varied name, by default the first.
 
-        Args:
-            metric: A column.
-            by: Varied name for the axis; by default the first.
-            look: `palette` and `paper` as for csv_to_plot.
-
-        Raises:
-            SetcmasError: A column or style is unknown, or nothing is varied.
+        `look` is `palette` and `paper` as for csv_to_plot.
         """
         figure: Figure = tool(_FIGURE)(self, metric, by, **look)
         return figure
@@ -188,11 +166,7 @@ def _text(value: Any) -> str:
 
 
 def read_table(folder: Path) -> pd.DataFrame:
-    """Read the runs.csv of a study.
-
-    Raises:
-        SetcmasError: The file is missing or damaged.
-    """
+    """Read the runs.csv of a study, or raise SetcmasError."""
     try:
         texts = dict.fromkeys(OUTCOME, str)
         table = pd.read_csv(folder / TABLE, dtype=texts, keep_default_na=False, na_values=[''])

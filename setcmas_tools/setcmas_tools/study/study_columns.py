@@ -161,11 +161,7 @@ def _rounded(number: float | None) -> float | None:
 
 
 def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Return metrics whose names can be columns.
-
-    Raises:
-        SetcmasError: A name is taken or no name, or a metric is no function.
-    """
+    """Return metrics that are functions and whose names can be columns, or raise SetcmasError."""
     for name, metric in metrics.items():
         if not name.isidentifier():
             raise SetcmasError(f"metric '{name}' must have letters, digits and _ in its name")
@@ -179,15 +175,7 @@ def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
 
 
 def check_known(names: Sequence[str], own: Mapping[str, Metric]) -> None:
-    """Check that metrics are columns that a study may have.
-
-    Args:
-        names: Their names.
-        own: The study's own metrics.
-
-    Raises:
-        SetcmasError: One is unknown.
-    """
+    """Check that metrics are columns of a study with its own ones, or raise SetcmasError."""
     parts = (*own, *(name for name in METRICS.plugins() if name not in SHIPPED))
     for name in names:
         if name not in COLUMNS and not name.startswith(parts):
@@ -198,11 +186,7 @@ def check_known(names: Sequence[str], own: Mapping[str, Metric]) -> None:
 
 
 def metric_in(path: Path) -> Metric:
-    """Return the metric in a file: its function with the name of the file.
-
-    Raises:
-        SetcmasError: The file cannot be read, fails, or has no such function.
-    """
+    """Return the function in a file that has its name, or raise SetcmasError."""
     known: dict[str, Any] = {'__name__': f'metric {path.stem}', '__file__': str(path)}
     try:
         exec(compile(path.read_bytes(), path, 'exec'), known)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -53,11 +53,7 @@ class StudyInfo:
 
 
 def read_info(folder: Path) -> StudyInfo | None:
-    """Read the study.yaml of a folder; return None if there is none.
-
-    Raises:
-        SetcmasError: The file cannot be read, is damaged, or has another format.
-    """
+    """Read the study.yaml of a folder, None if there is none; raise SetcmasError if damaged."""
     return read_record(folder / FILE_NAME, StudyInfo)
 
 
@@ -80,11 +76,7 @@ class KeptFiles:
         return {name: hashlib.sha256(self.contents[name]).hexdigest() for name in self.contents}
 
     def add(self, scenario: Scenario) -> None:
-        """Store the files that a scenario names.
-
-        Raises:
-            SetcmasError: A file does not exist, or another file of this name is already stored.
-        """
+        """Store the files that a scenario names; raise SetcmasError if one is missing."""
         values = scenario.values().items()
         named = {n: str(v) for n, v in values if n in OF_FILES and isinstance(v, (str, Path))}
         if named.items() <= self._seen:
@@ -107,11 +99,7 @@ class KeptFiles:
 
 @contextmanager
 def written(folder: Path) -> Iterator[None]:
-    """Report errors of files in a study's folder in one line.
-
-    Raises:
-        SetcmasError: A file cannot be written.
-    """
+    """Raise SetcmasError instead of errors of files in a study's folder."""
     try:
         yield
     except OSError as error:
@@ -121,16 +109,10 @@ def written(folder: Path) -> Iterator[None]:
 def prepare(
     folder: Path, info: StudyInfo, files: Mapping[str, bytes], overwrite: bool = False
 ) -> None:
-    """Create the folder of a study, or check that it holds the same one.
-
-    Args:
-        folder: The folder.
-        info: The study.
-        files: Contents of its files, by path in the folder.
-        overwrite: Whether to overwrite another study.
+    """Create the folder of a study with its files, or check that it holds the same one.
 
     Raises:
-        SetcmasError: The folder holds something else, or cannot be written.
+        SetcmasError: The folder holds something else, and not a study to `overwrite`.
     """
     wanted = replace(info, origin=this_origin())
     if overwrite and (folder / FILE_NAME).is_file():
@@ -178,27 +160,17 @@ def _compared(study: StudyInfo) -> dict[str, Any]:
 
 
 def finished_rows(folder: Path) -> dict[int, dict[str, Any]]:
-    """Read the rows of a study so far, by run; a damaged line counts as a run to be made again.
-
-    Raises:
-        OSError: The file cannot be read.
-    """
+    """Return the rows of a study so far, by run; runs with damaged lines are to be made again."""
     rows = {}
     for line in (folder / ROWS).read_bytes().splitlines() if (folder / ROWS).exists() else []:
-        try:
+        with suppress(ValueError, KeyError, TypeError):
             row = json.loads(line)
             rows[row['run']] = row
-        except (ValueError, KeyError, TypeError):
-            continue
     return rows
 
 
 def stored_rows(folder: Path, rows: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield rows as they come, each once it is in the file.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Yield rows as they come, each once it is in the file."""
     with (folder / ROWS).open('a', encoding='utf-8') as file:
         file.write('\n' if file.tell() else '')  # ends a line that a killed study left
         for row in rows:
@@ -208,10 +180,6 @@ def stored_rows(folder: Path, rows: Iterable[dict[str, Any]]) -> Iterator[dict[s
 
 
 def write_table(table: Any, folder: Path) -> None:
-    """Write runs.csv from a pandas table, whole or not at all.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write runs.csv from a pandas table, whole or not at all."""
     with written_whole(folder / TABLE) as file:
         table.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')

@@ -69,11 +69,7 @@ class Plan:
         return [name for axis in self.axes for name in axis[0] if name != SEED]
 
     def scenario(self, run: int) -> Scenario:
-        """Return the scenario of a run, numbered from 1.
-
-        Raises:
-            SetcmasError: There is no such run.
-        """
+        """Return the scenario of a run, numbered from 1; raise SetcmasError if it is unknown."""
         if not 1 <= run <= len(self.runs):
             raise SetcmasError(f'unknown run {run}; must be from 1 to {len(self.runs)}')
         return self.scenario_with(self.runs[run - 1])
@@ -87,11 +83,7 @@ class Plan:
         return variation.with_values(self.base, found)
 
     def kept_scenario(self, run: int) -> Scenario:
-        """Return the scenario of a run with the copies of its files, as 'inputs/...'.
-
-        Raises:
-            SetcmasError: There is no such run.
-        """
+        """Return the same with the copies of its files, as 'inputs/...'."""
         found = self.scenario(run)
         values = found.values()
         kept = {name: texts.get(str(values[name])) for name, texts in self.info.files.items()}
@@ -103,11 +95,7 @@ def _merged(parts: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def located_in(folder: Path, kept: Scenario) -> Scenario:
-    """Return a scenario whose files are in the folder of a study.
-
-    Raises:
-        SetcmasError: A file is missing, or outside of it.
-    """
+    """Return a scenario with the files of a study's folder; raise SetcmasError if not there."""
     return kept.located(ScenarioFolder(folder).place_of)
 
 
@@ -118,14 +106,7 @@ def make_plan(
     seeds: int = 1,
     metrics: Mapping[str, Metric] | None = None,
 ) -> Plan:
-    """Return the plan of a study.
-
-    Args:
-        base: The common scenario of all runs.
-        vary: Values to vary, by name.
-        cases: A CSV file of names and values that vary together.
-        seeds: Number of seeds.
-        metrics: Further metrics by name.
+    """Return the plan of a study; arguments are as for `sweep`.
 
     Raises:
         SetcmasError: A name, value or file is unknown, or values contradict each other.
@@ -154,13 +135,8 @@ def make_plan(
 
 
 def check_names(names: Sequence[str], seeds: int) -> None:
-    """Check that varied names can be columns of one table.
-
-    Raises:
-        SetcmasError: They cannot.
-    """
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
+    """Raise SetcmasError unless varied names can be columns of one table."""
+    if twice := {name for name in names if names.count(name) > 1}:
         raise SetcmasError(f"'{min(twice)}' is varied twice; vary it once")
     if taken := _RESERVED.intersection(names):
         raise SetcmasError(
@@ -202,11 +178,7 @@ def _values(name: str, labels: Sequence[Any], objects: Mapping[str, Any]) -> lis
 
 
 def read_plan(folder: Path) -> Plan:
-    """Read the plan of the study in a folder.
-
-    Raises:
-        SetcmasError: There is no study, or a file is damaged.
-    """
+    """Read the plan of the study in a folder; raise SetcmasError without one."""
     info = read_info(folder)
     if info is None:
         raise SetcmasError(f"'{folder}' has no {FILE_NAME}; it must be the folder of a study")
@@ -250,11 +222,7 @@ def read_cases(path: Path, script_names: Collection[str]) -> dict[int, dict[str,
 
 @contextmanager
 def located_at(path: Path | None, line: int | None) -> Iterator[None]:
-    """Add file and line of a case to errors; without a line, change nothing.
-
-    Raises:
-        SetcmasError: An error about the case.
-    """
+    """Add file and line of a case to errors; without a line, change nothing."""
     try:
         yield
     except SetcmasError as error:

@@ -143,11 +143,7 @@ def figure(
     palette: str = PALETTES[0],
     paper: str | None = None,
 ) -> Figure:
-    """Return a plot of a study; as `Study.plot`.
-
-    Raises:
-        SetcmasError: There is no such column or style, or nothing is varied.
-    """
+    """Return a plot of a study; as `Study.plot`."""
     check_style(palette, paper)
     name = by or next(iter(study.names), '')
     if name not in study.names:
@@ -163,20 +159,7 @@ def figure(
 def plot(
     study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotSettings | None = None
 ) -> list[Path]:
-    """Write the plots of a study.
-
-    Args:
-        study: The study.
-        folder: Their folder.
-        metrics: Metrics to plot; by default those of the task.
-        look: Formats and style.
-
-    Returns:
-        The files.
-
-    Raises:
-        SetcmasError: There is no such metric, or the plots cannot be written.
-    """
+    """Write plots of metrics, by default those of the task; return the files."""
     chosen = look or PlotSettings()
     chosen.check()
     paths: list[Path] = []

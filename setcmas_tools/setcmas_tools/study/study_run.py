@@ -1,4 +1,4 @@
-"""Run of a study: made in a process of its own, here or on a cluster, it gets a row."""
+"""Runs of a study: each is made in a process of its own, here or on a cluster, and gets a row."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -40,68 +39,106 @@ Row = dict[str, Any]
 """A row by column: 'run', its outcome, and its metrics."""
 
 
-@dataclass(frozen=True)
-class Job:
-    """A run of a study, for the thread that makes it.
+def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Row]:
+    """Make runs of a study, and yield their rows as they finish, or raise SetcmasError.
 
-    Attributes:
-        scenario: Its scenario.
-        metrics: Further metrics by name.
-        timeout: Its time limit in s.
-        memory: Its memory limit in bytes.
-        files: Contents of its files by path; empty if they are on this machine.
+    A thread controls the process of each run: joblib's own processes could not be ended
+    individually when a script hangs, and one that dies would end all.
     """
+    with needs('study'):
+        import joblib
 
-    run: int
-    scenario: Scenario
-    metrics: Mapping[str, Metric]
-    timeout: float
-    memory: int
-    files: Mapping[str, bytes]
-
-    @contextmanager
-    def located(self) -> Iterator[Scenario]:
-        """Yield the scenario; its files, if it brings them, are in a folder meanwhile."""
-        if not self.files:
-            yield self.scenario
-            return
-        with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
-            for name, content in self.files.items():
-                path = Path(folder, name)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(content)
-            yield located_in(Path(folder), self.scenario)
+    multiprocessing.set_forkserver_preload(['setcmas_tools.study.warm_up'])
+    address = options.cluster
+    limits = options.timeout, _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
+    scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})
+    with _dask(address) if address else joblib.parallel_config('threading', n_jobs=options.jobs):
+        yield from joblib.Parallel(return_as='generator_unordered')(
+            joblib.delayed(made_row)(run, scenario(run), plan.metrics, files, *limits)
+            for run in runs
+        )
 
 
-def made_row(job: Job) -> Row:
-    """Make a run in a process of its own; return its row, whatever its scripts do."""
-    from joblib import wrap_non_picklable_objects
+@contextmanager
+def _dask(address: str) -> Iterator[None]:
+    """Let joblib use the workers of a Dask scheduler, or raise SetcmasError."""
+    import joblib
 
+    with needs('cluster'):
+        from distributed import Client
     try:
-        with job.located() as scenario:
-            work = wrap_non_picklable_objects((scenario, job.metrics), keep_wrapper=False)
-            function = partial(row_of, job.run, work)
-            size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
-            with ScriptProcess(function, scenario.scripts(), size, job.memory) as process:
-                return process.result(print, timeout=job.timeout)
-    except (MachineError, NotBegunError):
-        raise  # all other runs would end so
-    except SetcmasError as error:
-        return _row(job.run, State.NOT_STARTED, message=str(error))
-    except EndedError as error:
-        return _row(job.run, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
+        client = Client(address, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise SetcmasError(
+            f"cluster '{address}' does not answer; must be the address of a Dask scheduler, "
+            'such as tcp://10.0.0.1:8786'
+        ) from error
+    with client, joblib.parallel_config('dask', n_jobs=-1):
+        releases = set(client.run(_release).values())
+        if releases != {__version__}:
+            found = ', '.join(sorted(map(str, releases))) or 'no worker'
+            raise SetcmasError(
+                f"cluster '{address}' has {found}; its workers must have setcmas {__version__}"
+            )
+        yield
 
 
-def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object) -> Row:
-    """Make a run in this process and return its row.
+def _release() -> str:
+    return __version__
+
+
+def _memory_of_each(jobs: int) -> int:
+    """Return the memory limit of each of several simultaneous runs, in bytes."""
+    if not hasattr(os, 'sysconf'):
+        return _LEAST_MEMORY
+    physical = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
+    return max(_LEAST_MEMORY, physical // jobs)
+
+
+def made_row(
+    number: int, scenario: Scenario, metrics: Mapping[str, Metric], files: Mapping[str, bytes],
+    timeout: float, memory: int,
+) -> Row:  # fmt: skip
+    """Make a run in a process of its own; return its row, whatever its scripts do.
 
     Args:
         number: Its number.
-        work: Its scenario, and further metrics by name.
-
-    Raises:
-        SetcmasError: A script cannot be loaded, or a value is invalid.
+        scenario: Its scenario.
+        metrics: Further metrics by name.
+        files: Contents of its files by path; empty if they are on this machine.
+        timeout: Its time limit in s.
+        memory: Its memory limit in bytes.
     """
+    from joblib import wrap_non_picklable_objects
+
+    try:
+        with _with_files(scenario, files) as found:
+            work = wrap_non_picklable_objects((found, metrics), keep_wrapper=False)
+            size = size_of(checked_steps(found) + 1, found.nb_robots)
+            run = partial(row_of, number, work)
+            with ScriptProcess(run, found.scripts(), size, memory) as process:
+                return process.result(lambda _: None, timeout=timeout)
+    except (MachineError, NotBegunError):
+        raise  # all other runs would end so
+    except SetcmasError as error:
+        return _row(number, State.NOT_STARTED, message=str(error))
+    except EndedError as error:
+        return _row(number, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
+
+
+@contextmanager
+def _with_files(scenario: Scenario, files: Mapping[str, bytes]) -> Iterator[Scenario]:
+    """Yield a scenario; its files, if it brings them, are in a folder meanwhile."""
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        for name, content in files.items():
+            path = Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        yield located_in(Path(folder), scenario) if files else scenario
+
+
+def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object = None) -> Row:
+    """Make a run of a scenario in this process, and return its row with further metrics."""
     scenario, metrics = work
     messages: list[str] = []
     with silent():
@@ -117,61 +154,3 @@ def _row(run: int, state: State, robots: str = '', message: str = '') -> Row:
     if len(words) > _LONGEST_MESSAGE:
         words = f'{words[: _LONGEST_MESSAGE - 1]}…'
     return {'run': run, 'state': state.value, 'robots': robots, 'message': words}
-
-
-def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Row]:
-    """Make runs of a study, and yield their rows as they finish, or raise SetcmasError.
-
-    A thread controls the process of each run: joblib's own processes could not be ended
-    individually when a script hangs, and one that dies would end all.
-    """
-    with needs('study'):
-        import joblib
-
-    multiprocessing.set_forkserver_preload(['setcmas_tools.study.warm_up'])
-    address = options.cluster
-    memory = _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
-    scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})
-    with _dask(address) if address else joblib.parallel_config('threading', n_jobs=options.jobs):
-        yield from joblib.Parallel(return_as='generator_unordered')(
-            joblib.delayed(made_row)(
-                Job(run, scenario(run), plan.metrics, options.timeout, memory, files)
-            )
-            for run in runs
-        )
-
-
-@contextmanager
-def _dask(address: str) -> Iterator[None]:
-    import joblib
-
-    with needs('cluster'):
-        from distributed import Client
-    try:
-        client = Client(address, timeout=_CONNECT_S)
-    except (OSError, ValueError) as error:
-        raise SetcmasError(
-            f"cluster '{address}' does not answer; must be the address of a Dask scheduler, "
-            'such as tcp://10.0.0.1:8786'
-        ) from error
-    with client:
-        releases = set(client.run(_release).values())
-        if releases != {__version__}:
-            found = ', '.join(sorted(map(str, releases))) or 'no worker'
-            raise SetcmasError(
-                f"cluster '{address}' has {found}; its workers must have setcmas {__version__}"
-            )
-        with joblib.parallel_config('dask', n_jobs=-1):
-            yield
-
-
-def _release() -> str:
-    return __version__
-
-
-def _memory_of_each(jobs: int) -> int:
-    """Return the memory limit of each of several simultaneous runs, in bytes."""
-    if not hasattr(os, 'sysconf'):
-        return _LEAST_MEMORY
-    physical = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
-    return max(_LEAST_MEMORY, physical // jobs)

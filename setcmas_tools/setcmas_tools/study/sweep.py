@@ -87,13 +87,7 @@ def sweep(
 def carry_out(
     plan: Plan, folder: Path | None, options: SweepOptions, overwrite: bool = False
 ) -> Study:
-    """Make the missing runs of a study.
-
-    Args:
-        plan: The study.
-        folder: Its folder; None is a temporary one.
-        options: Workers and time limit.
-        overwrite: Whether to overwrite another study.
+    """Make the missing runs of a study in a folder; None is a temporary one.
 
     Raises:
         SetcmasError: The folder holds something else or cannot be written, or the cluster does

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,7 @@ SETTING, OPTION = 'set.', 'option.'
 
 
 def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
-    """Return the variables that the control scripts of `--algo` assign.
-
-    Raises:
-        SetcmasError: A script is missing or invalid.
-    """
+    """Return the variables that the scripts of `--algo` assign, or raise SetcmasError."""
     paths = LawScripts(algo, exercise).paths
     return {name for path in paths for name in names_to_set(path)}
 
@@ -48,11 +45,7 @@ def plain(name: str) -> str:
 
 
 def checked_name(name: str, script_names: Collection[str]) -> str:
-    """Check a varied name, and return it with _ for - in options.
-
-    Args:
-        name: The name as typed.
-        script_names: Variables that the control scripts assign.
+    """Return a varied name with _ for - in options.
 
     Raises:
         SetcmasError: It is neither an option nor a variable of the script, or both.
@@ -76,15 +69,7 @@ def checked_name(name: str, script_names: Collection[str]) -> str:
 
 
 def value_of(name: str, value: Any) -> Any:
-    """Convert a value for its option or the script.
-
-    Args:
-        name: The varied name.
-        value: A text, a number of a range, or a value from Python.
-
-    Raises:
-        SetcmasError: The value is invalid for the option.
-    """
+    """Convert a text, a number or a value from Python for its option, or raise SetcmasError."""
     if is_setting(name):
         text = f'{plain(name)}={value}'
         return parse_setting(text)[1] if isinstance(value, str) else value
@@ -110,11 +95,7 @@ def _truth(name: str, value: Any) -> bool:
 
 
 def with_values(base: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return a scenario with varied values.
-
-    Raises:
-        SetcmasError: The values contradict each other.
-    """
+    """Return a scenario with varied values, or raise SetcmasError if they contradict."""
     changes = {plain(name): value for name, value in values.items() if not is_setting(name)}
     settings = {plain(name): value for name, value in values.items() if is_setting(name)}
     return base.replace(**changes, set={**base.law.set, **settings})
@@ -127,20 +108,17 @@ _DIGITS = 12  # so that 0.2:2:10 has 0.4 instead of 0.4000000000000001
 
 
 def parse_values(name: str, text: str) -> list[Any]:
-    """Return the values in a text such as '0.2:2:10' or '0,0.2,0.4'.
+    """Return the values in a text such as '0.2:2:10' or '0,0.2,0.4', or raise SetcmasError.
 
     Values of a list stay strings unless the list is YAML, such as '[[1, 2], [3, 4]]'.
-
-    Args:
-        name: The varied name.
-        text: The text.
-
-    Raises:
-        SetcmasError: The text has another form.
     """
     if found := _RANGE.fullmatch(text):
         return _range(name, text, bool(found[1]), float(found[2]), float(found[3]), int(found[4]))
-    values = _yaml_list(text) if text.startswith('[') else text.split(',')
+    values: Any = text.split(',')
+    if text.startswith('['):
+        values = []
+        with suppress(yaml.YAMLError):
+            values = yaml.safe_load(text)
     empty = not values or not all(str(value).strip() for value in values)
     if empty or _MISTAKEN.fullmatch(text):
         raise SetcmasError(
@@ -156,11 +134,3 @@ def _range(name: str, text: str, log: bool, first: float, last: float, count: in
         raise SetcmasError(f"--vary {name} '{text}' must be a range of 1 value or more{more}")
     numbers = np.geomspace(first, last, count) if log else np.linspace(first, last, count)
     return [float(f'{number:.{_DIGITS}g}') for number in numbers.tolist()]
-
-
-def _yaml_list(text: str) -> Sequence[Any]:
-    try:
-        values = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return []
-    return values if isinstance(values, list) else []

@@ -6,4 +6,4 @@ from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_run import row_of
 
 _LINKS = {'graph': 'ring', 'loss': 0.1, 'event_triggered': True}
-row_of(0, (Scenario.of('consensus', nb_robots=3, duration=1.0, **_LINKS), {}), None)
+row_of(0, (Scenario.of('consensus', nb_robots=3, duration=1.0, **_LINKS), {}))
