@@ -114,7 +114,24 @@ class Study:
     @property
     def summary(self) -> str:
         """Medians over seeds of each case as a table; of all runs if there are too many cases."""
-        return summary(self)
+        is_long = len(self) / self.plan.info.seeds > _MOST_CASES
+        names = [] if is_long else self.names
+        numbers = {name: self.numbers(name) for name in self._summed_up()}
+        keys = self.table[names] if names else pd.DataFrame({'': 0}, self.table.index)
+        counted = keys.assign(runs=1, broken=self.is_broken, **numbers)
+        how = {'runs': 'sum', 'broken': 'sum', **dict.fromkeys(numbers, 'median')}
+        cases = counted.groupby([*keys], sort=False, dropna=False).agg(how).reset_index()
+        heads = [*names, 'runs', 'broken', *map(_head, numbers)]
+        rows = [list(map(shown, row)) for row in cases[[*names, *how]].itertuples(index=False)]
+        table: str = tabulate(rows, heads, stralign='right', disable_numparse=True)
+        return table
+
+    def _summed_up(self) -> list[str]:
+        """Return the metrics of the summary, each before what laws predict for it."""
+        first = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
+        compared = [name for name in self.metrics if predicted(name) in self.metrics]
+        both = [[name, predicted(name)] for name in dict.fromkeys([*first, *compared])]
+        return [name for pair in both for name in pair if name in self.metrics]
 
     def __repr__(self) -> str:
         varied = f', {", ".join(self.names)} varied' if self.names else ''
@@ -123,23 +140,6 @@ class Study:
     def _repr_html_(self) -> str:
         title, summary = escape(self.title), escape(self.summary)
         return f'<div><b>{title}</b><pre style="line-height:1.2">{summary}</pre></div>'
-
-
-def summary(study: Study) -> str:
-    """Return medians over seeds of each case as a table; of all runs if there are too many."""
-    names = study.names if len(study.plan.runs) / study.plan.info.seeds <= _MOST_CASES else []
-    metrics = [name for name in _FIRST if name in study.metrics] or study.metrics[:4]
-    metrics += [name for name in study.metrics if predicted(name) in study.metrics]
-    metrics = [one for name in dict.fromkeys(metrics) for one in (name, predicted(name))]
-    numbers = {name: study.numbers(name) for name in metrics if name in study.metrics}
-    keys = study.table[names] if names else pd.DataFrame({'': 0}, study.table.index)
-    counted = keys.assign(runs=1, broken=study.is_broken, **numbers)
-    how = {'runs': 'sum', 'broken': 'sum', **dict.fromkeys(numbers, 'median')}
-    cases = counted.groupby([*keys], sort=False, dropna=False).agg(how).reset_index()
-    heads = [*names, 'runs', 'broken', *map(_head, numbers)]
-    rows = [list(map(shown, row)) for row in cases[[*names, *how]].itertuples(index=False)]
-    table: str = tabulate(rows, heads, stralign='right', disable_numparse=True)
-    return table
 
 
 def _head(metric: str) -> str:

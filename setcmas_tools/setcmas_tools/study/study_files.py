@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -37,7 +36,6 @@ class StudyInfo:
         vary: Values of each varied name.
         seeds: Number of seeds; the first one is the scenario's.
         files: Paths of stored files in the folder, by option and original text.
-        digests: SHA-256 of these files, by path.
         metrics: SHA-256 of the source of its own metrics, by name.
         origin: Versions that made it; None if not recorded yet.
     """
@@ -47,7 +45,6 @@ class StudyInfo:
     vary: dict[str, Any] = field(default_factory=dict)
     seeds: int = 1
     files: dict[str, dict[str, str]] = field(default_factory=dict)
-    digests: dict[str, str] = field(default_factory=dict)
     metrics: dict[str, str] = field(default_factory=dict)
     origin: Origin | None = None
 
@@ -69,11 +66,6 @@ class KeptFiles:
     texts: dict[str, dict[str, str]] = field(default_factory=dict)
     contents: dict[str, bytes] = field(default_factory=dict)
     _seen: set[tuple[str, str]] = field(default_factory=set)
-
-    @property
-    def digests(self) -> dict[str, str]:
-        """SHA-256 of the stored files."""
-        return {name: hashlib.sha256(self.contents[name]).hexdigest() for name in self.contents}
 
     def add(self, scenario: Scenario) -> None:
         """Store the files that a scenario names; raise SetcmasError if one is missing."""
@@ -119,7 +111,7 @@ def prepare(
         remove_parts(folder, _PARTS)
     _refuse_others(folder)
     earlier = read_info(folder)
-    if earlier and (name := _difference(earlier, wanted)):
+    if earlier and (name := _difference(earlier, wanted) or _changed(folder, files)):
         raise SetcmasError(
             f"output '{folder}' holds another study ({name} differs); choose another "
             'folder, or add --overwrite'
@@ -150,6 +142,12 @@ def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
     if earlier.seeds < wanted.seeds:  # whose runs come after the others
         del first['seeds']
     return next((name for name, value in first.items() if value != second[name]), '')
+
+
+def _changed(folder: Path, files: Mapping[str, bytes]) -> str:
+    """Return the first file whose copy in the folder differs; '' if none."""
+    paths = {name: folder / name for name in files}
+    return next((n for n, p in paths.items() if not p.exists() or p.read_bytes() != files[n]), '')
 
 
 def _compared(study: StudyInfo) -> dict[str, Any]:

@@ -130,7 +130,7 @@ def make_plan(
             scenario.check()
             files.add(scenario)
     sources = {name: digest_of(metric) for name, metric in own.items()}
-    info = replace(info, files=files.texts, digests=files.digests, metrics=sources)
+    info = replace(info, files=files.texts, metrics=sources)
     return replace(plan, info=info, contents=files.contents)
 
 

@@ -224,7 +224,9 @@ def seeded(law, folder, seeds, **changes):
 def test_more_seeds_continue_a_study(law, tmp_path, monkeypatch):
     first = seeded(law, tmp_path / 'grown', 2)
     made, made_row = [], study_run.made_row
-    monkeypatch.setattr(study_run, 'made_row', lambda run, *rest: made.append(run) or made_row(run, *rest))
+    monkeypatch.setattr(
+        study_run, 'made_row', lambda run, *rest: made.append(run) or made_row(run, *rest)
+    )
     grown = seeded(law, tmp_path / 'grown', 3)
     assert made == [5, 6]
 
