@@ -1,6 +1,6 @@
 """Measures studies: rates of runs, two jobs against one; prints, asserts nothing.
 
-python benchmarks/sweep.py [--repeat 5] [--quick]
+python benchmarks/sweep.py [--repeat 5] [--duration 60] [--seeds 60] [--quick]
 
 Rates are in times real time, of consensus with 8 robots for 60 s, all kinds of runs one after the
 other in each repetition, as machines are noisy.
@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 
 from offline import laws_alone
+from quick_option import parsed
 
 from setcmas_tools import simulate, sweep
 
@@ -61,18 +62,18 @@ def main() -> None:
     """Print the medians of all kinds of runs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--repeat', type=int, default=5)
-    parser.add_argument('--quick', action='store_true', help='short runs, once: does it work?')
-    args = parser.parse_args()
+    parser.add_argument('--duration', type=float, default=60.0)
+    parser.add_argument('--seeds', type=int, default=60)
+    args = parsed(parser, repeat=1, duration=2.0, seeds=2)
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
-    duration = 2.0 if args.quick else 60.0
-    kinds = kinds_of_runs(duration, seeds=2 if args.quick else 60)
+    kinds = kinds_of_runs(args.duration, args.seeds)
     times: dict[str, list[float]] = {name: [] for name in kinds}
-    for _ in range(1 if args.quick else args.repeat):
+    for _ in range(args.repeat):
         for name, measure in kinds.items():
             times[name].append(measure())
     middle = {name: statistics.median(values) for name, values in times.items()}
     for name, one in middle.items():
-        print(f'{name:45} {duration / one:7.0f} times real time, {1e3 * one:7.1f} ms a run')
+        print(f'{name:45} {args.duration / one:7.0f} times real time, {1e3 * one:7.1f} ms a run')
     for name in LINKS:
         ratio = middle[f'sweep, 1 jobs, {name}'] / middle[f'sweep, 2 jobs, {name}']
         print(f'two jobs against one, {name:25} {ratio:.2f}')
