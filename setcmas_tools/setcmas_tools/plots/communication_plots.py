@@ -9,12 +9,12 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
+from matplotlib.ticker import MaxNLocator
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import final_width, legend, line_look, robot_handles, time_axis
 from setcmas_tools.run.communication_record import CommunicationRecord
-from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS = 60
@@ -135,8 +135,7 @@ def _draw_robots(axes: Axes, robots: list[int], diameter: float) -> None:
         )  # fmt: skip
 
 
-_MOST_PANELS = 12
-_INCHES_PER_PANEL = 0.78
+_INCHES_PER_ROW = 0.6
 
 
 def _is_event_triggered(run: Run) -> bool:
@@ -145,37 +144,24 @@ def _is_event_triggered(run: Run) -> bool:
 
 @applies_to(_is_event_triggered)
 def draw_instants(figure: Figure, run: Run) -> None:
-    """Draw when each robot sent its state: a panel per robot; in larger fleets a row per robot.
-
-    As in figure 4 of Bertrand, ECC 2024.
-    """
+    """Draw when each robot sent its state, in a row for each robot."""
     assert run.record
     table, record, robots = run.table, run.record, run.robots
-    if len(robots) > _MOST_PANELS:
-        _draw_rows(figure, table, record)
-        return
-    figure.set_size_inches(9.0, 1.2 + _INCHES_PER_PANEL * len(robots))
-    panels = np.atleast_1d(figure.subplots(len(robots), sharex=True)).tolist()
-    for axes, robot in zip(panels, robots, strict=True):
-        times = _sent(record, robot)
-        axes.plot(*_spikes(times, 0.0, 1.0), **line_look(robot, len(robots)))
-        axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
-        axes.set(ylim=(0.0, 1.25), yticks=(0, 1))
-        axes.set_ylabel(f'robot {robot}', rotation=0, ha='right', va='center')
-        axes.grid(axis='y', visible=False)
-    panels[0].set_title('Communication instants (1: state sent)')
-    legend(panels[0], time_axis(panels, table.t[0], table.t[-1]))
-
-
-def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
-    figure.set_size_inches(9.0, 6.4)
+    figure.set_size_inches(9.0, min(6.4, 1.6 + _INCHES_PER_ROW * len(robots)))
     axes = figure.add_subplot(title='Communication instants', ylabel='robot')
-    robots = table.robots
-    for robot in robots:
-        times = _sent(record, robot)
-        axes.plot(*_spikes(times, robot - 0.4, robot + 0.4), **line_look(robot, len(robots)))
-    axes.spines['left'].set_zorder(1)
+    looks = [line_look(robot, len(robots)) for robot in robots]
+    rows = axes.eventplot(
+        [_sent(record, robot) for robot in robots],
+        lineoffsets=robots,
+        linelengths=0.8,
+        linewidths=[look['linewidth'] for look in looks],
+        colors=[look['color'] for look in looks],
+    )
+    for row, look in zip(rows, looks, strict=True):
+        row.set_path_effects(look.get('path_effects', []))
+    axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
     axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis='y', visible=False)
     legend(axes, robot_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
 
@@ -215,11 +201,6 @@ def draw_counts(figure: Figure, run: Run) -> None:
 def _sent(record: CommunicationRecord, robot: int) -> Floats:
     t, robots, sent = record.triggers.T
     return np.asarray(t[(robots == robot) & (sent == 1)])
-
-
-def _spikes(t: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the points of a line with a spike at each time, with gaps between."""
-    return np.repeat(t, 3), np.tile([low, high, np.nan], len(t))
 
 
 def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:
