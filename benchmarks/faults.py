@@ -3,7 +3,7 @@
 Run in the environment that setcmas is installed in, on a quiet machine, as root for the network;
 two at a time take some 15 minutes on 2 cores:
 
-    python benchmarks/faults.py --jobs 2 [--repeat 3] [--only 'mocap nan'] [--mocap camera]
+    python benchmarks/faults.py --jobs 2 [--repeat 3] [--only 'mocap nan']
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing.pool import ThreadPool
 from pathlib import Path
@@ -34,7 +34,7 @@ from fault_kinds import (
     rogues,
     scripts,
 )
-from fault_kinds.kind import Kind, Place
+from fault_kinds.kind import Kind
 from fault_places import rehearsal
 from network_namespaces import NoNetworkError, in_a_process
 from quick_option import parsed
@@ -75,10 +75,9 @@ class Result:
         return soon and self.metres < MOST_M and stays and reported
 
 
-def measured(mocap: str, name: str) -> Result:
-    """Inject a fault, in a domain of its own, with another source of poses if it is not empty."""
+def measured(name: str) -> Result:
+    """Inject a fault, in a domain of its own."""
     kind = KINDS[name]
-    kind = replace(kind, options=(*kind.options, '--mocap', mocap)) if mocap else kind
     signal.signal(signal.SIGALRM, _give_up)
     signal.alarm(LONGEST_S)
     with reserved_domain() as domain, rehearsal(kind, domain) as running:
@@ -121,10 +120,10 @@ def _line(output: str, kind: Kind) -> str:
     return found[0].strip() if found else ''
 
 
-def row(repeat: int, mocap: str, name: str) -> tuple[str, ...]:
+def row(repeat: int, name: str) -> tuple[str, ...]:
     """Measure a fault several times; returns a line of the table with the worst values."""
     try:
-        results = [in_a_process(measured, mocap, name) for _ in range(repeat)]
+        results = [in_a_process(measured, name) for _ in range(repeat)]
     except (AssertionError, NoNetworkError):
         traceback.print_exc()
         return name, 'not measured', '', '', '', 'NO'
@@ -137,10 +136,6 @@ def row(repeat: int, mocap: str, name: str) -> tuple[str, ...]:
         results[0].line,
         'yes' if all(result.is_well(KINDS[name]) for result in results) else 'NO',
     )
-
-
-def _suits_any_mocap(name: str) -> bool:
-    return KINDS[name].place is Place.EMULATED and name != 'poses on the topic of motion capture'
 
 
 def _shown(rows: Iterable[tuple[str, ...]], total: int) -> Iterable[tuple[str, ...]]:
@@ -156,14 +151,12 @@ def main() -> int:
     parser.add_argument('--repeat', type=int, default=1)
     parser.add_argument('--jobs', type=int, default=1, help='faults at a time')
     parser.add_argument('--only', action='append', choices=list(KINDS))
-    parser.add_argument('--mocap', default='', help='source of poses of emulated experiments')
     args = parsed(parser, repeat=1, only=['robot blocked'])
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
-    chosen = args.only or list(KINDS)
-    names = [name for name in chosen if not args.mocap or _suits_any_mocap(name)]
+    names = args.only or list(KINDS)
     print(f'two robots at 0.21 m/s, {len(names)} faults, worst of {args.repeat} runs of each')
     with ThreadPool(args.jobs) as pool:
-        rows = list(_shown(pool.imap(partial(row, args.repeat, args.mocap), names), len(names)))
+        rows = list(_shown(pool.imap(partial(row, args.repeat), names), len(names)))
     columns = ('fault', 'at rest after (s)', 'rolled (m)', 'moves off again', 'reported', 'well')
     print(tabulate(rows, columns, tablefmt='github', disable_numparse=True))
     load = os.getloadavg()[0]

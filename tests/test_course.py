@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from processes import run_setcmas
+from processes import PATIENT_LAB, run_setcmas
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 
@@ -49,6 +49,8 @@ def test_every_command_of_the_students_page_works(session, domain):
     for verb, *words in lines:
         if verb in ('view', 'fault') or (verb == 'expe' and '--output' not in words):
             continue  # until Ctrl-C, or for a running experiment
+        if verb == 'expe':
+            words += PATIENT_LAB
         if verb == 'run':
             words += ['--lockstep', '--view', 'none', '--duration', '5', '--no-plots']
         done = run_setcmas(verb, *words, cwd=session)
