@@ -21,6 +21,7 @@ from pathlib import Path
 
 from launch_scripts.commands.grade import RUBRIC
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_folder import OfflineOptions
 
 _ASCII = str.maketrans('✓✗', '+-')
@@ -44,6 +45,8 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.grade.check import chosen_rubric, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
 
+    if args.json and (args.show or args.output):
+        raise SetcmasError('--json draws no picture; leave out --show and --output')
     call_timeout = OfflineOptions.of(args).call_timeout
     with opened(args.law) as law:
         rubric = chosen_rubric(law.script, args.rubric).shown()

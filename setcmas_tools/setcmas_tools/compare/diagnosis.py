@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -17,6 +18,8 @@ from setcmas_tools.compare.generic_mistakes import (
     EQUAL,
     YOURS,
     Explanation,
+    also_generic,
+    also_multiple,
     generic_conditions,
     generic_laws,
     other_distance,
@@ -38,6 +41,7 @@ from setcmas_tools.offline.altered_solutions import (
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
+_OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 _TIED = 0.005  # share of all calls by which the better one must be better
 
 
@@ -91,6 +95,7 @@ def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], is_conditi
         groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
         groups += [plain_multiple(calls), too_fast(calls), turned_multiple(calls)]
         groups += [_of_some(calls, each) for each in (generic_laws, plain_multiple, too_fast)]
+        groups += [_listed_and_generic(calls, mistakes)]
     return next(filter(None, (_best(calls, group) for group in groups)), '')
 
 
@@ -105,6 +110,25 @@ def _listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Exp
     for number, mistake in enumerate(mistakes):
         answers = [one.answers.get(str(number)) for one in calls]
         yield from tried(mistake.hint, calls, answers)
+
+
+def _listed_and_generic(
+    calls: Sequence[Calls], mistakes: Sequence[Mistake]
+) -> Iterator[Explanation]:
+    """Yield explanations by a listed mistake, and turned velocities or a wrong factor as well."""
+    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
+    multiples: list[Explanation] = []
+    for number, mistake in enumerate(mistakes):
+        answers = _answers(calls, number)
+        if len(answers) == len(calls):
+            yield from also_generic(strict, answers, mistake.hint)
+            multiples += also_multiple(strict, answers, mistake.hint)
+    yield from multiples[:1]  # the others are multiples of the first
+
+
+def _answers(calls: Sequence[Calls], number: int) -> list[Floats]:
+    """Return the answers with a listed mistake in all scenarios in which it does not fail."""
+    return [one.answers[str(number)] for one in calls if str(number) in one.answers]
 
 
 def _of_some(
@@ -139,7 +163,7 @@ def _named(robots: NDArray[np.int_]) -> str:
 def _terms(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
     """Yield explanations by the factor of a term, which a mistake leaves out."""
     for number, mistake in enumerate(mistakes):
-        rest = [one.answers[str(number)] for one in calls if str(number) in one.answers]
+        rest = _answers(calls, number)
         if mistake.term and len(rest) == len(calls):
             steps = [one.solution - each for one, each in zip(calls, rest, strict=True)]
             for factor in shares(calls, rest, steps):

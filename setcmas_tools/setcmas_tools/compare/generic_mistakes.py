@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, Calls
+from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, SOLUTION, Calls
 
 _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
@@ -160,17 +161,13 @@ def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
 
 def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by a factor that has a name, otherwise by another constant."""
-    found = [*_multiple(calls, _solutions(calls))]
+    found = [*_multiple(calls)]
     yield from found or _constants(calls)
 
 
-def _solutions(calls: Sequence[Calls]) -> list[Floats]:
-    return [one.solution for one in calls]
-
-
-def _multiple(calls: Sequence[Calls], answers: Sequence[Floats]) -> Iterator[Explanation]:
-    """Yield the explanation by answers times a factor that has a name."""
-    factors = [_factor(*each) for each in zip(calls, answers, strict=True)]
+def _multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation by a factor that has a name."""
+    factors = [_factor(one, one.solution) for one in calls]
     sizes = [one.scenario.nb_robots for one in calls]
     known = [place for place, factor in enumerate(factors) if math.isfinite(factor)]
     found = [factors[place] for place in known]
@@ -184,46 +181,61 @@ def _multiple(calls: Sequence[Calls], answers: Sequence[Floats]) -> Iterator[Exp
                 if 'N' in name and len({sizes[place] for place in known}) == 1:
                     # It may be another number.
                     names = [f'{of_size(sizes[known[0]]):.3g}', f' ({name} for N robots)']
-                yield from _by_factors(calls, answers, wanted, *names)
+                yield from _by_factors(calls, wanted, *names)
 
 
-def plain_multiple(
-    calls: Sequence[Calls], answers: Sequence[Floats] | None = None
-) -> Iterator[Explanation]:
-    """Yield the explanation by answers, by default right ones, times the same factor in all."""
-    answers = answers or _solutions(calls)
-    found = [_factor(*each) for each in zip(calls, answers, strict=True)]
+def plain_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation by any factor, the same in all scenarios."""
+    found = [_factor(one, one.solution) for one in calls]
     known = [factor for factor in found if math.isfinite(factor) and factor]
     if known and _are_equal(known, known[:1] * len(known)):
         size = abs(known[0])
-        text = f'{max(size, 1 / size):.3g}'
-        yield from _by_factors(calls, answers, known[:1] * len(calls), text)
+        yield from _by_factors(calls, known[:1] * len(calls), f'{max(size, 1 / size):.3g}')
 
 
 def _by_factors(
-    calls: Sequence[Calls],
-    answers: Sequence[Floats],
-    factors: Sequence[float],
-    name: str,
-    explained: str = '',
+    calls: Sequence[Calls], factors: Sequence[float], name: str, explained: str = ''
 ) -> Iterator[Explanation]:
-    multiples = [factor * one for factor, one in zip(factors, answers, strict=True)]
+    answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
     size = 'large' if abs(factors[0]) > 1 else 'small'
     ways = 'the right directions, but are' if factors[0] > 0 else f'{_OPPOSITE}, and are'
     hint = f'{YOURS} have {ways} {name} times too {size}{explained}.'
-    yield from tried(hint, calls, multiples, is_multiple=True)
+    yield from tried(hint, calls, answers, is_multiple=True)
 
 
 def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by turned or swapped velocities that are too large or small as well."""
     for what, matrix in TURNED[1:7]:
-        answers = _turned(calls, matrix)
-        found = [*_multiple(calls, answers)] or [*plain_multiple(calls, answers)]
-        for hint, differing in found:
-            # A negative factor is a positive factor of the opposite turn.
-            if _OPPOSITE not in hint:
-                both = f'{YOURS} are {what} With that corrected, {hint[0].lower()}{hint[1:]}'
-                yield Explanation(f'Probably two mistakes: {both}', differing)
+        yield from also_multiple(calls, _turned(calls, matrix), f'{YOURS} are {what}')
+
+
+def also_multiple(
+    calls: Sequence[Calls], answers: Sequence[Floats], first: str
+) -> Iterator[Explanation]:
+    """Yield the explanation by a mistake, with its answers and hint, and a wrong factor."""
+    altered = _relative_to(calls, answers)
+    found = [*_multiple(altered)] or [*plain_multiple(altered)]
+    # A negative factor is a positive factor of the opposite turn.
+    yield from _second(first, [one for one in found if _OPPOSITE not in one.hint])
+
+
+def also_generic(
+    calls: Sequence[Calls], answers: Sequence[Floats], first: str
+) -> Iterator[Explanation]:
+    """Yield explanations by a mistake, with its answers and hint, and another generic one."""
+    yield from _second(first, generic_laws(_relative_to(calls, answers)))
+
+
+def _relative_to(calls: Sequence[Calls], answers: Sequence[Floats]) -> list[Calls]:
+    """Return calls with other answers in place of the solution's."""
+    both = zip(calls, answers, strict=True)
+    return [replace(one, answers={SOLUTION: own}) for one, own in both]
+
+
+def _second(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:
+    for hint, differing in found:
+        text = f'{first} With that corrected, {hint[0].lower()}{hint[1:]}'
+        yield Explanation(f'Probably two mistakes: {text}', differing)
 
 
 def shares(

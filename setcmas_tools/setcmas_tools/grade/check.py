@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
@@ -166,7 +167,7 @@ def _plain(scenario: ScenarioMark) -> dict[str, Any]:
                 'max_score': one.max_points,
                 'metric': one.metric,
                 'wanted': one.wanted,
-                'reached': one.reached,
+                'reached': one.reached if math.isfinite(one.reached or 0.0) else None,
                 'unit': one.unit,
                 'hint': one.hint,
             }

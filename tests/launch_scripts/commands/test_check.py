@@ -90,6 +90,9 @@ def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, sco
     assert ("NameError: name 'undefined'" in scenario['failure']) == (status == 'failed')
     assert bool(criterion['hint']) == (status == 'incomplete')
     assert not list(tmp_path.glob('*.png'))
+    both = run_here('check', 'law.py', '-R', 'r.yaml', '--json', '--show', cwd=tmp_path)
+    assert both.returncode == 2
+    assert 'leave out --show' in both.stderr
 
 
 @pytest.mark.parametrize(
