@@ -353,7 +353,7 @@ def _work(
 
 def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -> None:
     """Give this process streams and limits of its own; let it end with the one that started it."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _end_with_parent()
     multiprocessing.current_process().daemon = False  # scripts may start processes
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C
     if _IS_POSIX:
@@ -372,8 +372,18 @@ def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -
 
 
 def _end_with_parent() -> None:
-    if _IS_POSIX:  # the thread that runs scripts answers
-        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
-    if parent := multiprocessing.parent_process():
-        parent.join()
-        os._exit(1)
+    """End this process when the one that started it has ended, however that ends."""
+    parent = multiprocessing.parent_process()
+    if parent and _FORKS:  # the kernel does it, even while a script holds the interpreter's lock
+        import fcntl
+
+        fcntl.fcntl(parent.sentinel, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(parent.sentinel, fcntl.F_SETSIG, signal.SIGKILL)
+        fcntl.fcntl(parent.sentinel, fcntl.F_SETFL, os.O_ASYNC)
+    elif parent:
+        threading.Thread(target=_exit_after, args=(parent,), daemon=True).start()
+
+
+def _exit_after(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
