@@ -29,6 +29,7 @@ EXTRAS = {
     'setcmas_tools/setcmas_tools/grade': 'grade',
     'setcmas_tools/setcmas_tools/offline/kernel_confinement.py': 'grade',
     'setcmas_tools/setcmas_tools/page/document.py': 'report',
+    'setcmas_tools/setcmas_tools/plots/film.py': 'test',  # ffmpeg may come from elsewhere
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study': 'cluster',
     'docs': 'docs',
