@@ -150,14 +150,14 @@ def draw_instants(figure: Figure, run: Run) -> None:
     figure.set_size_inches(9.0, min(6.4, 1.6 + _INCHES_PER_ROW * len(robots)))
     axes = figure.add_subplot(title='Communication instants', ylabel='robot')
     looks = [line_look(robot, len(robots)) for robot in robots]
-    rows = axes.eventplot(
+    axes.eventplot(
         [_sent(record, robot) for robot in robots],
         lineoffsets=robots,
         linelengths=0.8,
         linewidths=[look['linewidth'] for look in looks],
         colors=[look['color'] for look in looks],
     )
-    for row, look in zip(rows, looks, strict=True):
+    for row, look in zip(axes.collections, looks, strict=True):
         row.set_path_effects(look.get('path_effects', []))
     axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
     axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
