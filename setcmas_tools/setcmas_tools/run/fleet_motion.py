@@ -88,11 +88,12 @@ def fleet_table(rows: ArrayLike) -> FleetTable:
     """
     values = np.asarray(rows, dtype=float).reshape(-1, len(fields(FleetTable)))
     t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
-    known = (np.where(np.abs(column) <= _LARGEST, column, np.nan) for column in rest)
+    known = (np.where(np.abs(column) <= LARGEST, column, np.nan) for column in rest)
     return FleetTable(t, robot.astype(np.int64), *known)
 
 
-_LARGEST = 1e12  # m, rad, m/s: squares of larger numbers may be infinite
+LARGEST = 1e12
+"""Largest number in m, rad or m/s that is one: squares of larger ones may be infinite."""
 
 
 _MOST_ROBOT_SECONDS = 1e6  # 8 robots for 35 h, or 250 for an hour
@@ -196,18 +197,11 @@ class Track:
         result[:, known] = self.rows.v[rows], self.rows.omega[rows]
         return result
 
-    def newest(self, t: float) -> int:
-        """Return the last row at or before a time in s; -1 if there is none."""
-        return int(np.searchsorted(self.rows.t, t + SAME_TIME_S, side='right')) - 1
-
-    def next(self, t: float) -> int:
-        """Return the first row at or after a time in s; the number of rows if there is none."""
-        return int(np.searchsorted(self.rows.t, t - SAME_TIME_S))
-
     def is_broken(self, since: float, t: float) -> bool:
         """Return whether there is a gap after a time in s and up to another."""
-        first, last = self.newest(since), self.next(t)
-        return bool(self._gap[max(0, first) : last].any())
+        first = np.searchsorted(self.rows.t, since + SAME_TIME_S, side='right') - 1
+        last = np.searchsorted(self.rows.t, t - SAME_TIME_S)
+        return bool(self._gap[max(0, int(first)) : int(last)].any())
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
-from setcmas_tools.run.fleet_motion import rows_in_words
+from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
 
 MARKER, TRAIL = 'marker', 'trail'
 _EARLY_S = 0.001
@@ -189,8 +189,8 @@ class DrawnOverTime:
     """
 
     def __init__(self, drawings: Iterable[Drawing]) -> None:
-        """Take drawings sorted by time; drop those that are not finite."""
-        self.shown = [drawing for drawing in drawings if _is_finite(drawing.sphere)]
+        """Take drawings sorted by time; drop those that are NaN or too large."""
+        self.shown = [drawing for drawing in drawings if _is_usable(drawing.sphere)]
         self._markers: dict[tuple[int, str], list[Drawing]] = {}
         self._trails: list[Drawing] = []
         for drawing in self.shown:
@@ -210,5 +210,5 @@ class DrawnOverTime:
         return self._trails[first:last]
 
 
-def _is_finite(sphere: Sphere) -> bool:
-    return all(map(math.isfinite, (*sphere[:4], *sphere.colour, sphere.alpha)))
+def _is_usable(sphere: Sphere) -> bool:
+    return all(abs(number) <= LARGEST for number in (*sphere[:4], *sphere.colour, sphere.alpha))

@@ -126,8 +126,6 @@ def test_a_gap_is_broken_and_its_ends_are_not():
     assert one.is_broken(0.4, 4.1)
     assert one.is_broken(1.0, 2.0)
     assert not one.is_broken(4.0, 4.5)
-    assert (one.newest(3.0), one.next(3.0)) == (1, 2)
-    assert (one.newest(-1.0), one.next(9.0)) == (-1, 4)
 
 
 def test_a_robot_that_was_never_seen():

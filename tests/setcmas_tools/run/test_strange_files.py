@@ -1,12 +1,13 @@
 """What a stranger sends is read within limits, or refused in one line that names it."""
 
 import os
+import random
+import re
 import shutil
 import warnings
 from contextlib import suppress
 
 import pytest
-from strange_files import chances, damaged_table, damaged_yaml
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import read_entries
@@ -62,22 +63,43 @@ def in_one_line(path):
     return line
 
 
-def test_damaged_tables(whole, run):
-    for chance in chances('table', 200):
-        file = chance.choice(sorted((whole / 'csv').iterdir()))
-        target = run / 'csv' / file.name
-        target.write_text(damaged_table(file.read_text(), chance), encoding='utf-8')
-        used(run)
-        shutil.copy(file, target)
+VALUES = (
+    '', 'nan', '-inf', '1e308', '1e9', '-1', '1.5', '99999999', 'abc', '"', '\x00', '１', '0x10',
+    '1_000', 'all', 'x' * 3000, '[]', '{a: {b: []}}', '1:a,2:b', '2001-01-01', '&a [*a]',
+    '!!python/name:os.system', '<script>', '../../etc',
+)  # fmt: skip
 
 
-def test_damaged_records(whole, run):
-    text = (whole / 'run.yaml').read_text()
-    for chance in chances('yaml', 100):
-        (run / 'run.yaml').write_bytes(damaged_yaml(text, chance))
+def damaged(text, chance):
+    """Change values, lines or letters of a table or a record."""
+    lines = text.splitlines()
+    for _ in range(chance.choice([1, 1, 5])):
+        number = chance.randrange(len(lines))
+        parts = re.split('(,|: )', lines[number])
+        kind = chance.randrange(6)
+        if kind < 3:
+            parts[chance.randrange(0, len(parts), 2)] = chance.choice(VALUES)
+            lines[number] = ''.join(parts)
+        elif kind == 3:
+            lines[number] = ''
+        elif kind == 4:
+            lines += [lines[number]] * chance.randrange(50)
+        else:
+            lines[number] = ''.join(chance.sample(lines[number], len(lines[number])))
+    return '\n'.join(lines)
+
+
+def test_damaged_tables_and_records(whole, run):
+    files = [*sorted((whole / 'csv').iterdir()), whole / 'run.yaml']
+    chance = random.Random(1)
+    for _ in range(250):
+        file = chance.choice(files)
+        target = run / file.relative_to(whole)
+        target.write_text(damaged(file.read_text(), chance), encoding='utf-8')
         used(run)
         with suppress(SetcmasError):
             Scenario.load(run / 'run.yaml').check()
+        shutil.copy(file, target)
 
 
 FLEET = 't,robot,x,y,theta,v,omega\n'
