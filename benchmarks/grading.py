@@ -29,7 +29,7 @@ import numpy as np
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.grade.marks import Marks
-from setcmas_tools.offline.kernel_confinement import PrivateMounts
+from setcmas_tools.submissions.confinement import obstacle
 
 SCENARIOS = (
     'nb_robots: 8, duration: 20',
@@ -108,7 +108,7 @@ def report(place: Path, students: int, jobs: int, once: bool) -> None:
     right = [scores[name] for name in gains]
     wrong = [score for name, score in scores.items() if name not in gains and 'output' not in name]
     print(f'{platform.machine()}, Python {platform.python_version()}')
-    print(f'load before: {load:.1f}; private mounts: {PrivateMounts.are_possible()}')
+    print(f'load before: {load:.1f}; bubblewrap: {not obstacle()}')
     print(f'{students} submissions, {len(SCENARIOS)} scenarios, {jobs} jobs: {seconds}')
     for other, number in () if once else (('again', jobs), ('alone', 1)):
         _, seconds = graded(place, other, number)

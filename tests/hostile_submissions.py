@@ -1,140 +1,287 @@
-"""Bodies of control laws that attack the grader, and how it must report them."""
+"""Control laws that attack the grader, and files that attack whoever unpacks them."""
 
-RUNS_ON = {
-    'recursion': ('    return control(i, n, poses, t)', 'RecursionError'),
-    'exit': ('    exit()', 'called exit(None)'),
-    'fork': ('    import os\n    while True: os.fork()', 'Operation not permitted'),
-    'command': ('    import subprocess\n    subprocess.run(["ls"])', 'Operation not permitted'),
-    'rubric': ('    open(RUBRIC)', "Permission denied: '{folder}/rubric.yaml'"),
-    'folders': ('    import os\n    os.listdir("/tmp")', 'Permission denied'),
-    'environment': (
-        '    import os\n    open(f"/proc/{os.getppid()}/environ")',
-        '{environ}',
-    ),
-    'solution': (
-        '    from importlib.util import find_spec\n'
-        '    file = find_spec("setcmas_ctrl.network").origin\n'
-        '    open(file.replace("network", "algorithms/consensus"))',
-        'Permission denied',
-    ),
-    'law': (
-        '    from setcmas_ctrl.algorithms.consensus import control',
-        'Permission denied',
-    ),
-    'tmp': ('    open("/tmp/forged", "w")', "{tmp}: '/tmp/forged'"),
-    'thread': (
-        '    import threading\n    threading.Thread(target=int).start()',
-        "can't start new thread",
-    ),
-    'link': ('    import os\n    os.symlink(RUBRIC, "link")', 'not'),
-    'socket': ('    import socket\n    socket.socket()', 'Operation not permitted'),
-    'kill': ('    import os\n    os.kill(os.getppid(), 9)', 'Operation not permitted'),
-    'ctypes': (
-        '    import ctypes, os\n    libc = ctypes.CDLL(None)\n'
-        '    calls = libc.fork(), libc.kill(os.getppid(), 9), libc.socket(2, 1, 0)\n'
-        '    calls += libc.prctl(1, 0), libc.ptrace(16, os.getppid(), 0, 0), libc.unshare(0)\n'
-        '    raise OSError(calls)',
-        '(-1, -1, -1, -1, -1, -1)',
-    ),
-    'limits': (
-        '    import resource\n    resource.setrlimit(resource.RLIMIT_CPU, (99, 99))',
-        'not implemented',
-    ),
-    'immutable': (
-        '    import fcntl\n    fcntl.ioctl(open("x", "w"), 0x40086602, b"\\x10\\0\\0\\0")',
-        'not implemented',
-    ),
-    'owner': (
-        '    import fcntl, os\n    fcntl.fcntl(open("x", "w"), fcntl.F_SETOWN, os.getppid())',
-        'not implemented',
-    ),
-    'truncate': (
-        '    import numpy, os\n    os.truncate(numpy.__file__, 0)',
-        'Operation not permitted',
-    ),
-    'open': (
-        '    import numpy, os\n    os.open(numpy.__file__, os.O_RDONLY | os.O_TRUNC)',
-        'not implemented',
-    ),
-    'json': ('    print(\'{"score": 10}\')\n    return 1, 1, 1', 'control returned 3 values'),
-    'result': ('    return float("inf"), 0', 'not finite'),
-}
-"""What submissions do, and how it is reported; the run continues without them."""
+import io
+import zipfile
+
+HEAD = """
+import ctypes, errno, mmap, os, resource, signal, socket, stat, subprocess, sys, threading, time
+from importlib.util import find_spec
+from pathlib import Path
+
+libc = ctypes.CDLL(None, use_errno=True)
+
+def opens(path, secret=b'SECRET'):
+    return secret in Path(path).read_bytes()
+
+def writes(path):
+    Path(path).write_text('forged')
+    return True
+
+def answers(kind, family, place):
+    with socket.socket(family, kind) as one:
+        one.settimeout(2)
+        one.connect(place)
+        one.send(b'x')
+        return one.recv(10) == b'SECRET'
+
+def shipped(name):
+    return os.path.join(os.path.dirname(find_spec('setcmas_ctrl').origin), name)
+
+def fails(number):
+    return number != -1
+
+def limit(name, value):
+    resource.setrlimit(getattr(resource, 'RLIMIT_' + name), (value, value))
+    return True
+"""
+
+TRIES = {
+    # reads
+    'rubric': 'opens(PLACE + "/rubric.yaml")',
+    'solution': 'opens(PLACE + "/solution.py")',
+    'hidden scenarios': 'opens(PLACE + "/hidden.yaml")',
+    'other submission': 'opens(PLACE + "/class/ada.py")',
+    'symbolic link': 'os.symlink(PLACE + "/rubric.yaml", "link") or opens("link")',
+    'hard link': 'os.link(PLACE + "/rubric.yaml", "hard") or opens("hard")',
+    'environment': '"SECRET" in os.environ.values()',
+    'environment of the grader': 'opens(f"/proc/{GRADER}/environ")',
+    'memory of the grader': 'open(f"/proc/{GRADER}/maps").read() != ""',
+    'descriptors of the grader': 'os.listdir(f"/proc/{GRADER}/fd") != []',
+    'processes': 'any(map(str.isdigit, os.listdir("/proc")))',
+    'descriptors': 'any(is_other_file(number) for number in range(3, 64))',
+    'passwords': 'Path("/etc/shadow").read_bytes() != b""',
+    'users': 'Path("/etc/passwd").read_bytes() != b""',
+    'home': 'os.listdir(USER_HOME) is not None',
+    'checkout': 'os.listdir(CHECKOUT) != []',
+    'temporary files': 'os.path.basename(PLACE) in os.listdir(os.path.dirname(PLACE))',
+    'hardware': 'os.listdir("/sys") != []',
+    'shipped law': '__import__("setcmas_ctrl.algorithms.consensus") is not None',
+    'shipped law as a file': 'Path(shipped("algorithms/consensus.py")).read_text() != ""',
+    'shipped rubric': 'Path(shipped("exercises/consensus.yaml")).read_text() != ""',
+    # writes
+    'marks': 'writes(PLACE + "/marks.json")',
+    'write to another submission': 'writes(PLACE + "/class/ada.py")',
+    'write to the home': 'writes(USER_HOME + "/.setcmas_forged")',
+    'write to packages': 'writes(os.path.dirname(find_spec("numpy").origin) + "/forged.py")',
+    'write to setcmas': 'writes(shipped("forged.py"))',
+    'write to the system': 'writes("/usr/forged")',
+    'write to the root': 'writes("/forged")',
+    'write to devices': 'writes("/dev/forged")',
+    'shared memory of files': 'writes("/dev/shm/forged")',
+    'program of the system': 'os.chmod("/usr/bin/env", 0o777) is None',
+    # network
+    'TCP': 'answers(socket.SOCK_STREAM, socket.AF_INET, ("127.0.0.1", TCP))',
+    'UDP': 'answers(socket.SOCK_DGRAM, socket.AF_INET, ("127.0.0.1", UDP))',
+    'abstract socket': 'answers(socket.SOCK_STREAM, socket.AF_UNIX, ABSTRACT)',
+    'socket of a file': 'answers(socket.SOCK_STREAM, socket.AF_UNIX, PLACE + "/socket")',
+    'network interfaces': 'any(name != "lo" for _, name in socket.if_nameindex())',
+    'the internet': 'socket.create_connection(("1.1.1.1", 53), 1) is not None',
+    'raw packets': 'socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 3) is not None',
+    # other processes
+    'signal': 'os.kill(GRADER, 0) is None',
+    'signal to all': 'os.kill(-1, signal.SIGCONT) is None and False',
+    'trace': 'fails(libc.ptrace(0x4206, GRADER, 0, 0))',
+    'priority': 'os.getpriority(os.PRIO_PROCESS, GRADER) is not None',
+    'limits of the grader': 'resource.prlimit(GRADER, resource.RLIMIT_CPU) is not None',
+    'fork': 'os.fork() is not None',
+    'thread': 'threading.Thread(target=int).start() is None',
+    'program': 'subprocess.run([sys.executable, "-c", ""]).returncode == 0',
+    'shared memory': 'fails(libc.shmget(KEY, 64, 0))',
+    'terminal': 'os.open("/dev/tty", os.O_RDWR) >= 0',
+    # rights and limits
+    'namespaces': 'libc.unshare(0x10000000) == 0',
+    'mount': 'libc.mount(b"none", b"/tmp", b"tmpfs", 0, None) == 0',
+    'new root': 'os.chroot("/tmp") is None',
+    'device': 'os.mknod("disk", stat.S_IFBLK | 0o600, os.makedev(254, 0)) is None',
+    'root': 'os.setuid(0) is None',
+    'more memory': 'limit("AS", 1 << 33)',
+    'more processor time': 'limit("CPU", 9999)',
+    'more processes': 'limit("NPROC", 99)',
+    'larger files': 'limit("FSIZE", 1 << 40)',
+    'memory': 'len(bytearray(3 << 30)) > 0',
+    'large file': 'open("large", "wb").write(bytes(1 << 25)) > (1 << 24)',
+    'open files': 'len([open("/dev/null") for _ in range(500)]) == 500',
+    'disk': 'fills_disk()',
+}  # fmt: skip
+"""What a submission tries, by name: an expression that is true where it works."""
+
+WORK_WITHOUT = {
+    'rubric', 'solution', 'hidden scenarios', 'other submission', 'symbolic link', 'hard link',
+    'users', 'checkout', 'temporary files', 'shipped law', 'shipped law as a file',
+    'shipped rubric', 'marks', 'write to another submission', 'TCP', 'UDP', 'abstract socket',
+    'socket of a file', 'signal', 'priority', 'shared memory', 'home', 'descriptors of the grader',
+    'memory of the grader', 'processes', 'hardware',
+}  # fmt: skip
+"""Those that work without the sandbox, on any machine, whoever grades."""
+
+HARMFUL_WITHOUT = {
+    'write to the home', 'write to packages', 'write to setcmas', 'write to the system',
+    'write to the root', 'write to devices', 'shared memory of files', 'program of the system',
+    'signal to all', 'trace', 'mount', 'new root', 'device', 'root', 'namespaces', 'disk',
+    'fork', 'thread', 'program', 'the internet', 'terminal', 'passwords',
+}  # fmt: skip
+"""Those that are not tried without it: they would harm this machine, or depend on it."""
+
+LAW = """
+def is_other_file(number):
+    try:
+        kind = os.fstat(number).st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISFIFO(kind) or stat.S_ISCHR(kind))
+
+def fills_disk():
+    for number in range(12):
+        with open(f"full {number}", "wb") as file:
+            file.write(bytes(1 << 23))
+    return True
+
+def control(robotNo, nbRobots, poses, t):
+    worked = []
+    for number, attack in enumerate(TRIES):
+        try:
+            if eval(attack, globals()):
+                worked.append(str(number))
+        except (OSError, ImportError, MemoryError, ValueError, RuntimeError, AttributeError):
+            pass
+    raise ValueError(f'worked: {" ".join(worked)}.')
+"""
+
+
+def trying(tries, **known):
+    """Return a law that tries what is in a list, and raises an error with what has worked."""
+    values = ''.join(f'{name} = {value!r}\n' for name, value in known.items())
+    return f'{HEAD}\n{values}TRIES = {tries!r}\n{LAW}'
+
 
 ENDS = {
     'exit': ('    import os\n    os._exit(0)', 'ended its process with exit status 0'),
     'loading': ('    pass\nimport os\nos._exit(3)', 'ended its process with exit status 3'),
     'signal': ('    import os\n    os.kill(os.getpid(), 9)', 'killed by SIGKILL'),
-    'stop': (
-        '    import os\n    os.kill(os.getpid(), 19)\n    return 0, 0',
-        'the script stopped its process',
-    ),
     'crash': ('    import ctypes\n    ctypes.string_at(0)', 'killed by SIGSEGV'),
-    'connection': ('    import os\n    os.write(3, bytes(range(99)))', 'on its connection'),
-    'answers': (
-        '    import os, struct\n'
-        '    for _ in range(3): os.write(3, struct.pack("<Q4s", 4, b"full"))\n'
-        '    os.close(3)',
-        'sent an invalid reply',
+    'abort': ('    import os\n    os.abort()', 'killed by SIGABRT'),
+    'nothing': ('    import os\n    os.write(4, bytes(4))\n    return 0, 0', 'invalid reply'),
+    'wrong length': (
+        '    import os, struct\n    os.write(4, struct.pack("<Idd", 15, 0, 0)[:-1])',
+        'invalid reply',
     ),
-    'messages': (
-        '    import os, struct\n'
-        '    sent = b\'{"dimensions": [["a", -9, 9999999999999999999999]], "numbers": []}\'\n'
-        '    used = b\'"messages": {"are_used": true, "sent": \' + sent + b"}"\n'
-        '    reply = b\'{"velocity":[0.0,0.0], \' + used + b"}"\n'
-        '    os.write(3, struct.pack("<Q", len(reply)) + reply)\n'
-        '    os.close(3)',
-        'sent an invalid reply',
+    'huge length': ('    import os\n    os.write(4, b"\\xff" * 4)', 'wrote on its connection'),
+    'long reply': (
+        '    import os, struct\n    os.write(4, struct.pack("<I", 9000) + bytes(9000))',
+        'wrote on its connection',
+    ),
+    'not a number': (
+        '    import os, struct\n    os.write(4, struct.pack("<Idd", 16, float("nan"), 0))\n'
+        '    os.close(4)',
+        'invalid reply',
+    ),
+    'replies ahead': (
+        '    import os, struct\n    os.write(4, 3 * struct.pack("<Idd", 16, 0.2, 0))\n'
+        '    os.close(4)',
+        'wrote on its connection',
+    ),
+    'nested data': (
+        '    import os, struct\n    os.write(4, struct.pack("<I", 8000) + b"\\x91" * 8000)\n'
+        '    os.close(4)',
+        'invalid reply',
+    ),
+    'pickle': (
+        '    import os, pickle, struct\n    data = pickle.dumps((print, ("x",)))\n'
+        '    os.write(4, struct.pack("<I", len(data)) + data)\n    os.close(4)',
+        'invalid reply',
+    ),
+    'many dimensions': (
+        '    import msgspec, os, struct\n'
+        '    sent = {"dimensions": [["a", -9, 2**62]], "numbers": []}\n'
+        '    data = msgspec.msgpack.encode({"type": "Reply", "velocity": [0.0, 0.0],\n'
+        '        "messages": {"are_used": True, "sent": sent}})\n'
+        '    os.write(4, struct.pack("<I", len(data)) + data)\n    os.close(4)',
+        'invalid reply',
     ),
     'place': (
-        '    import _signal\n    open("where", "w").write(\n'
-        '        f\'(most recent call first):\\n  File "law.py", line {"9" * 5000} in x\\n\')\n'
-        '    _signal.raise_signal(9)',
-        'killed by SIGKILL',
-    ),
-    'line': (
-        '    import os, struct\n'
-        '    reply = b\'{"message": "x", "line": \' + b"9" * 4000 + b"}"\n'
-        '    os.write(3, struct.pack("<Q", len(reply)) + reply)\n'
-        '    os.close(3)',
-        'sent an invalid reply',
+        '    import os\n    os.write(5, b"  File \\"/setcmas_12345678/law.py\\", line "\n'
+        '        + b"9" * 5000 + b" in x\\n")\n    os._exit(1)',
+        'ended its process with exit status 1',
     ),
 }
-"""The same of what ends the run."""
-
-WRITES = {
-    'unlinked': (
-        '    import os, time\n    files = [open(str(k), "wb") for k in range(8)]\n'
-        '    for k in range(8):\n        files[k].write(bytes(2**24))\n        os.unlink(str(k))\n'
-        '    time.sleep(9)',
-        'No space left on device',
-    ),
-    'steadily': (
-        '    import time\n    open(f"{i} {t}", "wb").write(bytes(2**24))\n    time.sleep(0.1)\n'
-        '    return 0, 0',
-        'No space left on device',
-    ),
-    'files': (
-        '    import time\n    for k in range(2000): open(str(k), "w").close()\n    time.sleep(9)',
-        'No space left on device',
-    ),
-}
-"""What submissions write too much, and the error that they get."""
+"""Bodies of laws that end their run, and how it is reported."""
 
 SLOW = {
     'loop': ('    while True: pass', 'control has not returned for 1 s'),
-    'loading': ('    pass\nwhile True: pass', 'has been loading for 1 s'),
+    'loading': ('    pass\nwhile True: pass', 'law.py has been loading for 1 s'),
+    'sleep': ('    import time\n    time.sleep(99)', 'control has not returned for 1 s'),
+    'stopped': ('    import os\n    os.kill(os.getpid(), 19)', 'control has not returned for 1 s'),
     'stubborn': (
-        '    import signal\n    signal.signal(signal.SIGUSR1, signal.SIG_IGN)\n'
+        '    import signal\n    signal.signal(signal.SIGALRM, signal.SIG_IGN)\n'
         '    while True:\n        try:\n            while True: pass\n'
         '        except BaseException: pass',
         'control has not returned for 1 s',
     ),
+    'closed': (
+        '    import os, time\n    os.closerange(0, 99)\n    time.sleep(99)',
+        'control has not returned for 1 s',
+    ),
+    'half a reply': (
+        '    import os, time\n    os.write(4, b"\\x10\\0")\n    time.sleep(99)',
+        'control has not returned for 1 s',
+    ),
     'slow': (
         '    import time\n    time.sleep(0.9)\n    return 0, 0',
-        'the run takes longer than 4 s',
+        'the run takes longer than 3 s',
     ),
-    'memory': ('    rest = []\n    while True: rest.append(bytearray(10**7))', 'MemoryError'),
-    'large file': ('    open("x", "wb").write(bytes(2**25))', 'File too large'),
-    'message': ('    raise OSError("x" * 10**5)', 'OSError'),
 }
+"""The same of those that take too long, with a limit of 1 s for a call and 3 s for a run."""
+
+GO_ON = {
+    'recursion': ('    return control(i, n, poses, t)', 'RecursionError'),
+    'exit': ('    exit()', 'called exit(None)'),
+    'output': ('    print("x" * 10**7)\n    return 1, 1, 1', 'control returned 3 values'),
+    'errors': (
+        '    import sys\n    sys.stderr.write("x" * 10**7)\n    return 1, 1, 1',
+        'control returned 3 values',
+    ),
+    'infinite': ('    return float("inf"), 0', 'not finite'),
+    'long message': ('    raise OSError("x" * 10**5)', 'OSError'),
+    'at exit': (
+        '    import atexit, time\n    atexit.register(time.sleep, 99)\n    return 1, 1, 1',
+        'control returned 3 values',
+    ),
+}
+"""The same of those whose run goes on."""
+
+
+def archive(files, method=zipfile.ZIP_STORED):
+    """Return a zip file."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, 'w', method) as file:
+        for name, source in files.items():
+            file.writestr(name, source)
+    return content.getvalue()
+
+
+def with_link(target):
+    """Return a zip file with a law that is a symbolic link."""
+    info = zipfile.ZipInfo('law.py')
+    info.external_attr = 0o120777 << 16
+    return archive({info: target})
+
+
+def nested(depth, content):
+    """Return a zip file in a zip file, and so on."""
+    for _ in range(depth):
+        content = archive({'inner.zip': content})
+    return content
+
+
+PACKED = {
+    'bomb.zip': (archive({'law.py': bytes(1 << 28)}, zipfile.ZIP_DEFLATED), 'at most 200 kB'),
+    'depth.zip': (nested(9, b''), '3 zip files in each other'),
+    'entries.zip': (archive(dict.fromkeys(map(str, range(2000)), b'')), 'more than 1,000 files'),
+    'outside.zip': (archive({'../../law.py': b'control = 1'}), 'the submission is empty'),
+    'absolute.zip': (archive({'/tmp/law.py': b'control = 1'}), 'the submission is empty'),
+    'broken.zip': (archive({'law.py': b'x'})[:-9], 'is damaged or has a password'),
+    'deep.ipynb': (b'[' * 10**6, 'it is not a notebook of Jupyter, or damaged'),
+    'large.ipynb': (b'{"cells": [' + b'{},' * 5_000_000 + b'{}]}', 'it is not a notebook'),
+    'nested.py': (b'control = ' + b'(' * 150_000, ''),
+}
+"""Files that attack whoever unpacks or parses them, and the reason for no marks."""

@@ -1,15 +1,20 @@
-"""Sandboxes of systems that allow less than this one."""
+"""Runs of submissions in the sandbox, for tests; skipped where bubblewrap cannot confine them."""
 
-import os
-import sys
+import pytest
 
-_FORBIDDING = """
-from setcmas_tools.offline.kernel_confinement import PrivateMounts
-PrivateMounts.enter = lambda mounts: False
-"""
+from setcmas_tools.grade.rubric_scenarios import MarkedScenario
+from setcmas_tools.grade.submission_run import SandboxRunner, Times
+from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.submissions.confinement import obstacle
+
+needs_sandbox = pytest.mark.skipif(
+    bool(obstacle()), reason=f'no sandbox of bubblewrap: {obstacle()}'
+)
+SHORT = Scenario.of('', nb_robots=2, duration=1.0)
 
 
-def forbid_mounts(host, folder):
-    """Let a host that has not started find no private mounts, as in a Docker container."""
-    (folder / 'sitecustomize.py').write_text(_FORBIDDING)
-    host._environment = {'PYTHONPATH': os.pathsep.join([str(folder), *filter(None, sys.path)])}
+def run(script, scenario=SHORT, times=None, **others):
+    """Return the run of a submission that is a script."""
+    files = {'law.py': script if isinstance(script, bytes) else script.encode()}
+    runner = SandboxRunner('law.py', files, times or Times(5.0, 20.0), **others)
+    return runner(MarkedScenario('one', (), scenario))

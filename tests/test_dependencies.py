@@ -27,7 +27,6 @@ EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
     'setcmas_tools/setcmas_tools/compare/response_fit.py': 'identify',
     'setcmas_tools/setcmas_tools/grade': 'grade',
-    'setcmas_tools/setcmas_tools/offline/kernel_confinement.py': 'grade',
     'setcmas_tools/setcmas_tools/page/document.py': 'report',
     'setcmas_tools/setcmas_tools/plots/film.py': 'test',  # ffmpeg may come from elsewhere
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
@@ -41,7 +40,7 @@ SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 """Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
 
 PIP_KEYS = {
-    'daqp', 'joblib', 'landlockpy', 'mcap', 'msgspec', 'pyseccomp', 'rosbags',
+    'daqp', 'joblib', 'mcap', 'msgspec', 'rosbags',
     'websockets',
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""

@@ -40,7 +40,6 @@ def test_other_errors_of_an_import_stay():
         ('pandas', 'study', ('sweep', *LAW, '--seeds', '2')),
         ('distributed', 'cluster', ('sweep', *LAW, '--cluster', 'tcp://127.0.0.1:1')),
         ('jinja2', 'grade', ('grade', 'class', '--rubric', 'rubric.yaml', '-o', 'grades')),
-        ('landlockpy', 'grade', ('grade', 'class', '--rubric', 'rubric.yaml', '-o', 'grades')),
     ],
 )
 def test_a_command_names_the_extra_that_it_lacks(

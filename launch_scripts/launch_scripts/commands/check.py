@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import chosen_rubric, opened, runs_apart
+    from setcmas_tools.grade.check import Check, chosen_rubric, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
 
     if args.json and (args.show or args.output):
@@ -52,8 +52,7 @@ def main(args: argparse.Namespace) -> int:
         rubric = chosen_rubric(law.script, args.rubric).shown()
         picture = args.output or Path(f'{Path(law.name).stem}_check.png')
         check_picture(picture)
-        marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
-        result = law.tried(marks, rubric, call_timeout)
+        result = Check(law.marks(rubric, runs_apart(law.script, rubric, call_timeout)))
     if args.json:
         print(json.dumps(result.plain()))
         return 0 if result.is_full else SCRIPT_FAILED

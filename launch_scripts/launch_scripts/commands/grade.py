@@ -108,27 +108,22 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import find_submissions, grade
+    from setcmas_tools.grade.class_grading import check_sandbox, grade, handed_in
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
-    from setcmas_tools.offline.kernel_confinement import PrivateMounts
     from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
     from setcmas_tools.platforms.gradebooks import tables_of
 
+    check_sandbox(options)
     own = WrittenFiles(folder)
     asked = own.changed()
     _check_overwriting(asked, options)
-    submissions = find_submissions(args.folder, rubric.function)
+    submissions = handed_in(args.folder, rubric, options)
     students = [(one.name, one.student) for one in submissions]
     file = find_corrections(args.corrections, args.folder, folder)
     corrections = read_corrections(file, students, rubric) if file else Corrections()
     if corrections.untimed:
         warn(
             f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
-        )
-    if not (options.trust or PrivateMounts.are_possible()):
-        warn(
-            'user namespaces are forbidden here: robots of a submission could exchange data '
-            'without their links (docs/grading.md, The sandbox)'
         )
     graded = grade(submissions, rubric, folder, options)
     marks = [corrections.applied(one) for one in graded]

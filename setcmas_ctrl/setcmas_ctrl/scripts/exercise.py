@@ -33,8 +33,18 @@ def is_unfilled(script: Path, exercise: str = '') -> bool:
     """
     try:
         name = exercise or exercise_of(script)
-        return bool(name) and _functions(script) == _functions(EXERCISES.file(name)) != []
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError, SetcmasError):
+        return bool(name) and same_functions(
+            script.read_bytes(), EXERCISES.file(name).read_bytes()
+        )
+    except (OSError, SetcmasError):
+        return False
+
+
+def same_functions(source: bytes, exercise: bytes) -> bool:
+    """Return whether a script has the functions of an empty exercise, unchanged."""
+    try:
+        return _functions(source) == _functions(exercise) != []
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return False
 
 
@@ -49,8 +59,8 @@ def unfilled_note(script: Path) -> str:
     return f'{script.name} is not filled in yet; replace the parts marked TODO'
 
 
-def _functions(script: Path) -> list[str]:
-    tree = ast.parse(script.read_bytes())
+def _functions(source: bytes) -> list[str]:
+    tree = ast.parse(source)
     functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
     return [_dumped(function) for function in functions if function.name in _FILLED_IN]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from setcmas_ctrl.scripts.exercise import exercise_of
+from setcmas_ctrl.scripts.exercise import exercise_of, is_unfilled
 from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_ctrl.scripts.output import folded_output
@@ -69,8 +69,6 @@ def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
     return CriterionMark(name, points, most, '', '', None, hidden=True)
 
 
-_CALL_S = 10.0
-_NO_FILE = 'not tried in the sandbox of `setcmas grade`, which marks files; {}'
 _WITHIN = (
     'a law that is being marked cannot call check(); put this line below '
     "`if __name__ == '__main__':`"
@@ -86,22 +84,18 @@ class Check:
 
     Attributes:
         marks: The marks.
-        note: What `setcmas grade` would do otherwise, or why that is unknown; '' if nothing.
-        is_safe: Whether it would give at least these points, as far as known.
     """
 
     marks: Marks
-    note: str = ''
-    is_safe: bool = True
 
     def __str__(self) -> str:
         """Return a line per criterion, and hints below missed ones."""
-        return '\n'.join([*_lines(self.marks), *([self.note] if self.note else [])])
+        return '\n'.join(_lines(self.marks))
 
     @property
     def is_full(self) -> bool:
-        """Whether it has all points, in `setcmas grade`, too."""
-        return self.marks.is_full and self.is_safe
+        """Whether it has all points."""
+        return self.marks.is_full
 
     def plain(self) -> dict[str, Any]:
         """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
@@ -112,7 +106,6 @@ class Check:
             'status': self._status,
             'score': marks.score,
             'max_score': marks.max_score,
-            'note': self.note,
             'scenarios': [_plain(one) for one in marks.scenarios],
         }
 
@@ -198,18 +191,10 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         chosen = chosen_rubric(None, rubric).shown()
         name = getattr(law, '__name__', chosen.function)
         run = runs_here(law, chosen.function)
-        return Check(mark(chosen, run, name, Student(name)), _not_tried(law))
+        return Check(mark(chosen, run, name, Student(name)))
     with opened(str(law)) as own:
         chosen = chosen_rubric(own.script, rubric).shown()
-        return own.tried(own.marks(chosen, runs_here(str(own.script), chosen.function)), chosen)
-
-
-def _not_tried(law: Callable[..., Any]) -> str:
-    """Return that a function was not tried in the sandbox, and which command tries it."""
-    file = Path(getattr(getattr(law, '__code__', None), 'co_filename', ''))
-    if file.suffix == '.py' and file.is_file():
-        return _NO_FILE.format(f'use `setcmas check {file.name}`')
-    return _NO_FILE.format('save the notebook and use `setcmas check NOTEBOOK.ipynb`')
+        return Check(own.marks(chosen, runs_here(str(own.script), chosen.function)))
 
 
 @dataclass(frozen=True)
@@ -232,22 +217,8 @@ class OwnLaw:
             from setcmas_tools.grade.class_grading import named_cells
 
             run = named_cells(run, self.notebook)
-        return mark(rubric, run, self.name, Student(self.name), self.script)
-
-    def tried(self, marks: Marks, rubric: Rubric, call_timeout: float = _CALL_S) -> Check:
-        """Return the check with these marks, tried as `setcmas grade` runs the law.
-
-        Raises:
-            SetcmasError: A file cannot be read.
-        """
-        try:
-            from setcmas_tools.grade.trial import submission_of, trial
-        except ModuleNotFoundError as error:  # in a browser, which has no processes either
-            return Check(
-                marks, f'not tried in the sandbox of `setcmas grade`: {error.name} is missing'
-            )
-        submission = self.notebook or submission_of(self.script)
-        return Check(marks, *trial(submission, rubric, call_timeout, marks))
+        unfilled = is_unfilled(self.script, rubric.exercise)
+        return mark(rubric, run, self.name, Student(self.name), unfilled)
 
 
 @contextmanager

@@ -1,22 +1,20 @@
-"""Grading of a class: workers, stored marks, and their order."""
+"""Grading of a class: unpacking, workers, stored marks, and their order."""
 
 from __future__ import annotations
 
-import errno
+import ctypes
 import hashlib
 import logging
 import multiprocessing
-import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing.util import Finalize
+from functools import partial
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 from types import ModuleType
 
 import msgspec
@@ -24,7 +22,7 @@ from tqdm import tqdm
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_ctrl.scripts.machine_paths import without_paths
-from setcmas_ctrl.scripts.script_errors import safe_text, summarise
+from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.grade_options import GradeOptions
@@ -32,45 +30,102 @@ from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
-from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
-from setcmas_tools.offline.child_channel import MachineError
-from setcmas_tools.offline.fork_server import end_with_parent
-from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.kernel_confinement import obstacle
+from setcmas_tools.grade.submission_run import SandboxRunner, Times
+from setcmas_tools.submissions.confined_program import READ
+from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
 from setcmas_tools.submissions.notebook import in_cells
-from setcmas_tools.submissions.submissions import Submission
-from setcmas_tools.submissions.submissions import find_submissions as find_submissions
+from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
+from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
 
-Runners = Callable[[Path], LawRunner]
-"""Returns the runner of scenarios with a script."""
+_READ_S = 60.0
+_MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
+
+
+def check_sandbox(options: GradeOptions) -> None:
+    """Check that submissions can be confined, or are trusted.
+
+    Raises:
+        SetcmasError: Neither; the message says what to do.
+    """
+    if not options.trust and (reason := obstacle()):
+        raise SetcmasError(
+            f'no sandbox: {reason}; or --trust grades without sandbox, where submissions can '
+            'do whatever you can'
+        )
+
+
+def handed_in(place: Path, rubric: Rubric, options: GradeOptions) -> list[Submission]:
+    """Return the submissions in a folder or a zip file, each unpacked in the sandbox.
+
+    Raises:
+        SetcmasError: There are none, or the machine cannot run more processes.
+    """
+    exercise = EXERCISES.file(rubric.exercise).read_bytes() if rubric.exercise else b''
+
+    def read(packed: Sequence[Packed]) -> list[Submission]:
+        with ThreadPoolExecutor(options.jobs) as pool:
+            return list(pool.map(partial(read_apart, is_confined=not options.trust), packed))
+
+    return find_submissions(place, rubric.function, exercise, read)
+
+
+def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
+    """Unpack a submission in a process of its own, which its files can harm alone.
+
+    Raises:
+        MachineError: The process does not start.
+    """
+    name = packed.files[-1].top
+    late = f'it takes longer than {_READ_S:g} s to unpack'
+    try:
+        with ConfinedProcess(is_confined, READ + msgspec.msgpack.encode(packed)) as process:
+            answer = process.answer(b'', _READ_S, late, _MOST_READ)
+        read = msgspec.msgpack.decode(answer, type=Submission)
+        if not _is_of(read, packed):
+            raise ValueError(read.name)
+    except EndedError as error:
+        return Submission(name, packed.student, problem=f'it cannot be unpacked: {error}')
+    except (msgspec.MsgspecError, RecursionError, ValueError):
+        return Submission(name, packed.student, problem='it cannot be unpacked')
+    return read
+
+
+def _is_of(read: Submission, packed: Packed) -> bool:
+    """Return whether what a confined process has read may be a submission's."""
+    names = [PurePosixPath(name) for name in read.files]
+    return (
+        read.student == packed.student
+        and bool(read.problem or read.script in read.files)
+        and all(name.parts and not name.is_absolute() and '..' not in name.parts for name in names)
+    )
 
 
 @dataclass(frozen=True)
 class Grader:
-    """Grades submissions; `folder` is the parent of the processes' own folders."""
+    """Grades submissions, each run in a process of its own."""
 
     rubric: Rubric
     times: Times
-    confined: bool
-    folder: Path
+    is_confined: bool
 
-    def marks(self, submission: Submission, runs: Runners) -> Marks:
+    def marks(self, submission: Submission) -> Marks:
         """Return the marks of a submission.
 
         Raises:
             SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
                 machine ends a run (MachineError).
         """
-        marks = replace(self._marks(submission, runs), file=submission.file)
-        return marks.with_messages(without_paths)
-
-    def _marks(self, submission: Submission, runs: Runners) -> Marks:
         rubric, name, student = self.rubric, submission.name, submission.student
         if submission.problem:
-            return unmarked(rubric, name, student, Failure(submission.problem))
-        with submission.unpacked(self.folder) as script:
-            return mark(rubric, named_cells(runs(script), submission), name, student, script)
+            marks = unmarked(rubric, name, student, Failure(submission.problem))
+        else:
+            run = SandboxRunner(
+                submission.script, submission.files, self.times, rubric.function, self.is_confined
+            )
+            shown = named_cells(run, submission)
+            marks = mark(rubric, shown, name, student, submission.is_unfilled)
+        return replace(marks, file=submission.file).with_messages(without_paths)
 
 
 def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
@@ -93,39 +148,28 @@ def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
     return run_notebook
 
 
-_own: tuple[Grader, Host]
+_own: Grader
+_PR_SET_PDEATHSIG = 1
 
 
 def begin(grader: Grader) -> None:
     """Prepare this process for grading; it ends with its parent."""
     global _own
-    end_with_parent()
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that started it
-    _own = grader, sandbox(grader.folder, grader.confined)
-    Finalize(None, _own[1].close, exitpriority=1)  # atexit is not for such processes
+    _own = grader
 
 
 def graded(submission: Submission) -> Marks:
     """Return the marks of a submission, in a prepared process; raises as `Grader.marks`."""
-    grader, host = _own
-    times, function = grader.times, grader.rubric.function
-    run = SandboxRunner(host, submission.script, submission.files, times, function)
-    try:
-        return grader.marks(submission, lambda _: run)
-    except (OSError, ValueError) as error:
-        if isinstance(error, OSError) and error.errno not in _OF_FILE_NAMES:
-            raise MachineError from error
-        failure = Failure(without_paths(f'it cannot be graded: {summarise(error)}'))
-        return unmarked(grader.rubric, submission.name, submission.student, failure)
+    return _own.marks(submission)
 
-
-_OF_FILE_NAMES = {errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG, errno.EINVAL}
-"""Errors that conflicting file names cause; others, such as ENOSPC, are the machine's."""
 
 KEPT = 'marks'
 """Folder with the marks of submissions."""
 
-_SANDBOX = 5
+_SANDBOX = 6
 """Version of the sandbox; in earlier ones scripts could leave it, or robots could communicate."""
 
 
@@ -137,7 +181,7 @@ class KeptMarks:
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
         self._grader = _digest(
-            repr((__version__, _SANDBOX, grader.times, grader.confined)).encode(),
+            repr((__version__, _SANDBOX, grader.times, grader.is_confined)).encode(),
             *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
         )
 
@@ -191,10 +235,7 @@ _logger = logging.getLogger(__name__)
 
 
 def grade(
-    submissions: Sequence[Submission],
-    rubric: Rubric,
-    folder: Path,
-    options: GradeOptions,
+    submissions: Sequence[Submission], rubric: Rubric, folder: Path, options: GradeOptions
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
@@ -209,29 +250,21 @@ def grade(
             submissions from running; the marks of all others are stored.
         OSError: The marks cannot be written.
     """
-    if not hasattr(os, 'fork'):
-        raise SetcmasError('grading works on Linux and macOS; on Windows, use WSL 2')
-    reason = '' if options.trust else obstacle()
-    if reason:
-        raise SetcmasError(
-            f'no sandbox: {reason}; --trust grades without sandbox, where submissions can '
-            'do whatever you can'
-        )
+    check_sandbox(options)
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
-    with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as place:
-        times = Times(options.call_timeout, options.timeout)
-        grader = Grader(rubric, times, not options.trust, Path(place))
-        kept = KeptMarks(folder, grader)
-        earlier = () if options.overwrite else submissions
-        marks = {one.name: found for one in earlier if (found := kept.found(one))}
-        left = [one for one in submissions if one.name not in marks]
-        bar = tqdm(desc='grading', total=len(submissions), initial=len(marks), disable=None)
-        with bar:
-            for submission, made in _made(left, grader, options.jobs):
-                if made:
-                    marks[submission.name] = kept.keep(submission, made)
-                bar.update()
+    grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
+    kept = KeptMarks(folder, grader)
+    earlier = () if options.overwrite else submissions
+    marks = {one.name: found for one in earlier if (found := kept.found(one))}
+    left = [one for one in submissions if one.name not in marks]
+    with tqdm(
+        desc='grading', total=len(submissions), initial=len(marks), disable=None
+    ) as progress:
+        for submission, made in _made(left, grader, options.jobs):
+            if made:
+                marks[submission.name] = kept.keep(submission, made)
+            progress.update()
     kept.drop_others(submissions)
     _check_all_marked(marks, submissions)
     like = likenesses(*_prints(submissions, rubric))
@@ -327,14 +360,10 @@ def _prints(
     given: Print = frozenset()
     if rubric.exercise:
         given = fingerprint([EXERCISES.file(rubric.exercise).read_bytes()])
-    own = {one.name: fingerprint(_sources(one), given) for one in submissions}
+    own = {one.name: one.print - given for one in submissions}
     shipped = (name for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in)
     laws = {ALGORITHMS.file(name): f'the built-in law {name}' for name in shipped}
     if rubric.solution:
         laws = {rubric.solution: 'the solution', **laws}
     known = {name: fingerprint([file.read_bytes()], given) for file, name in laws.items()}
     return own, known
-
-
-def _sources(submission: Submission) -> list[bytes]:
-    return [content for name, content in submission.files.items() if name.endswith('.py')]

@@ -21,7 +21,7 @@ class GradeOptions(Options):
     )
     trust: bool = flag(
         'run submissions without the sandbox: they can then do whatever you can; needed on '
-        'systems that have none (Linux before 5.19, macOS)'
+        'systems where bubblewrap cannot confine them (macOS, Windows)'
     )
     call_timeout: float = option(
         Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0

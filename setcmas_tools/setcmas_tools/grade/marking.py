@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from setcmas_ctrl.scripts.exercise import is_unfilled
 from setcmas_simu.arrays import Floats
 from setcmas_tools.compare.diagnosis import diagnosis
 from setcmas_tools.compare.solution_comparison import compared
@@ -35,7 +33,7 @@ _NOTHING = ScenarioRun(None)
 
 
 def mark(
-    rubric: Rubric, run: LawRunner, submission: str, student: Student, script: Path | None = None
+    rubric: Rubric, run: LawRunner, submission: str, student: Student, is_unfilled: bool = False
 ) -> Marks:
     """Return the marks of a submission.
 
@@ -44,12 +42,12 @@ def mark(
         run: Runs a scenario with the submission.
         submission: Name of the submission.
         student: Its student.
-        script: Its file, if any; an unfilled exercise is not run.
+        is_unfilled: Whether it is still the empty exercise, which is not run.
 
     Raises:
         SetcmasError: The rubric's solution or a file of it cannot be used.
     """
-    if script and is_unfilled(script, rubric.exercise):
+    if is_unfilled:
         return replace(unmarked(rubric, submission, student), unfilled=True)
     runs = [run(scenario) for scenario in rubric.scenarios]
     scenarios = [_marked(rubric, *each) for each in zip(rubric.scenarios, runs, strict=True)]

@@ -1,1 +1,1 @@
-"""Submissions of a class: files, students, scripts, similarity."""
+"""Submissions of a class: files, students, scripts, similarity, and the sandbox for them."""

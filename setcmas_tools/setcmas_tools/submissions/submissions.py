@@ -1,16 +1,19 @@
-"""Submissions of a class, and the script of each that is marked."""
+"""Submissions of a class: from what was handed in to the script of each that is marked."""
 
 from __future__ import annotations
 
-import ast
+import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
+from setcmas_ctrl.scripts.exercise import same_functions
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.submissions.chosen_script import chosen_script
+from setcmas_tools.submissions.likeness import Print, fingerprint
 from setcmas_tools.submissions.notebook import Notebook, read_notebook, script_of
 from setcmas_tools.submissions.student import Identity, Student, identity_of
 from setcmas_tools.submissions.submitted_files import (
@@ -20,134 +23,12 @@ from setcmas_tools.submissions.submitted_files import (
     files_near,
     handed_in,
     is_empty,
+    opened_class,
+    unpacked,
 )
-
-_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
-_MOST_NAMES = 5
-_MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
-
-
-def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
-    """Return the script to mark, or why there is none.
-
-    It is the only script that defines the function, 'control' or 'ctc'; of several, the one that
-    imports all others. Tests of a law import it too, and do not count.
-    """
-    sources = {
-        path: content
-        for path, content in files.items()
-        if path.suffix == '.py' and not isinstance(content, Unread)
-    }
-    none = PurePosixPath()
-    if not sources:
-        return none, _without_script(files)
-    if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
-        limit = _MOST_SOURCE // 1000
-        return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
-    if len(sources) == 1:  # errors are reported when it is loaded
-        return next(iter(sources)), ''
-    scripts = {path: _tree(content) for path, content in sources.items()}
-    fitting = [path for path, tree in scripts.items() if tree and _defines(tree, function)]
-    if not fitting:
-        return none, _without_function(sources, function)
-    helpers = {path for one in fitting if not _is_test(one) for path in _helpers(one, scripts)}
-    fitting = [path for path in fitting if path not in helpers] or fitting
-    if len(fitting) > 1:
-        names = ' and '.join(sorted(map(str, fitting))[:_MOST_NAMES])
-        each = 'both' if len(fitting) == 2 else 'all'
-        return none, (
-            f'{names} {each} have a function {function}; leave only the one to be marked in the '
-            'submission'
-        )
-    return fitting[0], ''
-
-
-def _is_test(path: PurePosixPath) -> bool:
-    return path.stem.startswith('test_') or path.stem.endswith('_test')
-
-
-def _helpers(
-    script: PurePosixPath, scripts: Mapping[PurePosixPath, ast.Module | None]
-) -> set[PurePosixPath]:
-    """Return the other scripts that a script imports, directly or not."""
-    found, waiting = {script}, [script]
-    while waiting:
-        tree = scripts[waiting.pop()]
-        names = _imports(tree) if tree else set()
-        new = {path for path in scripts if path.stem in names} - found
-        found |= new
-        waiting += new
-    return found - {script}
-
-
-def _without_function(sources: Files, function: str) -> str:
-    """Return that no script has a function, and the first syntax error if there is any."""
-    text = f'none of its {len(sources)} scripts has a function {function}'
-    for path, content in sources.items():
-        try:
-            ast.parse(content, path.name)
-        except SyntaxError as error:
-            return f'{text}; {path}, line {error.lineno}: {type(error).__name__}: {error.msg}'
-        except _UNREADABLE:
-            return f'{text}; {path} is not Python'
-    return text
-
-
-def _without_script(files: Files) -> str:
-    if unread := [content for content in files.values() if isinstance(content, Unread)]:
-        return unread[0].decode(errors='replace')
-    names = sorted({path.name for path in files})
-    if not names:
-        return 'the submission is empty'
-    more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
-    return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
-
-
-def has_function(content: bytes, function: str) -> bool:
-    """Return whether a script defines a function."""
-    tree = _tree(content) if len(content) <= _MOST_SOURCE else None
-    return tree is not None and _defines(tree, function)
-
-
-def _tree(content: bytes) -> ast.Module | None:
-    try:
-        return ast.parse(content)
-    except _UNREADABLE:
-        return None
-
-
-def _defines(tree: ast.Module, function: str) -> bool:
-    """Return whether a script defines or assigns a function at its top level."""
-    waiting: list[ast.AST] = [*tree.body]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            if node.name == function:
-                return True
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            if node.id == function:
-                return True
-        else:
-            waiting += ast.iter_child_nodes(node)
-    return False
-
-
-def _imports(tree: ast.Module) -> set[str]:
-    """Return all parts of the names that a script imports."""
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom):
-            found |= {node.module or '', *(alias.name for alias in node.names)}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return {part for name in found for part in name.split('.')}
-
 
 _OF_ONE = 'submission'  # folder in which autograders put a single student's submission
 _SUFFIXES = ('.py', '.zip', '.ipynb')
-
-_Part = tuple[str, Identity, PurePosixPath, bytes]
-"""Name in the folder of the class, identity, path in the submission, and content of a file."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +41,10 @@ class Submission:
         script: Name of the script to mark; '' if there is none.
         files: The script and the files in and below its folder, by relative path.
         problem: Why there is no script to mark; '' if there is one.
-        notebook: The cells of the notebook that the script stands for; None for a script.
         file: The file to mark, relative to the folder of the class; '' if there is none.
+        notebook: The cells of the notebook that the script stands for; None for a script.
+        is_unfilled: Whether the script is still the empty exercise.
+        print: Fingerprint of its scripts.
     """
 
     name: str
@@ -171,15 +54,94 @@ class Submission:
     problem: str = ''
     file: str = ''
     notebook: Notebook | None = None
+    is_unfilled: bool = False
+    print: Print = frozenset()
 
     @contextmanager
-    def unpacked(self, parent: Path | None = None) -> Iterator[Path]:
-        """Write the files to a new folder in `parent`; yield the path of the script."""
-        with TemporaryDirectory(dir=parent, prefix='setcmas_', ignore_cleanup_errors=True) as new:
+    def unpacked(self) -> Iterator[Path]:
+        """Write the files to a new folder; yield the path of the script."""
+        with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as new:
             for path, content in self.files.items():
                 Path(new, path).parent.mkdir(parents=True, exist_ok=True)
                 Path(new, path).write_bytes(content)
             yield Path(new, self.script)
+
+
+@dataclass(frozen=True)
+class PackedFile:
+    """A file as it was handed in.
+
+    Attributes:
+        top: Its name, or that of its folder, in the folder of the class.
+        path: Its path in the submission.
+        content: Its content, or why it cannot be read.
+        is_read: Whether it can be read.
+    """
+
+    top: str
+    path: str
+    content: bytes
+    is_read: bool = True
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A submission as it was handed in, with zip files and notebooks as they are.
+
+    Attributes:
+        student: Its student.
+        files: Its files, the newest last.
+        function: The function of the script to mark: 'control' or 'ctc'.
+        exercise: Source of the exercise; empty for none.
+    """
+
+    student: Student
+    files: tuple[PackedFile, ...]
+    function: str
+    exercise: bytes = b''
+
+
+def read_submission(packed: Packed) -> Submission:
+    """Unpack a submission and choose its script."""
+    tops, files = dict[PurePosixPath, str](), Files()
+    for top in dict.fromkeys(one.top for one in packed.files):
+        for path, content in unpacked(_of_top(packed.files, top), top).items():
+            files.pop(path, None)  # the newest comes last
+            files[path], tops[path] = content, top
+    newest = [path for path in files if not is_empty(path)][-MOST_FILES:]
+    files = {path: files[path] for path in newest}
+    last = packed.files[-1].top
+    notebooks = _with_scripts(files)
+    script, problem = chosen_script(files, packed.function)
+    original = next((path for path in notebooks if script_of(path) == script), script)
+    top = tops.get(original, last)
+    shown = _printable(top)
+    if problem:
+        for path in notebooks:
+            problem = problem.replace(script_of(path).name, path.name)
+        return Submission(shown, packed.student, problem=problem)
+    neighbours = {
+        path.relative_to(script.parent).as_posix(): content
+        for path, content in files.items()
+        if path.is_relative_to(script.parent)
+    }
+    is_whole = PurePosixPath(top).suffix in ('.py', '.ipynb')
+    sources = [content for name, content in neighbours.items() if name.endswith('.py')]
+    return Submission(
+        shown, packed.student, script.name, neighbours,
+        file=shown if is_whole else _printable(f'{top}/{original}'),
+        notebook=notebooks.get(original),
+        is_unfilled=bool(packed.exercise) and same_functions(files[script], packed.exercise),
+        print=fingerprint(sources),
+    )  # fmt: skip
+
+
+def _of_top(files: Sequence[PackedFile], top: str) -> Files:
+    return {
+        PurePosixPath(one.path): one.content if one.is_read else Unread(one.content)
+        for one in files
+        if one.top == top
+    }
 
 
 def submitted_notebook(path: Path) -> Submission:
@@ -196,14 +158,25 @@ def submitted_notebook(path: Path) -> Submission:
         script, problem = of_condition
     if problem:
         raise SetcmasError(problem.replace(script_of(PurePosixPath(path.name)).name, path.name))
-    files = {**files_near(path, [path]), **{str(one): content for one, content in own.items()}}
+    files = {**files_near(path), **{str(one): content for one, content in own.items()}}
     is_cells = script == script_of(PurePosixPath(path.name))
     notebook = notebooks[PurePosixPath(path.name)] if is_cells else None
     file = path.name if is_cells else script.name
     return Submission(path.name, Student(path.name), script.name, files, '', file, notebook)
 
 
-def find_submissions(place: Path, function: str) -> list[Submission]:
+Reader = Callable[[Sequence[Packed]], list[Submission]]
+"""Reads packed submissions; for those of others, in a sandbox."""
+
+
+def read_here(packed: Sequence[Packed]) -> list[Submission]:
+    """Read submissions in this process, which only those of trusted people should be."""
+    return [read_submission(one) for one in packed]
+
+
+def find_submissions(
+    place: Path, function: str, exercise: bytes = b'', read: Reader = read_here
+) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
     Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
@@ -212,11 +185,13 @@ def find_submissions(place: Path, function: str) -> list[Submission]:
     Args:
         place: The folder or zip file.
         function: The function of the scripts to mark: 'control' or 'ctc'.
+        exercise: Source of the exercise; empty for none.
+        read: Reads what was handed in.
 
     Raises:
         SetcmasError: There are none.
     """
-    found: defaultdict[str, list[_Part]] = defaultdict(list)
+    found: defaultdict[str, list[tuple[Identity, PackedFile]]] = defaultdict(list)
     for path, content in _of_class(handed_in(place), function).items():
         top = path.parts[0]
         is_file = len(path.parts) == 1
@@ -225,15 +200,22 @@ def find_submissions(place: Path, function: str) -> list[Submission]:
             continue  # no student's, such as a list of the class
         if is_empty(path) and is_file:
             continue
-        own = PurePosixPath(identity.file or top) if is_file else path.relative_to(top)
-        found[identity.group or top].append((top, identity, own, content))
+        own = path.relative_to(top)
+        if is_file and path.suffix != '.zip':  # what is in a zip file has paths of its own
+            own = PurePosixPath(identity.file or top)
+        file = PackedFile(top, str(own), bytes(content), not isinstance(content, Unread))
+        found[identity.group or top].append((identity, file))
     if not found:
         raise SetcmasError(
             f"'{place}' holds no submissions; it must be a folder or zip file with a script "
             'or folder per student'
         )
-    submissions = [_submission(parts, function) for parts in found.values()]
-    return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
+    packed = []
+    for parts in found.values():
+        ordered = sorted(parts, key=lambda part: part[0].number)
+        files = tuple(file for _, file in ordered)
+        packed.append(Packed(ordered[-1][0].student, files, function, exercise))
+    return sorted(read(packed), key=lambda one: (one.student.name.casefold(), one.name))
 
 
 def _of_class(files: Files, function: str) -> Files:
@@ -241,46 +223,28 @@ def _of_class(files: Files, function: str) -> Files:
     top, *others = {path.parts[0] for path in files} or {_OF_ONE}
     if others or top == _OF_ONE or identity_of(top, top).group:
         return files
-    inner = {
-        PurePosixPath(*path.parts[1:]): content
-        for path, content in files.items()
-        if len(path.parts) > (2 if is_empty(path) else 1)
-    }
-    scripts = {path: inner[path] for path in inner if path.suffix in ('.py', '.ipynb')}
-    _with_scripts(scripts)
-    some = {path.parts[0] for path, one in scripts.items() if has_function(one, function)}
+    lone = files.get(PurePosixPath(top))
+    if lone is not None and top.endswith('.zip') and not isinstance(lone, Unread):
+        inner = opened_class(lone)
+    else:
+        inner = {
+            PurePosixPath(*path.parts[1:]): content
+            for path, content in files.items()
+            if len(path.parts) > (2 if is_empty(path) else 1)
+        }
+    some = {path.parts[0] for path, content in inner.items() if _may_be(path, content, function)}
     if len(some) > 1 or any(identity_of(path.parts[0], '').group for path in inner):
         return inner
     deeper = _of_class(inner, function)
     return files if deeper is inner else deeper
 
 
-def _submission(parts: list[_Part], function: str) -> Submission:
-    ordered = sorted(parts, key=lambda part: part[1].number)
-    newest = [part for part in ordered if not is_empty(part[2])][-MOST_FILES:]
-    files: Files = {path: content for _, _, path, content in newest}
-    tops = {path: top for top, _, path, _ in newest}
-    last, student = ordered[-1][0], ordered[-1][1].student
-    notebooks = _with_scripts(files)
-    script, problem = chosen_script(files, function)
-    original = next((path for path in notebooks if script_of(path) == script), script)
-    shown = _printable(tops.get(original, last))
-    if problem:
-        for path in notebooks:
-            problem = problem.replace(script_of(path).name, path.name)
-        return Submission(shown, student, problem=problem)
-    folder = script.parent
-    neighbours = {
-        path.relative_to(folder).as_posix(): content
-        for path, content in files.items()
-        if path.is_relative_to(folder)
-    }
-    top = tops.get(original, last)
-    file = top if PurePosixPath(top).suffix in ('.py', '.ipynb') else f'{top}/{original}'
-    return Submission(
-        shown, student, script.name, neighbours, file=_printable(file),
-        notebook=notebooks.get(original),
-    )  # fmt: skip
+def _may_be(path: PurePosixPath, content: bytes, function: str) -> bool:
+    """Return whether a file may be a submission with a function, without parsing it."""
+    written = rf'(def {function}\b|{function}\s*=)'.encode()  # also within a notebook's text
+    return path.suffix == '.zip' or (
+        path.suffix in ('.py', '.ipynb') and re.search(written, content) is not None
+    )
 
 
 def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
@@ -292,7 +256,7 @@ def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
         try:
             found[path] = notebook = read_notebook(content)
         except SetcmasError as error:
-            files[path] = Unread(f'{path.name}: {error}'.encode())
+            files[path] = Unread.because(f'{path.name}: {error}')
             continue
         for name, written in notebook.written.items():
             files.setdefault(path.with_name(name), written)

@@ -1,18 +1,15 @@
-"""Files of submissions, read from folders and nested zip files within limits."""
+"""Files of submissions: read from a folder or zip file, and unpacked, within limits."""
 
 from __future__ import annotations
 
 import os
 import stat
 import zipfile
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
-from typing import IO, Any
+from typing import IO
 
 from setcmas_simu.errors import SetcmasError
 
@@ -28,6 +25,7 @@ _IGNORED = ('__MACOSX', '__pycache__')
 _BROKEN = (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
 _BOUNDED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others unpack megabytes at a time
 _EMPTY = '.empty'
+_LEFT_OUT = b'larger than 1 MB: left out\n'
 
 Files = dict[PurePosixPath, bytes]
 
@@ -35,31 +33,26 @@ Files = dict[PurePosixPath, bytes]
 class Unread(bytes):
     """Why a file has not been read, in place of its content."""
 
+    @classmethod
+    def because(cls, reason: str) -> Unread:
+        """Return the place of a file that has not been read."""
+        return cls(reason.encode(errors='replace'))
+
 
 class _TooMuchError(Exception):
     """Files have too many bytes, or are too many."""
 
 
-@dataclass
 class _Limit:
     """How many files and bytes may still be read."""
 
-    files: int
-    size: int
+    def __init__(self, files: int, size: int) -> None:
+        self.files, self.size = files, size
 
     def take(self, size: int) -> None:
         self.files, self.size = self.files - 1, self.size - size
         if self.files < 0 or self.size < 0:
             raise _TooMuchError
-
-
-@dataclass(frozen=True)
-class _Entry:
-    """A file that may be read: `read(n)` returns n bytes at most; 0 is also an unknown size."""
-
-    path: PurePosixPath
-    size: int
-    read: Callable[[int], bytes]
 
 
 def is_empty(path: PurePosixPath) -> bool:
@@ -68,7 +61,7 @@ def is_empty(path: PurePosixPath) -> bool:
 
 
 def handed_in(place: Path) -> Files:
-    """Return the files in a folder or a zip file, including those of inner zip files.
+    """Return the files in a folder or a zip file; zip files among them stay packed.
 
     Each folder adds a path that `is_empty`; unreadable files are `Unread`.
 
@@ -78,9 +71,9 @@ def handed_in(place: Path) -> Files:
     try:
         if place.is_dir():
             _check_not_linked(place)
-            return _read_class(list(_in_folder(place)))
-        with zipfile.ZipFile(place) as archive:
-            return _read_class(list(_in_zip(archive)))
+            return _within(_in_folder(place))
+        with place.open('rb') as file:
+            return _packed(file)
     except _TooMuchError as error:
         files, size = _MOST_OF_CLASS
         raise SetcmasError(
@@ -90,6 +83,28 @@ def handed_in(place: Path) -> Files:
         raise SetcmasError(f"'{place}' cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise SetcmasError(f"'{place}' is neither a folder nor a zip file") from error
+
+
+def opened_class(content: bytes) -> Files:
+    """Return the files in a zip file, perhaps of a class; nothing if it cannot be read."""
+    try:
+        return _packed(BytesIO(content))
+    except (_TooMuchError, *_BROKEN):
+        return {}
+
+
+def _packed(file: IO[bytes]) -> Files:
+    with zipfile.ZipFile(file) as archive:
+        return _within(_in_zip(archive, _largest))
+
+
+def _within(files: Iterable[tuple[PurePosixPath, bytes]]) -> Files:
+    """Return the files of a class within its limit."""
+    limit, found = _Limit(*_MOST_OF_CLASS), Files()
+    for path, content in files:
+        limit.take(len(content))
+        found[path] = content
+    return found
 
 
 def _check_not_linked(place: Path) -> None:
@@ -109,36 +124,22 @@ def _check_not_linked(place: Path) -> None:
         )
 
 
-def _read_class(entries: Sequence[_Entry]) -> Files:
-    """Return the files of a class, of each submission within its limits."""
-    prefix = PurePosixPath(os.path.commonpath([str(one.path.parent) for one in entries] or ['']))
-    own: defaultdict[PurePosixPath, list[_Entry]] = defaultdict(list)
-    for one in entries:
-        own[PurePosixPath(*one.path.parts[: len(prefix.parts) + 1])].append(one)
-    whole, files = _Limit(*_MOST_OF_CLASS), Files()
-    for top, its_own in own.items():
-        limit = _Limit(*_MOST_OF_STUDENT)
-        try:
-            found = {path: read for one in its_own for path, read in _opened(one, limit)}
-        except _TooMuchError:
-            count, size = _MOST_OF_STUDENT
-            reason = (
-                f'{top.name} has more than {count:,} files, {size >> 20} MB or {_MOST_NESTED} '
-                'zip files in each other'
-            )
-            found = {top if its_own[0].path == top else top / 'all': _unread(reason)}
-        for read in found.values():
-            whole.take(len(read))
-        files |= found
-    return files
+def _largest(path: PurePosixPath, nested: int = 0) -> int:
+    """Return how many bytes of a file are read; a notebook also holds its pictures."""
+    if path.suffix == '.zip' and not nested:
+        return _LARGEST_ZIP
+    return _MOST_OF_STUDENT[1] if path.suffix in ('.zip', '.ipynb') else _LARGEST
 
 
-def _in_folder(place: Path) -> Iterator[_Entry]:
+def _is_left_out(path: PurePosixPath, size: int) -> bool:
+    return size > _LARGEST and path.suffix not in ('.py', '.zip', '.ipynb')
+
+
+def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
     for folder, folders, names in os.walk(place):
         folders[:] = sorted(name for name in folders if _is_wanted(PurePosixPath(name)))
         for name in folders:
-            path = _readable(Path(folder, name, _EMPTY).relative_to(place))
-            yield _Entry(path, 0, partial(_unread, ''))
+            yield _readable(Path(folder, name, _EMPTY).relative_to(place)), b''
         for name in sorted(names):
             file = Path(folder, name)
             path, status = _readable(file.relative_to(place)), file.lstat()
@@ -149,32 +150,30 @@ def _in_folder(place: Path) -> Iterator[_Entry]:
                     f'{path.name} is a hard link, perhaps to a file of another person; check it, '
                     'and put a copy in its place'
                 )
-                yield _Entry(path, 0, partial(_unread, reason))
+                yield path, Unread.because(reason)
+            elif _is_left_out(path, status.st_size):
+                yield path, _LEFT_OUT
             else:
-                yield _Entry(path, status.st_size, partial(_start_of, file.open, 'rb'))
+                with file.open('rb') as opened:
+                    yield path, opened.read(_largest(path) + 1)
 
 
-def _in_zip(archive: zipfile.ZipFile) -> Iterator[_Entry]:
+def _in_zip(
+    archive: zipfile.ZipFile, largest: Callable[[PurePosixPath], int]
+) -> Iterator[tuple[PurePosixPath, bytes]]:
     for one in sorted(archive.infolist(), key=lambda info: info.filename):
         path = PurePosixPath(one.filename)
         if not _is_wanted(path):
             continue
         if one.is_dir():
-            yield _Entry(path / _EMPTY, 0, partial(_unread, ''))
-        elif one.compress_type in _BOUNDED:
-            yield _Entry(path, one.file_size, partial(_start_of, archive.open, one))
+            yield path / _EMPTY, b''
+        elif one.compress_type not in _BOUNDED:
+            yield path, Unread.because(f'{path.name} is compressed by an unusual method')
+        elif _is_left_out(path, one.file_size):
+            yield path, _LEFT_OUT
         else:
-            reason = f'{path.name} is compressed by an unusual method'
-            yield _Entry(path, 0, partial(_unread, reason))
-
-
-def _start_of(opened: Callable[[Any], IO[bytes]], name: Any, most: int) -> bytes:
-    with opened(name) as file:
-        return file.read(most)
-
-
-def _unread(reason: str, _: int = 0) -> Unread:
-    return Unread(reason.encode(errors='replace'))
+            with archive.open(one) as file:
+                yield path, file.read(largest(path) + 1)
 
 
 def _readable(path: Path) -> PurePosixPath:
@@ -182,23 +181,39 @@ def _readable(path: Path) -> PurePosixPath:
     return PurePosixPath(path.as_posix().encode(errors='backslashreplace').decode())
 
 
-def _opened(
-    entry: _Entry, limit: _Limit, nested: int = 0
+def unpacked(files: Files, name: str) -> Files:
+    """Return the files of a student with those in zip files, or why they are too much.
+
+    Args:
+        files: Files as `handed_in` returns them; a path without a name is the submission itself.
+        name: Name of the submission.
+    """
+    limit = _Limit(*_MOST_OF_STUDENT)
+    try:
+        return {
+            path: content
+            for each, packed in files.items()
+            for path, content in _unpacked(each, packed, limit, name)
+        }
+    except _TooMuchError:
+        count, size = _MOST_OF_STUDENT
+        return {
+            PurePosixPath('all'): Unread.because(
+                f'{name} has more than {count:,} files, {size >> 20} MB or {_MOST_NESTED} zip '
+                'files in each other'
+            )
+        }
+
+
+def _unpacked(
+    path: PurePosixPath, content: bytes, limit: _Limit, name: str = '', nested: int = 0
 ) -> Iterator[tuple[PurePosixPath, bytes]]:
     """Yield a file, or the files in a readable zip file.
 
     Raises:
         _TooMuchError: The limit is reached.
     """
-    path, is_zip = entry.path, entry.path.suffix == '.zip'
-    if entry.size > _LARGEST and path.suffix not in ('.py', '.zip', '.ipynb'):
-        limit.take(0)
-        yield path, b'larger than 1 MB: left out\n'
-        return
-    largest = _LARGEST
-    if is_zip or path.suffix == '.ipynb':  # a notebook also holds its pictures
-        largest = limit.size if nested or not is_zip else _LARGEST_ZIP
-    content = entry.read(largest + 1)
+    is_zip = path.suffix == '.zip' or not path.name
     if len(content) > _LARGEST_ZIP:
         raise _TooMuchError
     limit.take(0 if is_zip and not nested else len(content))
@@ -209,9 +224,13 @@ def _opened(
         raise _TooMuchError
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
-            inner = [pair for one in _in_zip(archive) for pair in _opened(one, limit, nested + 1)]
+            inner = [
+                pair
+                for each, packed in _in_zip(archive, lambda one: _largest(one, nested=1))
+                for pair in _unpacked(each, packed, limit, name, nested + 1)
+            ]
     except _BROKEN:
-        yield path, _unread(f'{path.name} is damaged or has a password')
+        yield path, Unread.because(f'{path.name or name} is damaged or has a password')
     else:
         for inside, read in inner or [(PurePosixPath(_EMPTY), b'')]:
             yield path / inside, read
@@ -228,17 +247,16 @@ def _is_wanted(path: PurePosixPath) -> bool:
     )
 
 
-def files_near(script: Path, modules: Iterable[Path]) -> dict[str, bytes]:
-    """Return what a student would submit with a script, by path relative to its folder.
+def files_near(script: Path) -> dict[str, bytes]:
+    """Return the files in and below the folder of a script, by path relative to it.
 
-    These are the script and its modules, and other files in and below the folder, within the
-    limits of a submission.
+    They are within the limits of a submission.
     """
-    near = {path.relative_to(script.parent).as_posix(): path.read_bytes() for path in modules}
+    near: dict[str, bytes] = {}
     limit = _Limit(MOST_FILES, _MOST_OF_STUDENT[1])
     with suppress(_TooMuchError, OSError):
-        for entry in _in_folder(script.parent):
-            for path, content in _opened(entry, limit):
+        for each, packed in _in_folder(script.parent):
+            for path, content in _unpacked(each, packed, limit):
                 if not is_empty(path) and not isinstance(content, Unread):
-                    near.setdefault(path.as_posix(), content)
+                    near[path.as_posix()] = content
     return near

@@ -6,6 +6,7 @@ from unittest.mock import Mock
 
 import msgspec
 import pytest
+from sandboxes import needs_sandbox
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
@@ -15,16 +16,21 @@ from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.sandbox import Times
-from setcmas_tools.offline.child_channel import MachineError
-from setcmas_tools.offline.kernel_confinement import obstacle
+from setcmas_tools.grade.submission_run import Times
+from setcmas_tools.submissions.sandbox import MachineError
 from setcmas_tools.submissions.student import Student
-from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submissions import (
+    Packed,
+    PackedFile,
+    Submission,
+    read_submission,
+)
 
-pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+pytestmark = needs_sandbox
 
 RUBRIC = rubric_of_exercise('consensus')
 EXERCISE = EXERCISES.file('consensus').read_text()
+GIVEN = EXERCISE.encode()
 GOOD = EXERCISE.replace('pass', 'v -= K / nbRobots * (p - positions[:, j])')
 SCRIPTS = {
     'good': GOOD,
@@ -39,7 +45,9 @@ SCRIPTS = {
 
 def submissions(**scripts):
     return [
-        Submission(name, Student(name), 'law.py', {'law.py': source.encode()})
+        read_submission(
+            Packed(Student(name), (PackedFile(name, 'law.py', source.encode()),), 'control', GIVEN)
+        )
         for name, source in scripts.items()
     ]
 
@@ -48,8 +56,8 @@ def grade(tmp_path, scripts, **options):
     return class_grading.grade(submissions(**scripts), RUBRIC, tmp_path, GradeOptions(**options))
 
 
-def grader(tmp_path):
-    return Grader(RUBRIC, Times(), confined=True, folder=tmp_path)
+def grader():
+    return Grader(RUBRIC, Times(), is_confined=True)
 
 
 def kept(folder):
@@ -99,11 +107,13 @@ def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_comman
     assert grade(tmp_path, two, jobs=1)[0].is_full
 
 
-@pytest.mark.parametrize('error', [OSError(errno.ENOSPC, 'full'), MachineError(), KeyError(1)])
+@pytest.mark.parametrize(
+    'error', [OSError(errno.ENOSPC, 'full'), MachineError('full'), KeyError(1)]
+)
 def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
     (submission,) = submissions(good=GOOD)
     monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
-    class_grading._own = grader(tmp_path), None
+    class_grading._own = grader()
     future = Future()
     try:
         future.set_result(class_grading.graded(submission))
@@ -116,7 +126,7 @@ def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeyp
 @pytest.mark.nightly
 def test_a_process_that_dies_takes_no_other_submission_along(tmp_path):
     graders = class_grading._made(
-        submissions(good=GOOD, shipped=SCRIPTS['shipped']), grader(tmp_path), jobs=2
+        submissions(good=GOOD, shipped=SCRIPTS['shipped']), grader(), jobs=2
     )
 
     first, _ = next(graders)
@@ -147,7 +157,7 @@ def marks(tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
     (tmp_path / 'gains.py').write_text('K = 1\n')
     rubric = replace(rubric_of_exercise('consensus'), solution=tmp_path / 'law.py')
-    grader = Grader(rubric, Times(), confined=True, folder=tmp_path)
+    grader = Grader(rubric, Times(), is_confined=True)
 
     def opened():
         return KeptMarks(tmp_path / 'grades', grader)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from sandboxes import needs_sandbox
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
@@ -14,10 +15,9 @@ from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.offline.kernel_confinement import obstacle
 from setcmas_tools.submissions.submissions import Submission
 
-pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+pytestmark = needs_sandbox
 
 EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
@@ -53,7 +53,7 @@ def graded(name, mistakes, folder):
 def marked_here(name, script):
     """Return the marks of a script as `check` computes them, without what it tries before."""
     rubric = rubric_of_exercise(name).shown()
-    return mark(rubric, runs_here(str(script), rubric.function), 'law.py', Student('Ada'), script)
+    return mark(rubric, runs_here(str(script), rubric.function), 'law.py', Student('Ada'))
 
 
 def refusal_or(marks_of):

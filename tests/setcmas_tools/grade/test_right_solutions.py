@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 import yaml
+from sandboxes import needs_sandbox
 
 from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.criteria import Bounds
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
+from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.student import Student
 
 SCRIPTS = Path(__file__).parents[2] / 'data' / 'exercises'
@@ -51,7 +52,7 @@ rubric_of = cache(rubric_of_exercise)
 def marked(exercise, script, runs=None):
     rubric = rubric_of(exercise)
     run = runs or runs_here(str(script), rubric.function)
-    return mark(rubric, run, script.name, Student('Ada'), script)
+    return mark(rubric, run, script.name, Student('Ada'))
 
 
 @pytest.fixture
@@ -62,12 +63,6 @@ def script(tmp_path):
         return path
 
     return script
-
-
-@pytest.fixture(scope='session')
-def host(tmp_path_factory):
-    with sandbox(tmp_path_factory.mktemp('right'), confined=True) as one:
-        yield one
 
 
 def use(bounds: Bounds, number: float) -> float:
@@ -104,11 +99,12 @@ def test_a_right_solution_gets_all_points_and_keeps_away_from_each_bound(exercis
 
 @pytest.mark.nightly
 @pytest.mark.parametrize('exercise', EXERCISES)
-def test_check_and_grade_agree_on_a_right_solution(exercise, script, host):
+@needs_sandbox
+def test_check_and_grade_agree_on_a_right_solution(exercise, script):
     name = [*solutions(exercise)][-1]
     path = script(exercise, name)
     files = {path.name: path.read_bytes()}
     function = rubric_of(exercise).function
-    runs = SandboxRunner(host, path.name, files, Times(10, 60), function)
+    runs = SandboxRunner(path.name, files, Times(10, 60), function)
     confined, here = marked(exercise, path, runs).scenarios, marked(exercise, path).scenarios
     assert [rounded(one) for one in confined] == [rounded(one) for one in here], name

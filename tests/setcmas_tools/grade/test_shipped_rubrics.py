@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from sandboxes import needs_sandbox
 
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade import class_grading
@@ -12,7 +13,6 @@ from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.offline.kernel_confinement import obstacle
 from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import find_submissions
 
@@ -50,7 +50,7 @@ def handed_in(entries, folder):
     return folder
 
 
-@pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+@needs_sandbox
 @pytest.mark.parametrize(
     'wanted',
     [

@@ -6,8 +6,8 @@ import zipfile
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.submissions import submissions, submitted_files
-from setcmas_tools.submissions.submissions import find_submissions, has_function
+from setcmas_tools.submissions import submitted_files
+from setcmas_tools.submissions.submissions import find_submissions
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 IMPORTING = b'from maths import f\n' + LAW
@@ -257,17 +257,3 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
         found(tmp_path, {'readme.txt': b''})
     with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
         find_submissions(tmp_path / 'class/readme.txt', 'ctc')
-
-
-LAW_of_law_file = b'def control(i, n, poses, t):\n    return 0, 0\n'
-
-
-def test_a_law_is_known_by_its_function():
-    assert has_function(LAW_of_law_file, 'control')
-    assert not has_function(LAW_of_law_file, 'ctc')
-
-
-def test_what_would_take_minutes_is_not_parsed(monkeypatch):
-    monkeypatch.setattr(submissions, '_tree', lambda _: pytest.fail('it is parsed'))
-
-    assert not has_function(LAW_of_law_file + b'f"' + b'{t}' * 80_000 + b'"\n', 'control')

@@ -1,15 +1,11 @@
-"""Sandbox of submissions: the simulation runs here, each robot's script in its own process."""
+"""Run of a submission: the simulation is here, the script in a confined process."""
 
 from __future__ import annotations
 
 import math
-import os
-import pickle
 import re
-import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from struct import Struct
@@ -24,7 +20,10 @@ from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
 from setcmas_tools.grade.rubric_scenarios import CONTROL, CTC, MarkedScenario
-from setcmas_tools.grade.sandboxed_script import (
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.submissions.confined_program import RUN
+from setcmas_tools.submissions.confined_script import (
     LOADED,
     REQUEST,
     TRIGGERED,
@@ -33,21 +32,19 @@ from setcmas_tools.grade.sandboxed_script import (
     Encoded,
     Refusal,
     Reply,
-    SandboxedScript,
+    RunWork,
 )
-from setcmas_tools.offline.child_channel import MachineError
-from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.fork_server import HOME, Isolation
-from setcmas_tools.offline.forked_child import EndedError, script_of, times_s
-from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.kernel_confinement import FILE_SIZE, HOME_SIZE, MEMORY, OPEN_FILES
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
+# What a confined process writes may be anything: lines of more than nine digits are none.
+_FRAME = re.compile(r'^  File ".*/setcmas_\w{8}/(.*)", line (\d{1,9}) in ', re.MULTILINE)
+_MOST_ANSWERED = 1 << 13
+_INVALID = 'the submission sent an invalid reply'
 
 
 class LostError(StopCall):
-    """The run ends: a script has died, hung or used too much."""
+    """The run ends: its process has died, hung or used too much."""
 
 
 @dataclass(frozen=True)
@@ -56,37 +53,30 @@ class Times:
 
     Attributes:
         call: For a call of a function, or for loading it, in s.
-        run: For a whole run, in s.
+        run: For all calls of a run together, in s.
     """
 
     call: float = 10.0
     run: float = 60.0
 
 
-def sandbox(folder: Path, confined: bool) -> Host:
-    """Return a host in `folder` for scripts, which are trusted if they are not confined."""
-    isolation = Isolation.CONFINED if confined else Isolation.HOME
-    prepare = 'setcmas_tools.grade.sandboxed_script:import_for_scripts'
-    return Host(prepare, isolation, place=folder)
-
-
 @dataclass(frozen=True)
 class SandboxRunner:
-    """Runs scenarios with a submission whose script is in a sandbox.
+    """Runs scenarios with a submission, each in a process of its own.
 
     Attributes:
-        host: The sandbox.
         script: Name of its script.
         files: Its files by their names, the script among them.
         times: How long it may take.
         function: CONTROL or CTC.
+        is_confined: Whether the process is confined.
     """
 
-    host: Host
     script: str
     files: Mapping[str, bytes]
     times: Times
     function: str = CONTROL
+    is_confined: bool = True
 
     def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
         """Return the run of a scenario with the submission.
@@ -97,28 +87,28 @@ class SandboxRunner:
             MachineError: The machine has ended it again.
         """
         try:
-            return self._run(scenario, is_last=False)
+            done, was_killed = self._run(scenario)
         except MachineError:
-            return self._run(scenario, is_last=True)
+            was_killed = True
+        return self._run(scenario)[0] if was_killed else done
 
-    def _run(self, scenario: MarkedScenario, is_last: bool) -> ScenarioRun:
-        base = scenario.base
-        is_condition = self.function == CTC
-        settings = {} if is_condition else dict(base.law.set)
-        works = [
-            SandboxedScript(self.script, is_condition, robot, base.nb_robots, base.seed, settings)
-            for robot in range(1, base.nb_robots + 1)
-        ]
+    def _run(self, scenario: MarkedScenario) -> tuple[ScenarioRun, bool]:
+        """Return a run, and whether something else may have killed its process."""
+        base, is_condition = scenario.base, self.function == CTC
+        work = RunWork(
+            self.script, dict(self.files), is_condition, base.nb_robots, base.seed,
+            {} if is_condition else dict(base.law.set), math.ceil(self.times.run),
+        )  # fmt: skip
         if not is_condition:
             scenario = replace(scenario, base=base.replace(set={}))
-        with SandboxedScripts(self.host, self.files, works, self.times) as scripts:
+        with ConfinedProcess(self.is_confined, RUN + msgspec.msgpack.encode(work)) as process:
+            script = RunScript(process, work, self.times)
             try:
-                run = simulate(scripts.scenario(scenario), warn=_ignore)
+                run = simulate(script.scenario(scenario), warn=_ignore)
             except LostError:
-                if scripts.was_killed and not is_last:
-                    raise MachineError from None
-                return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
-        return ScenarioRun(run, self._located(scripts.failure))
+                done = ScenarioRun(None, self._located(script.failure), is_complete=False)
+                return done, script.was_killed
+        return ScenarioRun(run, self._located(script.failure)), False
 
     def _located(self, failure: Failure | None) -> Failure | None:
         """Return a failure with the lines around it."""
@@ -133,71 +123,42 @@ class SandboxRunner:
         return failure.at(file, line, source)
 
 
-class SandboxedScripts:
-    """The laws or conditions of a fleet in a sandbox, as functions that the engine calls.
-
-    Robots share no process, so that they know of each other only by their links. Use as a context
-    manager, which ends the processes.
+class RunScript:
+    """The laws or conditions of a fleet in a confined process, as functions for the engine.
 
     Attributes:
         failure: The first error; None if there was none yet.
-        was_killed: Whether a process was killed from outside, such as for lack of memory, or
-            killed itself.
+        was_killed: Whether the process was killed from outside, such as for lack of memory, or
+            has killed itself.
     """
 
-    def __init__(
-        self,
-        host: Host,
-        files: Mapping[str, bytes],
-        works: Sequence[SandboxedScript],
-        times: Times,
-    ) -> None:
-        """Begin to load the scripts of robots 1 to N, `works`, with the submission's files."""
+    def __init__(self, process: ConfinedProcess, work: RunWork, times: Times) -> None:
+        """Use a process that has begun this work."""
         self.failure: Failure | None = None
         self.was_killed = False
-        self._works = works
-        self._name = CTC if works[0].is_condition else CONTROL
+        self._process = process
+        self._work = work
+        self._name = CTC if work.is_condition else CONTROL
         self._times = times
-        self._adjacency: list[Floats | None] = [None] * len(works)
-        self._deadline = time.monotonic() + times.run
-        self._waited_before = times_s(os.getpid())[1]
-        limits = {
-            'AS': MEMORY, 'CPU': math.ceil(times.run), 'FSIZE': FILE_SIZE, 'NOFILE': OPEN_FILES,
-            'MSGQUEUE': 0, 'MEMLOCK': 0, 'SIGPENDING': 0, HOME: HOME_SIZE // len(works),
-        }  # fmt: skip
-        self._ended = ExitStack()
-        with ExitStack() as started:
-            self._children = [
-                started.enter_context(host.begin(pickle.dumps(work), files, limits))
-                for work in works
-            ]
-            self._ended = started.pop_all()
-        folders = {Path(name).parent for name in files}
-        self._folders = [{child.folder / name for name in folders} for child in self._children]
-
-    def __enter__(self) -> SandboxedScripts:
-        """Return the functions."""
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        """End the processes."""
-        self._ended.close()
+        self._left = times.run
+        self._adjacency: dict[int, Floats] = {}
 
     def scenario(self, marked: MarkedScenario) -> Scenario:
-        """Return a scenario with the submission, once all scripts are loaded.
+        """Return a scenario with the submission, loaded for all robots.
 
         Raises:
-            LostError: One cannot be loaded.
+            LostError: It cannot be loaded.
         """
-        function = self._condition if self._name == CTC else self._law
+        function = self._condition if self._work.is_condition else self._law
+        robots = range(1, self._work.nb_robots + 1)
         return marked.of(
-            {work.robot: function(work.robot, self._loaded(work)) for work in self._works},
-            self._name,
+            {robot: function(robot, self._loaded(robot)) for robot in robots}, self._name
         )
 
-    def _loaded(self, work: SandboxedScript) -> bool:
-        """Wait until a script is loaded; return whether it takes velocities."""
-        answer = self._asked(work.robot, b'', f'{work.script} has been loading', Failure(''))
+    def _loaded(self, robot: int) -> bool:
+        """Load the script for a robot; return whether it takes velocities."""
+        late = f'{self._work.script} has been loading'
+        answer = self._asked(robot, 0.0, (), late, Failure(''))
         kinds = {loaded: velocities for velocities, loaded in LOADED.items()}
         if answer not in kinds:
             refusal = _reply(answer)
@@ -210,8 +171,8 @@ class SandboxedScripts:
         def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
             del robotNo, nbRobots
             adjacency = network.adjacency()
-            is_new = adjacency is not self._adjacency[robot - 1]
-            self._adjacency[robot - 1] = adjacency
+            is_new = adjacency is not self._adjacency.get(robot)
+            self._adjacency[robot] = adjacency
             arrays = (poses, adjacency) if is_new else (poses,)
             received = {
                 sender: Encoded(*layout(content.value), content.t)
@@ -262,57 +223,69 @@ class SandboxedScripts:
             ControlError: It fails.
             LostError: Its process has ended.
         """
-        request = REQUEST.pack(is_new, sum(array.size for array in arrays), t)
-        request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
-        request += msgspec.json.encode(given) if given else b''
         here = Failure('', robot=robot, t=t)
-        answer = self._asked(robot, request, f'{self._name} has not returned', here)
+        late = f'{self._name} has not returned'
+        answer = self._asked(robot, t, arrays, late, here, is_new, given)
         if len(answer) == form.size:
-            return form.unpack(answer)
-        refusal = _sent_on(_reply(answer))
-        if isinstance(refusal, Reply):
-            return refusal.velocity
+            numbers = form.unpack(answer)
+            if form is not VELOCITY or all(map(math.isfinite, numbers)):
+                return numbers
+        reply = _sent_on(_reply(answer))
+        if isinstance(reply, Reply) and form is VELOCITY:
+            return reply.velocity
+        refusal = reply if isinstance(reply, Refusal) else Refusal(_INVALID)
+        if refusal.message == _INVALID:
+            self._lose(replace(here, message=_INVALID))
         message, place = refusal.message, (Path(refusal.file), refusal.line)
         if not self.failure:
             self.failure = replace(here, message=message, script=refusal.file, line=refusal.line)
         raise ControlError(message, (refusal.kind, *place), place=place)
 
-    def _asked(self, robot: int, request: bytes, late: str, here: Failure) -> bytes:
-        child, folders = self._children[robot - 1], self._folders[robot - 1]
-        left = self._deadline - time.monotonic()
+    def _asked(
+        self,
+        robot: int,
+        t: float,
+        arrays: Sequence[Floats],
+        late: str,
+        here: Failure,
+        is_new: bool = False,
+        given: Contents | None = None,
+    ) -> bytes:
+        """Return what the process answers for a robot."""
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
-        if left < timeout and (left := left + self._waited_s()) < timeout:
-            timeout, text = left, f'the run takes longer than {self._times.run:g} s'
+        if self._left < timeout:
+            timeout, text = self._left, f'the run takes longer than {self._times.run:g} s'
+        begin, count = time.monotonic(), sum(array.size for array in arrays)
+        request = REQUEST.pack(is_new, robot, count, t, max(timeout, 1e-6))
+        request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
+        request += msgspec.msgpack.encode(given) if given else b''
         try:
-            if request:
-                child.send(request, timeout)
-            return child.receive(timeout, text, folders)
+            return self._process.answer(request, timeout, text, _MOST_ANSWERED)
         except EndedError as error:
-            self.was_killed = error.status == -signal.SIGKILL and not error.was_ended
-            file, line = script_of(error.places, folders) or (Path(), 0)
-            self._lose(replace(here, message=str(error), script=file.name, line=line))
-
-    def _waited_s(self) -> float:
-        """Return how long this process and the children had to wait for a core, in s."""
-        processes = (os.getpid(), *(child.process for child in self._children))
-        return sum(times_s(process)[1] for process in processes) - self._waited_before
+            self.was_killed = error.was_killed
+            frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
+            own = ((name, line) for name, line in frames if name in self._work.files)
+            file, line = next(own, ('', 0))
+            self._lose(replace(here, message=str(error), script=file, line=line))
+        finally:
+            self._left -= time.monotonic() - begin
 
     def _lose(self, failure: Failure) -> NoReturn:
         self.failure = self.failure or failure
         raise LostError(failure.message)
 
 
-_INVALID = 'the submission sent an invalid reply'
+_decoded = msgspec.msgpack.Decoder(Reply | Refusal).decode
 
 
 def _reply(answer: bytes) -> Reply | Refusal:
     """Return the answer of a law that uses messages, or the error, without control characters."""
     try:
-        if answer.startswith(b'{"velocity"'):
-            return msgspec.json.decode(answer, type=Reply)
-        sent = msgspec.json.decode(answer, type=Refusal)
-    except msgspec.MsgspecError:
+        sent = _decoded(answer)
+    except (msgspec.MsgspecError, RecursionError):
         return Refusal(_INVALID)
+    if isinstance(sent, Reply):
+        return sent if all(map(math.isfinite, sent.velocity)) else Refusal(_INVALID)
     message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
     return Refusal(message, kind, file, sent.line, sent.messages)
 

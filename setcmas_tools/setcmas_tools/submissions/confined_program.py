@@ -1,0 +1,107 @@
+"""Program of a confined process: reads a submission, or runs its script for all robots of a run.
+
+It gets its work and requests on its standard input, and answers on its standard output; each
+message is a size and that many bytes. Messages are plain data.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from setcmas_tools.submissions.sandbox import READY, SIZE
+
+READ, RUN = b'u', b'r'
+"""First byte of the work: unpack a submission, or run its script."""
+MEMORY = 1 << 30
+FILE_SIZE = 1 << 24
+_AMOUNTS = {
+    'AS': MEMORY, 'FSIZE': FILE_SIZE, 'NOFILE': 64, 'CORE': 0, 'MSGQUEUE': 0, 'MEMLOCK': 0,
+    'SIGPENDING': 0, 'NPROC': 1,
+}  # fmt: skip
+
+
+class _Connection:
+    """Messages with the grader."""
+
+    def __init__(self, requests: IO[bytes], answers: IO[bytes]) -> None:
+        self._requests, self._answers = requests, answers
+
+    def receive(self) -> bytes:
+        """Return the next message; the process ends when there is none."""
+        size = self._requests.read(SIZE.size)
+        if len(size) < SIZE.size:
+            sys.exit()
+        return self._requests.read(*SIZE.unpack(size))
+
+    def send(self, message: bytes) -> None:
+        self._answers.write(SIZE.pack(len(message)) + message)
+        self._answers.flush()
+
+
+def main() -> None:
+    """Do the work that the grader sends."""
+    connection = _Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
+    told = os.dup(2)
+    work = connection.receive()
+    act = _running(work[1:], told) if work[:1] == RUN else _reading(work[1:])
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in range(3):
+        os.dup2(nowhere, stream)
+    os.close(nowhere)
+    connection.send(READY)
+    act(connection)
+
+
+def limit(cpu: int) -> None:
+    """Limit what this process may take: processor time in s, memory, files; it cannot fork."""
+    try:
+        import resource
+    except ImportError:  # Windows has none
+        return
+    for name, most in {**_AMOUNTS, 'CPU': cpu}.items():
+        with suppress(AttributeError, ValueError, OSError):  # not every system has each
+            resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, most))
+
+
+def _reading(work: bytes) -> Callable[[_Connection], None]:
+    from setcmas_tools.submissions.submissions import Packed, read_submission
+
+    packed = msgspec.msgpack.decode(work, type=Packed)
+    limit(_READ_S)
+
+    def read(connection: _Connection) -> None:
+        connection.send(msgspec.msgpack.encode(read_submission(packed)))
+
+    return read
+
+
+_READ_S = 60
+
+
+def _running(work: bytes, told: int) -> Callable[[_Connection], None]:
+    from setcmas_tools.submissions.confined_script import ConfinedScript, RunWork
+
+    script = ConfinedScript(msgspec.msgpack.decode(work, type=RunWork))
+    folder = Path(tempfile.mkdtemp(prefix='setcmas_'))
+    os.chdir(folder)
+    if hasattr(signal, 'SIGALRM'):  # a call that hangs says where, and ends the process
+        faulthandler.register(signal.SIGALRM, told, all_threads=False, chain=True)
+    limit(script.work.cpu)
+
+    def run(connection: _Connection) -> None:
+        for name, content in script.work.files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+        script.serve(connection.receive, connection.send)
+
+    return run

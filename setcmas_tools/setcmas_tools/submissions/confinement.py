@@ -1,0 +1,188 @@
+"""Confinement of a process by bubblewrap: what it sees of the machine, and what is missing."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import distributions
+from importlib.util import find_spec
+from pathlib import Path
+
+HOME = '/tmp'
+"""The only folder of a confined process that can be written, empty at first."""
+HOME_SIZE = 1 << 26
+"""What it holds, in bytes."""
+
+_BASE = Path(sys.base_prefix).resolve()
+_IS_OF_SYSTEM = _BASE.is_relative_to('/usr')
+PYTHON = str(Path(_BASE if _IS_OF_SYSTEM else '/python', 'bin', f'python3.{sys.version_info[1]}'))
+"""Python in the view of a confined process."""
+
+_TOP, _OURS = '/packages', '/packages/ours'
+_SHARED = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
+_SOLUTIONS = ('algorithms', 'exercises', 'sessions')  # of setcmas_ctrl
+_OF_PACKAGES = ('site-packages', 'dist-packages')
+_OF_SYSTEM = ('/etc/ld.so.cache', '/etc/alternatives', '/etc/localtime')
+_DEVICES = ('/dev/null', '/dev/zero', '/dev/random', '/dev/urandom')
+_FOLDERS = ('/dev', '/etc', '/proc', '/tmp', _TOP, _OURS)
+_NOBODY = '65534'
+_ALONE = (
+    '--unshare-all', '--unshare-user', '--disable-userns', '--die-with-parent', '--new-session',
+    '--cap-drop', 'ALL', '--size', str(HOME_SIZE), '--tmpfs', HOME, '--chdir', HOME,
+    '--remount-ro', '/',
+)  # fmt: skip
+
+
+def package_folders() -> list[str]:
+    """Return the folders of packages in the view of a confined process."""
+    return [_OURS, *(f'{_TOP}/{number}' for number, _ in enumerate(_folders()))]
+
+
+@cache
+def confining_command() -> list[str]:
+    """Return the beginning of a command that confines the program after it.
+
+    The program sees Python, its packages, and of setcmas what scripts may import. For root, an
+    outer bubblewrap arranges what only root can read, and the program is nobody: the limit of
+    processes does not hold for root.
+    """
+    arranged = [word for words in _arranged() for word in words]
+    # Where memory runs out, the kernel is to end this process first.
+    first = ['choom', '-n', '1000', '--'] if shutil.which('choom') else []
+    if os.geteuid():
+        return [*first, 'bwrap', *arranged, *_ALONE, '--']
+    shown = [word for name in _tops() for word in ('--ro-bind', name, name)]
+    links = [word for words in _links() for word in words]
+    return [
+        *first, 'bwrap', '--die-with-parent', '--unshare-pid', *arranged, '--proc', '/proc',
+        '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID', '--',
+        'setpriv', f'--reuid={_NOBODY}', f'--regid={_NOBODY}', '--clear-groups', '--',
+        'bwrap', *shown, *links, *_devices(), *_ALONE, '--',
+    ]  # fmt: skip
+
+
+def _arranged() -> Iterator[tuple[str, ...]]:
+    """Yield options for what a confined process sees of the machine."""
+    for name in _FOLDERS:
+        yield '--perms', '0755', '--dir', name
+    yield '--ro-bind', '/usr', '/usr'
+    for name in _real_libraries():
+        yield '--ro-bind', name, name
+    yield from _links()
+    for name in _OF_SYSTEM:
+        yield '--ro-bind-try', name, name
+    yield _devices()
+    for top in ('lib', 'local/lib'):
+        for place in Path('/usr', top).glob('python3*/*-packages'):
+            yield _hidden(str(place))
+    if not _IS_OF_SYSTEM:
+        yield '--ro-bind', str(_BASE), '/python'
+        for place in _BASE.glob('lib/python3*/site-packages'):
+            yield _hidden(f'/python/{place.relative_to(_BASE)}')
+    for number, folder in enumerate(_folders()):
+        yield '--ro-bind', str(folder), f'{_TOP}/{number}'
+        for path in _private(folder):
+            hidden = f'{_TOP}/{number}/{path.name}'
+            yield _hidden(hidden) if path.is_dir() else ('--ro-bind', '/dev/null', hidden)
+    for name in _SHARED:
+        if (spec := find_spec(name)) and spec.origin:
+            yield '--ro-bind', str(Path(spec.origin).resolve().parent), f'{_OURS}/{name}'
+    for name in _SOLUTIONS:
+        yield _hidden(f'{_OURS}/setcmas_ctrl/{name}')
+
+
+def _hidden(place: str) -> tuple[str, ...]:
+    return '--tmpfs', place, '--remount-ro', place
+
+
+def _devices() -> tuple[str, ...]:
+    return tuple(word for name in _DEVICES for word in ('--dev-bind', name, name))
+
+
+def _libraries() -> list[Path]:
+    return [Path(name) for name in ('/lib', '/lib32', '/lib64') if Path(name).exists()]
+
+
+def _links() -> Iterator[tuple[str, ...]]:
+    for path in _libraries():
+        if path.is_symlink():
+            yield '--symlink', str(path.readlink()), str(path)
+
+
+def _real_libraries() -> list[str]:
+    return [str(path) for path in _libraries() if not path.is_symlink()]
+
+
+def _tops() -> list[str]:
+    own = [] if _IS_OF_SYSTEM else ['/python']
+    return ['/usr', '/etc', _TOP, *own, *_real_libraries()]
+
+
+@cache
+def _folders() -> list[Path]:
+    """Return the folders of installed packages."""
+    found = (Path(name).resolve() for name in sys.path if Path(name).name in _OF_PACKAGES)
+    return [folder for folder in dict.fromkeys(found) if folder.is_dir()]
+
+
+def _private(folder: Path) -> Iterator[Path]:
+    """Yield packages that scripts must not read: ours, and plugins, which may be of a course."""
+    entries = [entry for one in distributions() for entry in one.entry_points]
+    names = {entry.module.partition('.')[0] for entry in entries if entry.group[:8] == 'setcmas.'}
+    for name in {*names, *_SHARED, 'launch_scripts'}:
+        yield from (path for path in (folder / name, folder / f'{name}.py') if path.exists())
+
+
+def obstacle() -> str:
+    """Return why submissions cannot be confined here, and what to do; empty if they can."""
+    if sys.platform != 'linux':
+        return 'bubblewrap is for Linux; use Docker or, on Windows, WSL 2'
+    if not shutil.which('bwrap'):
+        return f'bubblewrap is missing; to install it: {_install()}'
+    try:
+        done = subprocess.run(
+            [*confining_command(), PYTHON, '-c', ''],
+            capture_output=True, text=True, errors='replace', stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except OSError as error:
+        return f'{error.filename} cannot be run: {error.strerror}'
+    if not done.returncode:
+        return ''
+    reason = done.stderr.strip().rpartition('\n')[2] or f'exit status {done.returncode}'
+    return f'{reason.removeprefix("bwrap: ")}; {_remedy(reason)}'
+
+
+def _install() -> str:
+    if shutil.which('apt-get'):
+        return 'sudo apt-get install bubblewrap'
+    manager = next((name for name in ('dnf', 'zypper', 'pacman') if shutil.which(name)), '')
+    commands = {'dnf': 'dnf install', 'zypper': 'zypper install', 'pacman': 'pacman -S'}
+    if manager:
+        return f'sudo {commands[manager]} bubblewrap'
+    return 'see https://github.com/containers/bubblewrap, or use Docker'
+
+
+_RESTRICTED = Path('/proc/sys/kernel/apparmor_restrict_unprivileged_userns')
+_PROFILE = '/usr/share/apparmor/extra-profiles/bwrap-userns-restrict'
+
+
+def _remedy(reason: str) -> str:
+    """Return what to do where bubblewrap cannot make namespaces."""
+    if 'nknown option' in reason:
+        return 'bubblewrap 0.8 or later is needed'
+    if _RESTRICTED.is_file() and _RESTRICTED.read_text().strip() == '1':
+        return (
+            "Ubuntu's AppArmor needs its profile for bubblewrap: sudo apt-get install "
+            f'apparmor-profiles && sudo install -m 644 {_PROFILE} /etc/apparmor.d/ && '
+            'sudo apparmor_parser -r /etc/apparmor.d/bwrap-userns-restrict'
+        )
+    return (
+        f'bubblewrap needs user namespaces, which Linux {platform.release()} does not allow here '
+        '(sysctl user.max_user_namespaces); in Docker, add --security-opt seccomp=unconfined '
+        '--security-opt apparmor=unconfined'
+    )

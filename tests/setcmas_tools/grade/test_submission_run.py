@@ -1,0 +1,130 @@
+"""Runs of submissions in the sandbox: they drive and fail exactly as they do offline."""
+
+import numpy as np
+import pytest
+from sandboxes import SHORT, needs_sandbox, run
+
+from setcmas_ctrl import network
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools import simulate
+from setcmas_tools.grade.rubric_scenarios import CTC
+from setcmas_tools.grade.submission_run import Times
+from setcmas_tools.scenario.scenario import Scenario
+
+pytestmark = needs_sandbox
+
+FLEET = Scenario.of('', nb_robots=5, duration=8.0)
+LOSSY = FLEET.replace(graph='ring', loss=0.2, noise=0.01)
+LAWS = ('consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation')
+
+
+def same(one, other):
+    pairs = zip(vars(one.table).values(), vars(other.table).values(), strict=True)
+    return all(np.array_equal(*pair) for pair in pairs)
+
+
+@pytest.mark.parametrize('law', [*LAWS, 'leader_follower_distance_formation'])
+def test_a_law_in_a_sandbox_drives_as_it_does_offline_to_the_last_bit(law):
+    file = ALGORITHMS.file(law)
+
+    done = run(file.read_bytes(), FLEET)
+
+    assert same(done.run, simulate(FLEET, algo=file))
+    assert done.failure is None
+
+
+def test_a_law_in_a_sandbox_hears_and_draws_as_it_does_offline(tmp_path):
+    source = b'import random\nimport numpy as np\nfrom setcmas_ctrl import network\nK = 1\n'
+    source += b'rng = np.random.default_rng()\nother = random.Random()\n'
+    source += b'def control(i, n, poses, t):\n'
+    source += b'    vx = 0.1 * rng.random() * other.random()\n'
+    source += b'    return vx, K * len(network.neighbours()) * poses[0, i - 1]\n'
+    (tmp_path / 'law.py').write_bytes(source)
+    scenario = LOSSY.replace(seed=3, set={'K': -0.1})
+
+    own = simulate(scenario, algo=tmp_path / 'law.py')
+
+    assert same(run(source, scenario).run, own)
+
+
+TALKING = """
+from setcmas_ctrl import network
+def control(i, n, poses, t):
+    received = network.received()
+    network.send({'x': poses[0, i - 1], 'v': [i, t]})
+    if round(t, 1) == 1.0:
+        1 / 0
+    total = sum(one.age * one.value['x'] + one.value['v'][0] for one in received.values())
+    return 0.02 * total, 0.1 * len(received)
+"""
+
+
+@pytest.mark.parametrize('scenario', [LOSSY.replace(delay=0.15), FLEET.replace(duration=3.0)])
+def test_a_law_in_a_sandbox_uses_messages_as_it_does_offline(tmp_path, scenario):
+    (tmp_path / 'law.py').write_text(TALKING)
+
+    own = simulate(scenario, algo=tmp_path / 'law.py', warn=str)
+    done = run(TALKING, scenario)
+
+    assert same(done.run, own)
+    assert 'ZeroDivisionError' in done.failure.message
+    assert [(one.t, one.robot, one.value['x']) for one in done.run.messages] == [
+        (one.t, one.robot, one.value['x']) for one in own.messages
+    ]
+    assert done.run.record.links == own.record.links
+
+
+def test_what_cannot_be_sent_is_an_error_in_a_sandbox_too():
+    source = 'from setcmas_ctrl import network\ndef control(i, n, poses, t):\n'
+    done = run(source + '    network.send([[1], 2])\n    return 0, 0\n')
+
+    assert 'law.py, line 3: TypeError: network.send got [[1], 2]' in done.failure.message
+    assert not done.run.messages
+
+
+def test_a_condition_in_a_sandbox_gets_values(tmp_path):
+    source = 'def ctc(pos, last_pos, t, *, value, last_value):\n'
+    source += '    return value is not None and (not last_value or value > last_value + 1)\n'
+    (tmp_path / 'law.py').write_text(source)
+
+    def law(i, n, poses, t):
+        network.send(t * i)
+        return 0.1 * len(network.received()), 0
+
+    scenario = SHORT.replace(algo=law, event_triggered=True, duration=4.0)
+    own = simulate(scenario, ctc=tmp_path / 'law.py')
+    done = run(source, scenario, function=CTC)
+
+    assert same(done.run, own)
+    assert done.run.record.robots[1].sent < done.run.record.robots[2].sent
+
+
+def test_random_numbers_repeat_and_differ_between_robots():
+    source = 'import random\ndef control(i, n, poses, t):\n    return random.random(), 0\n'
+
+    first, again = (run(source).run for _ in range(2))
+
+    assert same(first, again)
+    assert not np.array_equal(first.table.of(1).v, first.table.of(2).v)
+
+
+@pytest.mark.parametrize('speeds', [False, True])
+def test_a_condition_in_a_sandbox_triggers_as_it_does_offline(tmp_path, speeds):
+    arguments = 'pos, vit, last_pos, last_vit, t' if speeds else 'pos, last_pos, t'
+    source = f'def ctc({arguments}):\n    return abs(pos - last_pos).sum() > 0.2\n'
+    (tmp_path / 'law.py').write_text(source)
+    scenario = FLEET.replace(algo='consensus', event_triggered=True)
+
+    own = simulate(scenario, ctc=tmp_path / 'law.py')
+
+    assert same(run(source, scenario, function=CTC).run, own)
+
+
+def test_an_endless_loop_is_reported_with_its_line():
+    script = 'def control(i, n, poses, t):\n    while t > 0:\n        pass\n    return 0, 0\n'
+
+    failure = run(script, times=Times(0.3, 4.0)).failure
+
+    assert failure.message == 'control has not returned for 0.3 s'
+    assert (failure.line, failure.robot, failure.t) in ((2, 1, 0.2), (3, 1, 0.2))
+    assert failure.around[0] == 'def control(i, n, poses, t):'

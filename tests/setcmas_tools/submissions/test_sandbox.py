@@ -1,0 +1,287 @@
+"""Attacks of submissions on the grader: none gets a mark, or a byte of what it must not read."""
+
+import copy
+import ctypes
+import multiprocessing
+import operator
+import os
+import re
+import socket
+import threading
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import psutil
+import pytest
+from hostile_submissions import (
+    ENDS,
+    GO_ON,
+    HARMFUL_WITHOUT,
+    PACKED,
+    SLOW,
+    TRIES,
+    WORK_WITHOUT,
+    archive,
+    trying,
+    with_link,
+)
+from sandboxes import SHORT, needs_sandbox, run
+
+from setcmas_tools import simulate
+from setcmas_tools.grade.class_grading import read_apart
+from setcmas_tools.grade.submission_run import Times
+from setcmas_tools.submissions import sandbox
+from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
+from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Packed, PackedFile
+
+pytestmark = needs_sandbox
+
+CHECKOUT = str(Path(__file__).parents[3])
+STILL = 'def control(i, n, poses, t):\n    return 0.25, 0\n'
+
+
+def still(i, n, poses, t):
+    return 0.25, 0
+
+
+@pytest.fixture(scope='module')
+def place(tmp_path_factory):
+    """A folder with what submissions must neither read nor change."""
+    folder = tmp_path_factory.mktemp('class')
+    (folder / 'class').mkdir()
+    for name in ('rubric.yaml', 'solution.py', 'hidden.yaml', 'class/ada.py', 'marks.json'):
+        (folder / name).write_text('SECRET')
+    return folder
+
+
+@pytest.fixture(scope='module')
+def known(place):
+    """What a hostile submission knows of this machine, with servers that answer."""
+    servers = []
+
+    def answer_all(server):
+        while True:
+            try:
+                if server.type == socket.SOCK_DGRAM:
+                    server.sendto(b'SECRET', server.recvfrom(10)[1])
+                else:
+                    with server.accept()[0] as one:
+                        one.recv(10)
+                        one.sendall(b'SECRET')
+            except OSError:
+                return
+
+    def listen(family, kind, at):
+        server = socket.socket(family, kind)
+        servers.append(server)
+        server.bind(at)
+        if kind == socket.SOCK_STREAM:
+            server.listen()
+        threading.Thread(target=answer_all, args=(server,), daemon=True).start()
+        return server.getsockname()
+
+    abstract = f'\0setcmas{os.getpid()}'
+    listen(socket.AF_UNIX, socket.SOCK_STREAM, abstract)
+    listen(socket.AF_UNIX, socket.SOCK_STREAM, str(place / 'socket'))
+    libc, key = ctypes.CDLL(None), os.getpid()
+    segment = libc.shmget(key, 64, 0o1666)
+    yield {
+        'PLACE': str(place), 'GRADER': os.getpid(), 'USER_HOME': str(Path.home()),
+        'CHECKOUT': CHECKOUT, 'ABSTRACT': abstract, 'KEY': key,
+        'TCP': listen(socket.AF_INET, socket.SOCK_STREAM, ('127.0.0.1', 0))[1],
+        'UDP': listen(socket.AF_INET, socket.SOCK_DGRAM, ('127.0.0.1', 0))[1],
+    }  # fmt: skip
+    libc.shmctl(segment, 0, None)
+    for server in servers:
+        server.close()
+
+
+def worked(names, known, is_confined):
+    script = trying([TRIES[name] for name in names], **known)
+    failure = run(script, times=Times(20.0, 60.0), is_confined=is_confined).failure
+    numbers = re.search(r'worked: ([\d ]*)\.', failure.message)
+    assert numbers, failure.message
+    return {names[int(number)] for number in numbers[1].split()}
+
+
+@pytest.fixture(scope='module')
+def worked_in_it(known):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('SETCMAS_TEST', 'SECRET')
+        return worked([*TRIES], known, is_confined=True)
+
+
+@pytest.fixture(scope='module')
+def worked_without(known, place):
+    found = worked(sorted(TRIES.keys() - HARMFUL_WITHOUT), known, is_confined=False)
+    for name in ('class/ada.py', 'marks.json'):
+        (place / name).write_text('SECRET')
+    return found
+
+
+@pytest.mark.parametrize('name', TRIES)
+def test_what_a_submission_tries_does_not_work(worked_in_it, place, name):
+    assert name not in worked_in_it
+    assert not Path.home().joinpath('.setcmas_forged').exists()
+    for file in ('class/ada.py', 'marks.json'):
+        assert (place / file).read_text() == 'SECRET'
+
+
+@pytest.mark.parametrize('name', sorted(WORK_WITHOUT))
+def test_it_works_without_the_sandbox(worked_without, name):
+    assert name in worked_without
+
+
+def same(one, other):
+    return (one.poses == other.poses).all()
+
+
+def is_named(body, message, times=None):
+    """Check that a submission is reported, and that nothing of it is left."""
+    done = run(f'def control(i, n, poses, t):\n{body}\n', times=times)
+
+    assert message in done.failure.message
+    assert not psutil.Process().children(recursive=True)
+    return done
+
+
+QUICK = {'exit', 'replies ahead', 'huge length', 'closed', 'loop', 'output'}
+
+
+def some(table):
+    marks = {False: pytest.mark.nightly}
+    return [pytest.param(name, marks=marks.get(name in QUICK, ())) for name in table]
+
+
+@pytest.mark.parametrize('name', some(ENDS))
+def test_a_submission_that_ends_its_process_or_forges_replies_ends_its_run(name):
+    assert not is_named(*ENDS[name]).is_complete
+
+
+@pytest.mark.parametrize('name', some(SLOW))
+def test_a_submission_that_takes_too_long_is_ended(name):
+    assert not is_named(*SLOW[name], Times(1.0, 3.0)).is_complete
+
+
+@pytest.mark.parametrize('name', some(GO_ON))
+def test_a_submission_that_fails_goes_on_alone(name):
+    assert is_named(*GO_ON[name]).is_complete
+
+
+def test_processor_time_is_limited_too():
+    script = (
+        'import os, signal, struct\nsignal.setitimer = None\ndef control(i, n, poses, t):\n'
+        '    while True: pass\n'
+    )
+
+    done = run(script, times=Times(9.0, 1.0))
+
+    assert done.failure.message in (
+        'the run takes longer than 1 s', 'the script took too much processor time'
+    )  # fmt: skip
+
+
+def test_what_a_submission_forges_in_its_process_changes_it_alone():
+    script = (
+        'import sys\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
+        'vars(np).update(hypot=None, maximum=None)\ns.saturate = sys.stdout = None\n'
+    )
+
+    assert same(run(script + STILL).run, simulate(SHORT, algo=still))
+
+
+def test_nothing_of_a_run_is_left_for_the_next():
+    script = (
+        'import os\nassert not os.path.exists("/tmp/log")\nopen("/tmp/log", "w")\n'
+        'open(os.path.expanduser("~/other"), "x").write("x" * 99)\n'
+    )
+    scenario = SHORT.replace(nb_robots=1)
+
+    for _ in range(2):
+        assert run(script + STILL, scenario).failure is None
+
+
+def test_a_confined_process_ends_with_the_grader():
+    with ConfinedProcess(True, sleeping()) as process:
+        before = psutil.Process(process._process.pid).children(recursive=True)
+        assert before
+        process._process.kill()
+        left = psutil.wait_procs(before, timeout=5)[1]
+        assert {one.status() for one in left} <= {psutil.STATUS_ZOMBIE}
+
+
+def sleeping():
+    """Return work that waits for a request."""
+    import msgspec
+
+    from setcmas_tools.submissions.confined_program import RUN
+    from setcmas_tools.submissions.confined_script import RunWork
+
+    return RUN + msgspec.msgpack.encode(RunWork('law.py', {}, False, 1, 0, {}, 60))
+
+
+def packed(name, content):
+    return Packed(
+        Student('Ada'),
+        (PackedFile(name, '' if name[-4:] == '.zip' else name, content),),
+        'control',
+    )
+
+
+@pytest.mark.parametrize('name', PACKED)
+def test_a_file_that_attacks_whoever_unpacks_it_costs_its_student_alone(name):
+    content, reason = PACKED[name]
+
+    read = read_apart(packed(name, content))
+
+    assert reason in read.problem
+    assert read.student.name == 'Ada'
+
+
+def test_a_symbolic_link_in_a_zip_file_is_not_followed(place):
+    read = read_apart(packed('link.zip', with_link(str(place / 'rubric.yaml'))))
+
+    assert b'SECRET' not in b''.join(read.files.values())
+
+
+@pytest.mark.parametrize(
+    'answer', [b'', b'\xff', b'\x91' * 9999, b'\x82\xa4name\xa1x\xa7student\x81\xa4name\xa3Eve']
+)
+def test_a_forged_submission_is_none(monkeypatch, answer):
+    monkeypatch.setattr(ConfinedProcess, 'answer', lambda *_: answer)
+
+    read = read_apart(packed('ada.zip', archive({'law.py': STILL})))
+
+    assert read.problem == 'it cannot be unpacked'
+    assert read.student.name == 'Ada'
+
+
+def test_a_run_that_the_machine_has_ended_is_repeated_once(monkeypatch):
+    begun, faults = ConfinedProcess.__init__, iter([1])
+
+    def disturbed(self, *args):
+        begun(self, *args)
+        if next(faults, None):
+            self._kill()
+
+    monkeypatch.setattr(ConfinedProcess, '__init__', disturbed)
+
+    assert run(STILL).failure is None
+
+
+def test_a_process_that_does_not_start_is_the_fault_of_the_machine(monkeypatch):
+    monkeypatch.setattr(sandbox, 'confining_command', lambda: ['false'])
+
+    with pytest.raises(MachineError, match='this computer cannot run more processes'):
+        run(STILL)
+
+
+@pytest.mark.parametrize('error', [MachineError('full'), EndedError('late', 'line 3', True)])
+def test_errors_cross_processes(error):
+    with ProcessPoolExecutor(1, multiprocessing.get_context('spawn')) as pool:
+        found = pool.submit(operator.attrgetter('args'), error).result()
+        same = pool.submit(copy.copy, error).result()
+
+    assert found == error.args
+    assert (type(same), str(same), vars(same)) == (type(error), str(error), vars(error))
