@@ -78,11 +78,3 @@ def wait_for(condition, timeout: float = TIMEOUT_S) -> None:
     while not condition():
         assert time.monotonic() < deadline, 'the condition did not come true in time'
         time.sleep(0.1)
-
-
-def wait_for_text(browser, text: str, timeout: float = TIMEOUT_S) -> None:
-    """Wait until a text can be read on the page."""
-    deadline = time.monotonic() + timeout
-    while text not in text_of(browser):
-        assert time.monotonic() < deadline, f'{text!r} is not on the page:\n{text_of(browser)}'
-        time.sleep(0.1)

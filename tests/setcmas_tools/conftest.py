@@ -41,12 +41,6 @@ def store() -> Typestore:
     return store
 
 
-@pytest.fixture
-def golden_bag() -> Path:
-    """A short recording of setcmas."""
-    return Path(__file__).parents[1] / 'golden/inputs/bag.mcap'
-
-
 @pytest.fixture(scope='session')
 def make(store: Typestore) -> Callable[..., Any]:
     """A function that makes a message of zeros, with fields set by their dotted names."""

@@ -146,7 +146,8 @@ class SafetyFilter:
             aim = moved.copy()  # a blocking robot goes as its law wants if possible
             aim[:, own] = np.where(constrained[own], wanted, moved[:, own])
             limits = control_points.limits(moved, commands, poses, Ts)
-            rises = self._rises(moved, before, poses, Ts)
+            accel = self._options.accel
+            rises = [control_points.rises(moved, before, poses, accel * Ts)] if accel else []
             found = self._projected(
                 aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
             )
@@ -176,11 +177,6 @@ class SafetyFilter:
         if found is None and rises:
             found = self._project(moved, constraints, most, near)
         return found
-
-    def _rises(self, moved: Floats, before: Floats, poses: Floats, Ts: float) -> list[Constraints]:
-        if not self._options.accel:
-            return []
-        return [self._points.rises(moved, before, poses, self._options.accel * Ts)]
 
     def _constraints(self, points: Floats, centres: Floats, near: Indices) -> Constraints:
         barriers = self._barriers

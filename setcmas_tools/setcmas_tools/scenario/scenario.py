@@ -190,11 +190,6 @@ class Scenario:
         return self.law.seed
 
     @property
-    def knows_all_poses(self) -> bool:
-        """Whether each robot knows the poses of all robots at any time."""
-        return self.communication == CommunicationOptions()
-
-    @property
     def nb_robots(self) -> int:
         """Number of robots in a simulation."""
         return self.robots.fleet_size
