@@ -76,7 +76,7 @@ WITH_MORE = {
     ChildDiedError: ChildDiedError('robot 1 has died', 3),
     ClashError: ClashError('{} needs {{it}} and {}', 'nb_robots', 'ctc'),
     ControlError: ControlError('law.py, line 3: it fails', ('KeyError', *PLACE), 'stops', PLACE),
-    EndedError: EndedError('it has not returned', 2, [*Function][0], 'law.py', 3),
+    EndedError: EndedError('it has not returned', 2, Function.CONTROL, 'law.py', 3),
     PluginError: PluginError('law', "'circle' of package p 1", 'it is a class'),
 }
 """Errors whose constructors take more than a message."""
