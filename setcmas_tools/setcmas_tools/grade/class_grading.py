@@ -35,7 +35,7 @@ from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
 from setcmas_tools.submissions.notebook import in_cells
-from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
+from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
 
 _READ_S = 60.0
@@ -74,7 +74,7 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
     """Unpack a submission in a process of its own, which its files can harm alone.
 
     Raises:
-        MachineError: The process does not start.
+        NoProcessError: The process does not start.
     """
     name = packed.files[-1].top
     late = f'it takes longer than {_READ_S:g} s to unpack'
@@ -84,7 +84,7 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
         read = msgspec.msgpack.decode(answer, type=Submission)
         if not _is_of(read, packed):
             raise ValueError(read.name)
-    except EndedError as error:
+    except ProcessEndedError as error:
         return Submission(name, packed.student, problem=f'it cannot be unpacked: {error}')
     except (msgspec.MsgspecError, RecursionError, ValueError):
         return Submission(name, packed.student, problem='it cannot be unpacked')
@@ -114,7 +114,7 @@ class Grader:
 
         Raises:
             SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
-                machine ends a run (MachineError).
+                machine ends a run (NoProcessError).
         """
         rubric, name, student = self.rubric, submission.name, submission.student
         if submission.problem:
@@ -319,7 +319,7 @@ def _result(future: Future[Marks], submission: Submission) -> Marks | None:
     """Return marks; None if an error is not the submission's, which does not stop the others."""
     try:
         return future.result()
-    except MachineError:
+    except NoProcessError:
         return None
     except (SetcmasError, BrokenProcessPool):
         raise

@@ -34,7 +34,7 @@ from setcmas_tools.submissions.confined_script import (
     Reply,
     RunWork,
 )
-from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
+from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 # What a confined process writes may be anything: lines of more than nine digits are none.
@@ -84,11 +84,11 @@ class SandboxRunner:
         A run that the machine may have ended is repeated once.
 
         Raises:
-            MachineError: The machine has ended it again.
+            NoProcessError: The machine has ended it again.
         """
         try:
             done, was_killed = self._run(scenario)
-        except MachineError:
+        except NoProcessError:
             was_killed = True
         return self._run(scenario)[0] if was_killed else done
 
@@ -261,7 +261,7 @@ class RunScript:
         request += msgspec.msgpack.encode(given) if given else b''
         try:
             return self._process.answer(request, timeout, text, _MOST_ANSWERED)
-        except EndedError as error:
+        except ProcessEndedError as error:
             self.was_killed = error.was_killed
             frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
             own = ((name, line) for name, line in frames if name in self._work.files)

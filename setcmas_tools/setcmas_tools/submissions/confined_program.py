@@ -14,20 +14,22 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from struct import Struct
 from typing import IO
 
 import msgspec
 
-from setcmas_tools.submissions.sandbox import READY, SIZE
-
+SIZE = Struct('<I')
+"""Before each message: its size in bytes."""
+READY = b'ready'
+"""First message of the confined process, before it unpacks or runs anything of a student."""
 READ, RUN = b'u', b'r'
 """First byte of the work: unpack a submission, or run its script."""
-MEMORY = 1 << 30
-FILE_SIZE = 1 << 24
 _AMOUNTS = {
-    'AS': MEMORY, 'FSIZE': FILE_SIZE, 'NOFILE': 64, 'CORE': 0, 'MSGQUEUE': 0, 'MEMLOCK': 0,
+    'AS': 1 << 30, 'FSIZE': 1 << 24, 'NOFILE': 64, 'CORE': 0, 'MSGQUEUE': 0, 'MEMLOCK': 0,
     'SIGPENDING': 0, 'NPROC': 1,
 }  # fmt: skip
+"""Limits of a confined process: of bytes, files, and processes with threads."""
 
 
 class _Connection:

@@ -6,7 +6,6 @@ import math
 import os
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
@@ -16,12 +15,8 @@ from contextlib import suppress
 from typing import IO, cast
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.submissions.confined_program import READY, SIZE
 from setcmas_tools.submissions.confinement import HOME, PYTHON, confining_command, package_folders
-
-SIZE = struct.Struct('<I')
-"""Before each message: its size in bytes."""
-READY = b'ready'
-"""First message of the confined process, before it unpacks or runs anything of a student."""
 
 _GRACE_S = 1.0  # a process that is late ends itself, and says where it was
 _START_S = 60.0
@@ -44,11 +39,11 @@ _ENVIRONMENT = {
 }
 
 
-class MachineError(SetcmasError):
+class NoProcessError(SetcmasError):
     """The machine keeps a submission from running; the submission is not the cause."""
 
 
-class EndedError(Exception):
+class ProcessEndedError(Exception):
     """A confined process has ended or was ended; the message gives the reason.
 
     Attributes:
@@ -79,7 +74,7 @@ class ConfinedProcess:
             work: The work, for `confined_program`.
 
         Raises:
-            MachineError: It does not start.
+            NoProcessError: It does not start.
         """
         self._is_confined = is_confined
         self._home = '' if is_confined else tempfile.mkdtemp(prefix='setcmas_')
@@ -123,7 +118,7 @@ class ConfinedProcess:
             most: Size of the largest answer in bytes.
 
         Raises:
-            EndedError: The process has ended, is late, or sends what it must not.
+            ProcessEndedError: The process has ended, is late, or sends what it must not.
         """
         begin = time.monotonic()
         self._deadline = begin + timeout + _GRACE_S
@@ -137,10 +132,12 @@ class ConfinedProcess:
             is_late = time.monotonic() > begin + timeout
             status, told = self._end(_ENDING_S)
             was_killed = status == -signal.SIGKILL and not is_late
-            raise EndedError(late if is_late else _death(status), told, was_killed) from None
+            raise ProcessEndedError(
+                late if is_late else _death(status), told, was_killed
+            ) from None
         except ValueError:
             self._end()
-            raise EndedError('the script wrote on its connection with the grader') from None
+            raise ProcessEndedError('the script wrote on its connection with the grader') from None
         self._deadline = math.inf
         return message
 
@@ -219,8 +216,8 @@ class ConfinedProcess:
         return status, told.decode(errors='replace')
 
 
-def _machine_error(reason: str) -> MachineError:
-    return MachineError(
+def _machine_error(reason: str) -> NoProcessError:
+    return NoProcessError(
         f'this computer cannot run more processes for scripts{reason and f" ({reason})"}; are '
         'memory, disk and number of processes sufficient?'
     )

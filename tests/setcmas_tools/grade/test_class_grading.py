@@ -17,7 +17,7 @@ from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.submissions.sandbox import MachineError
+from setcmas_tools.submissions.sandbox import NoProcessError
 from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import (
     Packed,
@@ -108,7 +108,7 @@ def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_comman
 
 
 @pytest.mark.parametrize(
-    'error', [OSError(errno.ENOSPC, 'full'), MachineError('full'), KeyError(1)]
+    'error', [OSError(errno.ENOSPC, 'full'), NoProcessError('full'), KeyError(1)]
 )
 def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
     (submission,) = submissions(good=GOOD)

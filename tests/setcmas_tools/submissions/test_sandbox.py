@@ -31,7 +31,7 @@ from setcmas_tools import simulate
 from setcmas_tools.grade.class_grading import read_apart
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions import sandbox
-from setcmas_tools.submissions.sandbox import ConfinedProcess, EndedError, MachineError
+from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import Packed, PackedFile
 
@@ -273,11 +273,13 @@ def test_a_run_that_the_machine_has_ended_is_repeated_once(monkeypatch):
 def test_a_process_that_does_not_start_is_the_fault_of_the_machine(monkeypatch):
     monkeypatch.setattr(sandbox, 'confining_command', lambda: ['false'])
 
-    with pytest.raises(MachineError, match='this computer cannot run more processes'):
+    with pytest.raises(NoProcessError, match='this computer cannot run more processes'):
         run(STILL)
 
 
-@pytest.mark.parametrize('error', [MachineError('full'), EndedError('late', 'line 3', True)])
+@pytest.mark.parametrize(
+    'error', [NoProcessError('full'), ProcessEndedError('late', 'line 3', True)]
+)
 def test_errors_cross_processes(error):
     with ProcessPoolExecutor(1, multiprocessing.get_context('spawn')) as pool:
         found = pool.submit(operator.attrgetter('args'), error).result()
