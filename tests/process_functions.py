@@ -18,10 +18,6 @@ def fail(error, _):
     raise error
 
 
-def carry(value, _):
-    return value
-
-
 def sleep(_):
     time.sleep(1000)
 

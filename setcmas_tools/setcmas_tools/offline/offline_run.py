@@ -13,7 +13,7 @@ import numpy as np
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.run_progress import size_of
-from setcmas_tools.offline.script_process import EndedError, ScriptProcess, Warn
+from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
 from setcmas_tools.offline.simulation import checked_steps, motion
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
@@ -73,7 +73,7 @@ class OfflineRun:
 
         try:
             run, self.elapsed = self._process.result(warn, call_timeout, look=look)
-        except EndedError as error:
+        except ScriptEndedError as error:
             return self._broken(error)
         look()
         return run
@@ -86,7 +86,7 @@ class OfflineRun:
         """Return the current place in a script as text; empty if unknown."""
         return self._process.place()
 
-    def _broken(self, error: EndedError) -> Run:
+    def _broken(self, error: ScriptEndedError) -> Run:
         scripts, robot = self._scenario.law.scripts(), error.robot
         failed = {scripts.script(robot).name: [robot]} if robot else {}
         run = self._remains(Outcome(State.DIED, failed, {}, str(error)))

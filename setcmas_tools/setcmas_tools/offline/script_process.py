@@ -34,6 +34,11 @@ Warn = Callable[[str], None]
 Place = tuple[Path, int]
 """File and line."""
 
+UNGUARDED = (
+    'a process for scripts did not begin; a script that starts processes, such as by sweep(), '
+    "must do so below a line if __name__ == '__main__':"
+)
+"""Why a process ends before it begins: it begins with the main script of the user."""
 _LOOK_S = 0.05
 _PLACE_S = 2.0  # a process that waits for a core answers late
 _LAST_S = 0.5
@@ -53,27 +58,11 @@ _context.set_forkserver_preload(['setcmas_tools.offline.offline_run'])
 _starting = threading.Lock()
 
 
-class MachineError(SetcmasError):
-    """The machine keeps a script from running; the script is not the cause."""
-
-    def __init__(self, *_: object) -> None:
-        super().__init__(
-            'this computer cannot run more processes for scripts; are memory, disk and number '
-            'of processes sufficient?'
-        )
+class StartError(SetcmasError):
+    """A process for scripts does not start; the scripts are not the cause."""
 
 
-class NotBegunError(SetcmasError):
-    """A process ends before it begins, since it begins with the main script of the user."""
-
-    def __init__(self, *_: object) -> None:
-        super().__init__(
-            'a process for scripts did not begin; a script that starts processes, such as by '
-            "sweep(), must do so below a line if __name__ == '__main__':"
-        )
-
-
-class EndedError(Exception):
+class ScriptEndedError(Exception):
     """A script has ended its process, or has not returned in time, or broke what it ran in.
 
     Attributes:
@@ -153,7 +142,7 @@ class ScriptProcess(Generic[Result]):
 
         Raises:
             SetcmasError: The function raises it: the user's mistake.
-            EndedError: A script has ended it, or lasts too long.
+            ScriptEndedError: A script has ended it, or lasts too long.
         """
         self._start()
         begin = since = time.monotonic()
@@ -201,7 +190,10 @@ class ScriptProcess(Generic[Result]):
             with _starting, _environment():
                 self._process.start()
         except (OSError, EOFError) as error:
-            raise MachineError from error
+            raise StartError(
+                'this computer cannot run more processes for scripts; are memory, disk and number '
+                'of processes sufficient?'
+            ) from error
         for writer in self._writers:
             writer.close()
         for stream in zip(self._streams, (sys.stdout, sys.stderr), strict=False):
@@ -219,7 +211,7 @@ class ScriptProcess(Generic[Result]):
         except EOFError:  # it has ended, or a script has closed everything
             self._process.join(_LAST_S)
             if not self._has_begun:
-                raise NotBegunError from None
+                raise StartError(UNGUARDED) from None
             raise self._ended(self._death()) from None
         except Exception as error:  # a script may have put anything into the result
             return 'broken', summarise(error)
@@ -246,7 +238,7 @@ class ScriptProcess(Generic[Result]):
             return f'the process of the script was killed by {signal.Signals(-status).name}'
         return f'the script ended its process with exit status {status}'
 
-    def _ended(self, reason: str) -> EndedError:
+    def _ended(self, reason: str) -> ScriptEndedError:
         """End the process; return the error for it."""
         place, now = self._place(), self.progress
         self.end()
@@ -255,7 +247,7 @@ class ScriptProcess(Generic[Result]):
         elif now.robot:
             reason += f', in {now.function.value} of {now.script}'
         file, line = place or (Path(now.script if now.robot else ''), 0)
-        return EndedError(reason, now.robot, now.function, file.name, line)
+        return ScriptEndedError(reason, now.robot, now.function, file.name, line)
 
     def _described(self, place: Place | None, before: str) -> str:
         """Return a place with its line as text; empty if unknown."""

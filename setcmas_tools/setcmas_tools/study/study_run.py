@@ -18,12 +18,7 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.offline.run_progress import size_of
-from setcmas_tools.offline.script_process import (
-    EndedError,
-    MachineError,
-    NotBegunError,
-    ScriptProcess,
-)
+from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, StartError
 from setcmas_tools.offline.simulation import checked_steps
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
@@ -118,11 +113,11 @@ def made_row(
             run = partial(row_of, number, work)
             with ScriptProcess(run, found.scripts(), size, memory) as process:
                 return process.result(lambda _: None, timeout=timeout)
-    except (MachineError, NotBegunError):
+    except StartError:
         raise  # all other runs would end so
     except SetcmasError as error:
         return _row(number, State.NOT_STARTED, message=str(error))
-    except EndedError as error:
+    except ScriptEndedError as error:
         return _row(number, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
 
 

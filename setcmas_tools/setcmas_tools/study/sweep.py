@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from setcmas_ctrl.control.control_options import Algo
 from setcmas_tools.measures.metric import Metric
-from setcmas_tools.offline.script_process import NotBegunError
+from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study import Study, table_of
 from setcmas_tools.study.study_files import (
@@ -68,7 +68,7 @@ def sweep(
         SetcmasError: An argument is invalid, or the folder holds something else.
     """
     if multiprocessing.parent_process():  # a script without that line, as a worker imports it
-        raise NotBegunError
+        raise StartError(UNGUARDED)
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
     given = {name: options.pop(name) for name in own}
     if given.get('cases'):
