@@ -49,7 +49,7 @@ def test_other_errors_are_those_of_a_script():
 
 @needs_posix
 def test_a_function_that_takes_too_long_is_ended_with_its_place():
-    with pytest.raises(ScriptEndedError, match='after 0.5 s .* at process_functions'):
+    with pytest.raises(ScriptEndedError, match=r'after 0\.5 s .* at process_functions'):
         result_of(process_functions.sleep, timeout=0.5)
 
 
