@@ -160,9 +160,10 @@ ENDS = {
     'signal': ('    import os\n    os.kill(os.getpid(), 9)', 'killed by SIGKILL'),
     'crash': ('    import ctypes\n    ctypes.string_at(0)', 'killed by SIGSEGV'),
     'abort': ('    import os\n    os.abort()', 'killed by SIGABRT'),
-    'nothing': ('    import os\n    os.write(4, bytes(4))\n    return 0, 0', 'invalid reply'),
+    'nothing': ('    import os\n    os.write(4, bytes(4))\n    os.close(4)', 'invalid reply'),
     'wrong length': (
-        '    import os, struct\n    os.write(4, struct.pack("<Idd", 15, 0, 0)[:-1])',
+        '    import os, struct\n    os.write(4, struct.pack("<Idd", 15, 0, 0)[:-1])\n'
+        '    os.close(4)',
         'invalid reply',
     ),
     'huge length': ('    import os\n    os.write(4, b"\\xff" * 4)', 'wrote on its connection'),

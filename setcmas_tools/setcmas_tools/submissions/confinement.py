@@ -28,6 +28,7 @@ _SHARED = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
 _SOLUTIONS = ('algorithms', 'exercises', 'sessions')  # of setcmas_ctrl
 _OF_PACKAGES = ('site-packages', 'dist-packages')
 _OF_SYSTEM = ('/etc/ld.so.cache', '/etc/alternatives', '/etc/localtime')
+_LIBRARIES = ('--symlink', 'usr/lib', '/lib', '--symlink', 'usr/lib64', '/lib64')
 _DEVICES = ('/dev/null', '/dev/zero', '/dev/random', '/dev/urandom')
 _FOLDERS = ('/dev', '/etc', '/proc', '/tmp', _TOP, _OURS)
 _NOBODY = '65534'
@@ -56,13 +57,13 @@ def confining_command() -> list[str]:
     first = ['choom', '-n', '1000', '--'] if shutil.which('choom') else []
     if os.geteuid():
         return [*first, 'bwrap', *arranged, *_ALONE, '--']
-    shown = [word for name in _tops() for word in ('--ro-bind', name, name)]
-    links = [word for words in _links() for word in words]
+    tops = ['/usr', '/etc', _TOP, *([] if _IS_OF_SYSTEM else ['/python'])]
+    shown = [word for name in tops for word in ('--ro-bind', name, name)]
     return [
         *first, 'bwrap', '--die-with-parent', '--unshare-pid', *arranged, '--proc', '/proc',
         '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID', '--',
         'setpriv', f'--reuid={_NOBODY}', f'--regid={_NOBODY}', '--clear-groups', '--',
-        'bwrap', *shown, *links, *_devices(), *_ALONE, '--',
+        'bwrap', *shown, *_LIBRARIES, *_devices(), *_ALONE, '--',
     ]  # fmt: skip
 
 
@@ -71,9 +72,7 @@ def _arranged() -> Iterator[tuple[str, ...]]:
     for name in _FOLDERS:
         yield '--perms', '0755', '--dir', name
     yield '--ro-bind', '/usr', '/usr'
-    for name in _real_libraries():
-        yield '--ro-bind', name, name
-    yield from _links()
+    yield _LIBRARIES
     for name in _OF_SYSTEM:
         yield '--ro-bind-try', name, name
     yield _devices()
@@ -104,25 +103,6 @@ def _devices() -> tuple[str, ...]:
     return tuple(word for name in _DEVICES for word in ('--dev-bind', name, name))
 
 
-def _libraries() -> list[Path]:
-    return [Path(name) for name in ('/lib', '/lib32', '/lib64') if Path(name).exists()]
-
-
-def _links() -> Iterator[tuple[str, ...]]:
-    for path in _libraries():
-        if path.is_symlink():
-            yield '--symlink', str(path.readlink()), str(path)
-
-
-def _real_libraries() -> list[str]:
-    return [str(path) for path in _libraries() if not path.is_symlink()]
-
-
-def _tops() -> list[str]:
-    own = [] if _IS_OF_SYSTEM else ['/python']
-    return ['/usr', '/etc', _TOP, *own, *_real_libraries()]
-
-
 @cache
 def _folders() -> list[Path]:
     """Return the folders of installed packages."""
@@ -143,7 +123,9 @@ def obstacle() -> str:
     if sys.platform != 'linux':
         return 'bubblewrap is for Linux; use Docker or, on Windows, WSL 2'
     if not shutil.which('bwrap'):
-        return f'bubblewrap is missing; to install it: {_install()}'
+        packages = next((one for one in ('apt-get', 'dnf', 'zypper') if shutil.which(one)), '')
+        command = f'sudo {packages} install bubblewrap' if packages else 'install bubblewrap'
+        return f'bubblewrap is missing; to install it: {command}, or use Docker'
     try:
         done = subprocess.run(
             [*confining_command(), PYTHON, '-c', ''],
@@ -155,16 +137,6 @@ def obstacle() -> str:
         return ''
     reason = done.stderr.strip().rpartition('\n')[2] or f'exit status {done.returncode}'
     return f'{reason.removeprefix("bwrap: ")}; {_remedy(reason)}'
-
-
-def _install() -> str:
-    if shutil.which('apt-get'):
-        return 'sudo apt-get install bubblewrap'
-    manager = next((name for name in ('dnf', 'zypper', 'pacman') if shutil.which(name)), '')
-    commands = {'dnf': 'dnf install', 'zypper': 'zypper install', 'pacman': 'pacman -S'}
-    if manager:
-        return f'sudo {commands[manager]} bubblewrap'
-    return 'see https://github.com/containers/bubblewrap, or use Docker'
 
 
 _RESTRICTED = Path('/proc/sys/kernel/apparmor_restrict_unprivileged_userns')
