@@ -126,9 +126,11 @@ class Option:
             if not isinstance(value, bool):
                 raise SetcmasError(f'{name} is {value!r}; it must be true or false')
             return
-        several = value.items() if isinstance(value, Mapping) else value
-        is_several = self.is_several and not isinstance(value, str) and np.iterable(several)
-        for one in several if is_several else [value]:
+        is_one = not self.is_several or isinstance(value, str) or not np.iterable(value)
+        if isinstance(value, Mapping):
+            is_one = is_one or self.kind.gather is not dict
+            value = value if is_one else value.items()
+        for one in [value] if is_one else value:
             self.kind.check(name, one)
 
 
