@@ -2,7 +2,7 @@
 
 import pytest
 
-from setcmas_tools.grade.rubric_scenarios import MarkedScenario
+from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.confinement import obstacle

@@ -60,7 +60,7 @@ def main(args: argparse.Namespace) -> int:
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
     if args.handout:
-        from setcmas_tools.platforms.rubric_handout import archive, handout
+        from setcmas_tools.grade.rubric_handout import archive, handout
 
         top = f'{rubric.file.stem}_check'
         content = archive({f'{top}/{path}': one for path, one in handout(rubric).items()})
@@ -109,9 +109,9 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         import jinja2  # noqa: F401
 
     from setcmas_tools.grade.class_grading import check_sandbox, grade, handed_in
+    from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
+    from setcmas_tools.grade.gradebooks import tables_of
     from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
-    from setcmas_tools.platforms.corrections import Corrections, find_corrections, read_corrections
-    from setcmas_tools.platforms.gradebooks import tables_of
 
     check_sandbox(options)
     own = WrittenFiles(folder)

@@ -87,9 +87,9 @@ def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: s
         SetcmasError: One is not there, or has a mistake.
     """
     from setcmas_simu import __version__
+    from setcmas_tools.grade.rubric_handout import archive
     from setcmas_tools.page.document import site_files
-    from setcmas_tools.platforms.own_wheel import own_wheel
-    from setcmas_tools.platforms.rubric_handout import archive
+    from setcmas_tools.page.own_wheel import own_wheel
 
     python = _pyodide(place)
     rubrics = [Path(one) for one in exercises if _is_file(one)]
@@ -265,7 +265,7 @@ def _offered(names: list[str], rubrics: list[Path], scenarios: Sequence[Path]) -
 def _packed_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
     """Yield path and content of what students may see of rubrics."""
     from setcmas_tools.grade.rubric import read_rubric
-    from setcmas_tools.platforms.rubric_handout import handout
+    from setcmas_tools.grade.rubric_handout import handout
 
     for file in rubrics:
         for path, content in handout(read_rubric(file)).items():

@@ -28,8 +28,13 @@ from setcmas_tools.grade.marks import (
     ScenarioMark,
     ScenarioRun,
 )
-from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
-from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
+from setcmas_tools.grade.rubric import (
+    CONTROL,
+    MarkedScenario,
+    Rubric,
+    read_rubric,
+    rubric_of_exercise,
+)
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run_info import State
 from setcmas_tools.submissions.student import Student

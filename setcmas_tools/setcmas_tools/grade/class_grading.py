@@ -28,8 +28,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
-from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.grade.rubric_scenarios import MarkedScenario
+from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.confinement import obstacle

@@ -20,8 +20,7 @@ from setcmas_tools.grade.marks import (
     ScenarioMark,
     ScenarioRun,
 )
-from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
+from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.student import Student

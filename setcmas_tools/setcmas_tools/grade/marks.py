@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from setcmas_tools.grade.criteria import points_text, rounded
-from setcmas_tools.grade.rubric_scenarios import MarkedScenario
+from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
 from setcmas_tools.submissions.student import Student as Student

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
@@ -13,20 +14,69 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
-from setcmas_tools.grade.criteria import UNITS, figures_of
-from setcmas_tools.grade.rubric_scenarios import (
-    CONTROL,
-    CTC,
-    MarkedScenario,
-    read_scenarios,
-    read_solution,
-)
+from setcmas_tools.grade.criteria import UNITS, Criterion, figures_of, read_criteria
 from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
 from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import read_tables
-from setcmas_tools.scenario.scenario_files import ScenarioFolder
+from setcmas_tools.scenario.scenario import Scenario, options
+from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
+
+CONTROL, CTC = 'control', 'ctc'
+"""Functions that a submission may define: a control law, or a triggering condition."""
+
+_OWN = ('name', 'criteria', 'hidden', 'seeds')
+_PLACES = {CONTROL: 'algo', CTC: 'ctc'}
+
+
+@dataclass(frozen=True)
+class MarkedScenario:
+    """A scenario to run with a submission, and the criteria for its run.
+
+    Attributes:
+        name: Its name, unique in the rubric.
+        criteria: Criteria for its run.
+        base: The scenario without the submission.
+        hidden: Whether students only see its points.
+    """
+
+    name: str
+    criteria: tuple[Criterion, ...]
+    base: Scenario
+    hidden: bool = False
+
+    def of(self, submission: Any, function: str = CONTROL) -> Scenario:
+        """Return the scenario with a submission as its law or condition.
+
+        Args:
+            submission: A script, a function, or a function for each robot, {1: ..., 2: ...}.
+            function: Which function the submission is, CONTROL or CTC.
+        """
+        return self.base.replace(**{_PLACES[function]: submission})
+
+    @property
+    def seconds(self) -> float:
+        """Duration of its run in s."""
+        return self.base.time.duration
+
+    def shown(self) -> MarkedScenario:
+        """Return the scenario without hidden criteria."""
+        criteria = [one for one in self.criteria if not one.hidden]
+        names = {one.name for one in criteria}
+        return replace(
+            self,
+            criteria=tuple(
+                one if one.needs in names else replace(one, needs='') for one in criteria
+            ),
+        )
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it names."""
+        named = [Path(text) for name in OF_FILES for text in self.base.named(name)]
+        return tuple(path for path in named if path.is_absolute())
+
 
 _KEYS = ('title', 'exercise', 'function', 'solution', 'references', 'mistakes', 'scenarios')
 
@@ -164,7 +214,7 @@ def read_rubric(path: Path) -> Rubric:
     if references and 'solution' in fields:
         raise fields['references'].error('references replace the solution; remove one of them')
     if 'solution' in fields:
-        solution = read_solution(fields['solution'])
+        solution = _read_solution(fields['solution'])
     elif function == CONTROL and exercise in ALGORITHMS and not references:
         solution = ALGORITHMS.file(exercise)
     scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
@@ -201,7 +251,7 @@ def _references(entry: Entry) -> dict[str, Path]:
 
 def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedScenario, ...]:
     scenarios: list[MarkedScenario] = []
-    entries = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
+    entries = ((item, one) for item in entry.items() for one in _read_scenarios(item, function))
     for item, scenario in entries:
         if scenario.name in (one.name for one in scenarios):
             raise item.error(f"two scenarios are named '{scenario.name}'; rename one")
@@ -221,3 +271,59 @@ def _function_of(exercise: Path) -> str:
     tree = ast.parse(exercise.read_bytes())
     defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     return CONTROL if CONTROL in defined else CTC
+
+
+def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
+    """Return the scenario of an entry of a rubric, once for each of its seeds.
+
+    Args:
+        entry: The entry.
+        function: The submissions' function.
+
+    Raises:
+        SetcmasError: The entry is invalid; the message has its line.
+    """
+    submitted = {'algo', 'exercise'} if function == CONTROL else {'ctc', 'event_triggered'}
+    fields = entry.fields((*_OWN, *(name for name in options() if name not in submitted)))
+    for name in ('name', 'criteria'):
+        if name not in fields:
+            raise entry.mistake(f'a scenario with a {name}, such as {_EXAMPLES[name]}')
+    name = fields['name'].text()
+    given = {key: one for key, one in fields.items() if key not in _OWN}
+    base = Scenario.of('')
+    if function == CTC:
+        base = Scenario.of(str(ALGORITHMS.file('consensus')), event_triggered=True)
+    base = Scenario.read(replace(entry, value=given), base)
+    hidden = 'hidden' in fields and fields['hidden'].flag()
+    criteria = read_criteria(fields['criteria'])
+    if 'seeds' not in fields:
+        return [_checked(entry, MarkedScenario(name, criteria, base, hidden))]
+    seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
+    if 'seed' in fields or not seeds:
+        raise entry.error('seeds must be a non-empty list, without a separate seed')
+    seeded = ((f'{name}, seed {seed}', base.replace(seed=seed)) for seed in seeds)
+    return [_checked(entry, MarkedScenario(own, criteria, one, hidden)) for own, one in seeded]
+
+
+_EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ..., at_most: ...}]'}
+
+
+def _checked(entry: Entry, scenario: MarkedScenario) -> MarkedScenario:
+    with entry.located():
+        scenario.base.start_poses()
+    return scenario
+
+
+def _read_solution(entry: Entry) -> Path:
+    """Return the script of a solution: a file in the rubric's folder, or a built-in law.
+
+    Raises:
+        SetcmasError: It does not exist.
+    """
+    try:
+        return Path(ScenarioFolder(entry.file.parent).place_of('algo')(entry.text()))
+    except SetcmasError as error:
+        raise entry.error(
+            f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "
+            'a copy without it, which `setcmas grade --handout` writes'
+        ) from None

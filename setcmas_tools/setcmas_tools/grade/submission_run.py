@@ -19,7 +19,7 @@ from setcmas_ctrl.communication.message_content import Value, layout
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
-from setcmas_tools.grade.rubric_scenarios import CONTROL, CTC, MarkedScenario
+from setcmas_tools.grade.rubric import CONTROL, CTC, MarkedScenario
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN

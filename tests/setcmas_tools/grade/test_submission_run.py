@@ -7,7 +7,7 @@ from sandboxes import SHORT, needs_sandbox, run
 from setcmas_ctrl import network
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
-from setcmas_tools.grade.rubric_scenarios import CTC
+from setcmas_tools.grade.rubric import CTC
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.scenario.scenario import Scenario
 

@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 from graded_classes import graded_class
 
-from setcmas_tools.platforms.gradebooks import TABLES, tables_of
+from setcmas_tools.grade.gradebooks import TABLES, tables_of
 from setcmas_tools.submissions.student import Student
 
 CLASS = graded_class()

@@ -5,7 +5,7 @@ import pytest
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
 from setcmas_tools.grade.rubric import read_rubric, rubric_of_exercise
-from setcmas_tools.platforms.rubric_handout import handout
+from setcmas_tools.grade.rubric_handout import handout
 
 RUBRIC = """
 title: A regular polygon  # SECRET comment

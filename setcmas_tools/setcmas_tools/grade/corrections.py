@@ -11,9 +11,7 @@ from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Number
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import rounded
-from setcmas_tools.grade.marks import Correction, Marks, Student
-from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.platforms.lateness import (
+from setcmas_tools.grade.lateness import (
     LATE_KEYS,
     Lateness,
     Students,
@@ -21,6 +19,8 @@ from setcmas_tools.platforms.lateness import (
     read_time,
     untimed,
 )
+from setcmas_tools.grade.marks import Correction, Marks, Student
+from setcmas_tools.grade.rubric import Rubric
 
 CORRECTIONS = 'corrections.yaml'
 """Name of the file in the folder of a class, or of its grades."""

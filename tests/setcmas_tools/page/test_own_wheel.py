@@ -4,7 +4,7 @@ import base64
 import csv
 import hashlib
 
-from setcmas_tools.platforms.own_wheel import own_wheel
+from setcmas_tools.page.own_wheel import own_wheel
 
 
 def test_the_wheel_has_all_packages_with_their_data_and_a_right_record():
