@@ -32,11 +32,13 @@ from setcmas_tools.compare.generic_mistakes import (
     turned_multiple,
 )
 from setcmas_tools.offline.altered_solutions import (
+    SOLUTION,
     Calls,
     Mistake,
     altered_solutions,
     calls_of,
     saturated,
+    twice_altered_solutions,
 )
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
@@ -78,6 +80,11 @@ def diagnosis(
         if runs and all(found):  # else a run cannot be repeated
             calls = [one for one in found if one]
             explanation = _explanation(calls, mistakes, is_condition)
+            if not explanation and solution and not is_condition:
+                twice = twice_altered_solutions(solution, mistakes, Path(folder))
+                explanation = _both_listed(
+                    [calls_of(*each, False, twice) for each in runs], mistakes
+                )
             return Diagnosis(explanation, '' if explanation else _measured(calls, is_condition))
     return Diagnosis()
 
@@ -124,6 +131,17 @@ def _listed_and_generic(
             yield from also_generic(strict, answers, mistake.hint)
             multiples += also_multiple(strict, answers, mistake.hint)
     yield from multiples[:1]  # the others are multiples of the first
+
+
+def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[Mistake]) -> str:
+    """Return the hints of the two listed mistakes that together explain a submission."""
+    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls if one]
+    found: list[Explanation] = []
+    for name in sorted(set.intersection(*(set(one.answers) for one in strict)) - {SOLUTION}):
+        first, second = (mistakes[int(number)].hint for number in name.split())
+        text = f'Probably two mistakes: {first} {second}'
+        found += tried(text, strict, [one.answers[name] for one in strict])
+    return _best(strict, found)
 
 
 def _answers(calls: Sequence[Calls], number: int) -> list[Floats]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -146,11 +147,24 @@ def altered_solutions(
     return found
 
 
+def twice_altered_solutions(
+    solution: Path, mistakes: Sequence[Mistake], folder: Path
+) -> list[Altered]:
+    """Return the solution, and those with two mistakes of the rubric, named '3 7'."""
+    found = [Altered(SOLUTION, solution, is_kept=True)]
+    for (number, one), (later, other) in combinations(enumerate(mistakes), 2):
+        source = one.source(solution)
+        if other.change and all(old in source for old in other.change):
+            text = replace(other, script=source).source(solution)
+            found.append(_written(f'{number} {later}', text, solution, folder))
+    return found
+
+
 def _written(name: str, source: str, solution: Path | None, folder: Path) -> Altered:
     """Write an altered solution to a folder, with the modules that it imports."""
     for file in with_helpers(solution)[1:] if solution else ():
         (folder / file.name).write_bytes(file.read_bytes())
-    script = folder / f'mistake_{name}.py'
+    script = folder / f'mistake_{name.replace(" ", "_")}.py'
     script.write_text(source, encoding='utf-8')
     return Altered(name, script)
 
