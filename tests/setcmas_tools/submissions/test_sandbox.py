@@ -99,7 +99,8 @@ def known(place):
 
 def worked(names, known, is_confined):
     script = trying([TRIES[name] for name in names], **known)
-    failure = run(script, times=Times(20.0, 60.0), is_confined=is_confined).failure
+    once = SHORT.replace(nb_robots=1, duration=0.1)
+    failure = run(script, once, Times(20.0, 60.0), is_confined=is_confined).failure
     numbers = re.search(r'worked: ([\d ]*)\.', failure.message)
     assert numbers, failure.message
     return {names[int(number)] for number in numbers[1].split()}
