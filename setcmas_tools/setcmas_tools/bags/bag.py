@@ -108,7 +108,7 @@ class Bag:
         }
         files = [file.messages(found) for file in self._files]
         last = self.start_ns
-        for connection, time_ns, data in heapq.merge(*files, key=itemgetter(1)):
+        for topic, time_ns, data in heapq.merge(*files, key=itemgetter(1)):
             if time_ns - last > _LONGEST_GAP_NS:
                 at, jump = ((ns / 1e9) for ns in (last - self.start_ns, time_ns - last))
                 self._gap = (
@@ -116,7 +116,7 @@ class Bag:
                     'first message: they are those of two clocks'
                 )
             last = time_ns
-            yield found[_key(connection)], time_ns, data
+            yield topic, time_ns, data
 
     def deliver(
         self,

@@ -5,31 +5,28 @@ from __future__ import annotations
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import zstandard
-from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
-from setcmas_tools.bags.damaged_file import copy_of_database, copy_of_mcap, has_journal
 
 BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
 _PACKED = '.zstd'
+_JOURNALS = ('-wal', '-journal')
 _ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # no message in CDR begins with it
 _LONGEST_REASON = 120
 _MOST_METADATA_BYTES = 1_000_000
 _LISTED = re.compile(rb'^\s*-\s*[\'"]?([^\s\'"]+\.(?:mcap|db3)(?:\.zstd)?)\b', re.MULTILINE)
 
-_COPIES: dict[str, Callable[[Path, Path], str]] = {
-    '.mcap': copy_of_mcap,
-    '.db3': copy_of_database,
-}
+_ROS2 = ('.mcap', '.db3')
 _READERS: dict[str, type[Ros1Reader] | type[Ros2Reader]] = {
     '.mcap': Ros2Reader,
     '.db3': Ros2Reader,
@@ -42,8 +39,7 @@ _REPAIRS = {
     '.active': ' (rosbag reindex repairs a cut one)',
 }
 
-Entry = tuple[Connection, int, bytes]
-"""Connection, receive time in ns, and the serialised message."""
+Topic = TypeVar('Topic')
 
 
 def one_line(error: Exception) -> str:
@@ -65,13 +61,18 @@ class BagFile:
     reader: Ros1Reader | Ros2Reader
     notices: list[str]
 
-    def messages(self, wanted: Container[tuple[str, str]]) -> Iterator[Entry]:
-        """Yield messages in the order of time, up to the first damage, which gets a notice.
+    def messages(
+        self, topics: Mapping[tuple[str, str], Topic]
+    ) -> Iterator[tuple[Topic, int, bytes]]:
+        """Yield topic, receive time (ns) and bytes of each message in the order of time.
+
+        It ends at the first damage, which gets a notice.
 
         Args:
-            wanted: Names and types of the topics.
+            topics: The topics by their names and types.
         """
-        own = [c for c in self.reader.connections if (c.topic, c.msgtype) in wanted]
+        own = [c for c in self.reader.connections if (c.topic, c.msgtype) in topics]
+        of_id = {c.id: topics[c.topic, c.msgtype] for c in own}
         count, most = 0, sum(connection.msgcount for connection in own)
         reason = 'some are missing'
         try:
@@ -82,7 +83,7 @@ class BagFile:
                 if data[:4] == _ZSTD_MAGIC and isinstance(self.reader, Ros2Reader):
                     data = zstandard.decompress(data)
                 count += 1
-                yield connection, time_ns, data
+                yield of_id[connection.id], time_ns, data
         except Exception as error:  # a damaged file makes any of several libraries fail
             reason = one_line(error)
         notice = f"'{self.path}' is damaged ({reason}): {count:,} of {most:,} messages were read"
@@ -121,7 +122,7 @@ def _files(folder: Path) -> list[Path]:
     found = {
         file.name: file
         for file in sorted(folder.iterdir())
-        if Path(file.name.removesuffix(_PACKED)).suffix in _COPIES
+        if Path(file.name.removesuffix(_PACKED)).suffix in _ROS2
     }
     # Who kills rosbag2 while it compresses a file leaves both.
     files = [file for name, file in found.items() if name.removesuffix(_PACKED) not in found
@@ -154,21 +155,23 @@ def _opened(file: Path, stack: ExitStack) -> BagFile:
     source = file
     if file.suffix == _PACKED:
         source = _decompressed(file, _place(stack) / file.stem)
-    if kind == '.db3' and has_journal(source):  # rosbags ignores it
+    if kind == '.db3' and _has_journal(source):  # rosbags ignores it
         return _copied(file, source, stack)
     try:
         return _bag_file(file, _reader(source, stack))
     except Exception as error:  # a damaged file makes any of several libraries fail
-        if kind not in _COPIES:
+        if kind not in _ROS2:
             raise _unreadable(file, error) from error
     return _copied(file, source, stack)
 
 
 def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
     """Open a copy of what can be read of a damaged or unusual file."""
+    from setcmas_tools.bags.damaged_file import copy_of  # late: whole files need no mcap
+
     copy = _place(stack) / f'copy{source.suffix}'
     try:
-        loss = _COPIES[source.suffix](source, copy)
+        loss = copy_of(source, copy)
         reader = _reader(copy, stack)
     except OSError:
         raise
@@ -187,6 +190,11 @@ def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader) -> BagFile:
     nb_lost = reader.message_count - sum(connection.msgcount for connection in reader.connections)
     loss = f"'{file}' is damaged: {nb_lost:,} messages belong to no topic"
     return BagFile(file, reader, [loss] if nb_lost else [])
+
+
+def _has_journal(database: Path) -> bool:
+    """Return whether a .db3 file was not closed: its journal has some of its content."""
+    return any(Path(f'{database}{ending}').exists() for ending in _JOURNALS)
 
 
 def _reader(file: Path, stack: ExitStack) -> Ros1Reader | Ros2Reader:

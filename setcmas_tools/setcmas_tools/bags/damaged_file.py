@@ -16,17 +16,22 @@ _ENCODINGS = ('ros2msg', 'ros2idl')
 _MAGIC_BYTES = 8
 
 
-def copy_of_mcap(damaged: Path, target: Path) -> str:
-    """Copy the messages of an mcap file up to the first damage.
+def copy_of(damaged: Path, target: Path) -> str:
+    """Copy what can be read of an .mcap or a .db3 file, up to the first damage.
 
     Returns:
         What happened to the rest, such as 'was cut short'; empty if all was read, as from a file
         that is only unusual.
 
     Raises:
-        ValueError: It is not mcap.
         OSError: A file cannot be read or written.
+        Exception: It is of another format, or nothing in it can be read.
     """
+    copy = _copy_of_mcap if damaged.suffix == '.mcap' else _copy_of_database
+    return copy(damaged, target)
+
+
+def _copy_of_mcap(damaged: Path, target: Path) -> str:
     size = damaged.stat().st_size
     channels: dict[int, int] = {}
     loss = ''
@@ -66,24 +71,13 @@ def _added(writer: Writer, schema: Schema | None, channel: Channel) -> int:
 
 
 _TABLES = ('schema', 'topics', 'message_definitions', 'messages')
-_JOURNALS = ('-wal', '-journal')
 
 
-def has_journal(database: Path) -> bool:
-    """Return whether a .db3 file was not closed: its journal has some of its content."""
-    return any(Path(f'{database}{ending}').exists() for ending in _JOURNALS)
-
-
-def copy_of_database(damaged: Path, target: Path) -> str:
-    """Copy the rows of a .db3 file up to the first that cannot be read, as `copy_of_mcap` does.
-
-    Raises:
-        sqlite3.Error: No topic can be read.
-    """
+def _copy_of_database(damaged: Path, target: Path) -> str:
     whole = target.with_name('pages.db3')  # SQLite writes into it: it takes the journal back
-    for ending in ('', *_JOURNALS):
-        if (part := Path(f'{damaged}{ending}')).exists():
-            shutil.copyfile(part, f'{whole}{ending}')
+    for part in [damaged, *damaged.parent.iterdir()]:
+        if part == damaged or part.name.startswith(f'{damaged.name}-'):
+            shutil.copyfile(part, f'{whole}{part.name.removeprefix(damaged.name)}')
     _remove_cut_page(whole)
     with (
         closing(sqlite3.connect(whole)) as source,

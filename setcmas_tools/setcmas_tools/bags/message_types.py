@@ -87,15 +87,15 @@ class BagTypes:
 
     def _type_of(self, connection: Connection, is_ros1: bool) -> MessageType:
         # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
-        built_in = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
+        release = Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE
         name = connection.msgtype
         try:
-            store = self._store_of(_parsed(connection), built_in)
+            store = self._store_of(_parsed(connection), release)
             # SyntaxError: of a damaged name
         except (TypesysError, SyntaxError, ValueError) as error:
-            if name not in built_in.fielddefs:
+            store = get_typestore(release)
+            if name not in store.fielddefs:
                 raise UnresolvedTypeError(_reason(connection, error)) from error
-            store = built_in
         store.get_msgdef(name)
         deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
@@ -107,9 +107,9 @@ class BagTypes:
 
         return MessageType(name, store, decode)
 
-    def _store_of(self, types: dict[str, Any], built_in: Typestore) -> Typestore:
+    def _store_of(self, types: dict[str, Any], release: Stores) -> Typestore:
         """Return a store of types and of their parts, which bags of other tools may lack."""
-        _add_parts(types, lambda part: {part: built_in.fielddefs[part]})
+        _add_parts(types, lambda part: {part: get_typestore(release).fielddefs[part]})
         with suppress(TypesysError):
             self._shared.register(types)
             return self._shared
