@@ -53,6 +53,21 @@ def test_a_cut_mcap_is_reported(tmp_path, write_bag, points):
     )
 
 
+def test_a_definition_in_latin_1_is_read_without_loss(tmp_path, store, points):
+    path = tmp_path / 'others.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start(profile='')
+        text = 'float32 x  # in \xb5m\nfloat32 y\nfloat32 z'.encode('latin-1')
+        channel = writer.register_channel(
+            '/p', 'cdr', writer.register_schema(POINT, 'ros2msg', text)
+        )
+        writer.add_message(channel, 1, points_bytes(store, points[7]), 1)
+        writer.finish()
+
+    assert read(path) == ([7.0], [])
+
+
 @pytest.mark.parametrize('has_index', [True, False])
 def test_what_is_read_up_to_a_damaged_chunk_is_told(tmp_path, store, points, has_index):
     write_compressed(
