@@ -1,64 +1,85 @@
-"""One topic for all bodies: a driver of another vendor, and stand-ins for message packages."""
+"""One topic for all bodies, in messages that have a wheel: those of its drivers have none."""
 
-import json
 import sys
 from dataclasses import replace
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-from processes import refuses, run_setcmas
+from processes import refuses
 
 pytest.importorskip('rclpy')
-pytest.importorskip('cyclonedds')
 
 from geometry_msgs.msg import PoseStamped
 from lab_peer import BRIDGES, LabPeer
+from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, read_pose_stamped
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import qos
 
-TESTS = Path(__file__).parents[2]
-DRIVER = TESTS / 'setcmas_expe' / 'scripts' / 'mocap_for_all.py'
-INSTALLED = {'PYTHONPATH': str(TESTS / 'stand_ins')}
-SOURCES = [
-    ('motion_capture_tracking', 'poses', ('tb3_1', 'tb3_2')),
-    ('mocap4r2', 'rigid_bodies', ('3', 'Red.Red')),
-]
+NAMES = ('3', 'Red.Red')
 GOES = (0.1, 0.2)
 STOP = (0.0, 0.0)
+WITH_MARKERS = """
+import runpy, sys
+from dataclasses import replace
+from setcmas_expe.mocap import mocap_presets
+def read(message):
+    for one in message.markers:
+        yield one.ns, mocap_presets.sample_of(one.header, one.pose.position, one.pose.orientation)
+mocap_presets.MOCAP4R2 = replace(
+    mocap_presets.MOCAP4R2, message_type='visualization_msgs/msg/MarkerArray', read=read
+)
+sys.argv[0] = sys.argv.pop(1)
+runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)
+"""
+"""Runs a module in which mocap4r2 sends markers."""
 
 
-def write_lab(folder, preset, names):
-    robots = [f'  - {{number: {i}, mocap_name: "{name}"}}' for i, name in enumerate(names, 1)]
-    lines = ['robots:', *robots, f'mocap: {{preset: {preset}}}', 'arena: {x: [-3, 3], y: [-3, 3]}']
+def with_markers(module, *arguments):
+    return [sys.executable, '-c', WITH_MARKERS, module, *arguments]
+
+
+def write_lab(folder):
+    robots = [f'  - {{number: {i}, mocap_name: "{name}"}}' for i, name in enumerate(NAMES, 1)]
+    lines = ['robots:', *robots, 'mocap: {preset: mocap4r2}', 'arena: {x: [-3, 3], y: [-3, 3]}']
     path = folder / 'lab.yaml'
     path.write_text('\n'.join(lines))
     return path
 
 
 @pytest.fixture
-def see(start, tmp_path, domain):
-    """Return a function that starts a driver on a topic, or changes what it sees."""
-    path = tmp_path / 'seen.json'
+def see(peer):
+    """Return a function that tells motion capture what it sees from now on."""
+    seen, count = [], [0]
+    publisher = peer.node.create_publisher(MarkerArray, '/rigid_bodies', qos.SENSOR)
 
-    def see_bodies(*bodies, topic=None):
-        (tmp_path / 'new.json').write_text(json.dumps(bodies))
-        (tmp_path / 'new.json').replace(path)
-        if topic:
-            start(sys.executable, str(DRIVER), str(domain), topic, str(path))
+    def publish():
+        count[0] += 1
+        message = MarkerArray()
+        for name, x, y, theta in seen:
+            marker = Marker(ns=name)
+            marker.header.stamp = peer.node.get_clock().now().to_msg()
+            place, q = marker.pose.position, marker.pose.orientation
+            place.x, place.y, place.z = x, y, 0.19 + 1e-6 * (count[0] % 7)  # noise, as there is
+            q.z, q.w = quaternion_of_yaw(theta)
+            message.markers.append(marker)
+        publisher.publish(message)
+
+    peer.node.create_timer(0.02, publish)
+
+    def see_bodies(*bodies):
+        seen[:] = bodies
 
     return see_bodies
 
 
-@pytest.mark.parametrize(('preset', 'topic', 'names'), SOURCES)
-def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
-    start, peer, see, tmp_path, preset, topic, names
-):
-    one, two = (names[0], -1.0, 0.0, 0.5), (names[1], 1.0, 0.0, 0.0)
-    see(two, ('stranger', 0.5, 0.5, 0.0), one, topic=topic)
-    process = start(*BRIDGES, '--lab', str(write_lab(tmp_path, preset, names)), env=INSTALLED)
-    process.wait_for_output(f'poses from /{topic} ({preset})')
+def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(start, peer, see, tmp_path):
+    one, two = (NAMES[0], -1.0, 0.0, 0.5), (NAMES[1], 1.0, 0.0, 0.0)
+    see(two, ('stranger', 0.5, 0.5, 0.0), one)
+    process = start(*with_markers(*BRIDGES[2:], '--lab', str(write_lab(tmp_path))))
+    process.wait_for_output('poses from /rigid_bodies (mocap4r2)')
     lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
     lab.wanted = {1: GOES, 2: GOES}
     lab.let_go({1: GOES, 2: GOES})
@@ -71,27 +92,44 @@ def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
 
     see(two, one)
     lab.let_go({1: GOES, 2: GOES})
-    see(one, two, (names[0], -1.02, 0.0, 0.5))
+    see(one, two, (NAMES[0], -1.02, 0.0, 0.5))
     lab.wait_for_command(1, STOP)
-    twice = f"two bodies are called '{names[0]}' on /{topic}"
+    twice = f"two bodies are called '{NAMES[0]}' on /rigid_bodies"
     peer.wait_for(lambda: twice in lab.status(1)[0].message)
     assert 'Traceback' not in process.output()
 
 
-def test_the_doctor_shows_bodies_rates_and_missing_poses(see, tmp_path, peer):
-    preset, topic, names = SOURCES[0]
-    see(('Blue', 0.0, 1.0, 0.0), (names[0], -1.0, 0.5, 0.0), topic=topic)
-    peer.wait_for(lambda: peer.node.count_publishers(f'/{topic}'))
+def test_the_doctor_shows_bodies_rates_and_missing_poses(see, tmp_path, peer, start):
+    see(('Blue', 0.0, 1.0, 0.0), (NAMES[0], -1.0, 0.5, 0.0))
+    lab = ('--lab', str(write_lab(tmp_path)))
+    doctor = start(*with_markers('setcmas_expe.doctor.doctor_process', *lab))
+    peer.wait_for(lambda: doctor.popen.poll() is not None)
 
-    result = run_setcmas('doctor', '--lab', str(write_lab(tmp_path, preset, names)), **INSTALLED)
-
-    one, two = (line for line in result.stdout.splitlines() if line.startswith('tb3_'))
+    assert doctor.wait() == 1
+    one, two = (line for line in doctor.output().splitlines() if line.startswith('tb3_'))
     assert '-1.00, 0.50' in one
     assert 'silent' in two
-    assert f'nothing on /{topic}' in result.stdout
-    sent = f'motion capture sends {", ".join(sorted(("Blue", names[0])))}'
-    assert sent in ' '.join(result.stdout.split())
-    assert result.returncode == 1
+    assert 'nothing on /rigid_bodies' in doctor.output()
+    assert 'motion capture sends 3, Blue' in ' '.join(doctor.output().split())
+
+
+def part(**fields):
+    return SimpleNamespace(**fields)
+
+
+@pytest.mark.parametrize(
+    ('preset', 'bodies', 'name'),
+    [('mocap4r2', 'rigidbodies', 'rigid_body_name'), ('motion_capture_tracking', 'poses', 'name')],
+)
+def test_bodies_in_messages_of_drivers_are_read(preset, bodies, name):
+    position, orientation = part(x=1.0, y=2.0, z=0.2), part(x=0.0, y=0.0, z=0.6, w=0.8)
+    body = part(**{name: 'Red.Red', 'pose': part(position=position, orientation=orientation)})
+    header = part(stamp=part(sec=3, nanosec=500_000_000))
+    message = part(**{'header': header, bodies: [body]})
+
+    [(found, sample)] = MOCAP_SOURCES.get(preset).reader_of('')(message)
+    assert (found, sample.stamp) == ('Red.Red', 3.5)
+    assert (sample.position, sample.orientation) == ((1.0, 2.0, 0.2), (0.0, 0.0, 0.6, 0.8))
 
 
 def test_a_source_that_cannot_read_its_messages_says_so_and_the_others_work(peer):
@@ -125,11 +163,15 @@ def test_a_source_that_cannot_read_its_messages_says_so_and_the_others_work(peer
     until(lambda: taken['a'] and not receiver.trouble('a'), good)
 
 
-def test_a_missing_message_package_is_reported_before_anything_starts(tmp_path):
-    command = ('expe', '--algo', 'nav_wp', '--mocap', 'mocap4r2')
-    refuses(*command, message='sudo apt install ros-jazzy-mocap4r2-msgs', cwd=tmp_path)
-
-
-def test_an_emulated_lab_sends_a_topic_per_body(tmp_path):
-    command = ('expe', '--algo', 'nav_wp', '--emulate', '--mocap', 'mocap4r2')
-    refuses(*command, message='mocap4r2 sends mocap4r2_msgs/msg/RigidBodies on', cwd=tmp_path)
+@pytest.mark.parametrize(
+    ('more', 'message'),
+    [
+        ((), 'sudo apt install ros-jazzy-mocap4r2-msgs'),
+        (('--emulate',), 'mocap4r2 sends mocap4r2_msgs/msg/RigidBodies on'),
+    ],
+)
+def test_a_missing_message_package_or_emulation_is_reported_before_anything_starts(
+    tmp_path, more, message
+):
+    command = ('expe', '--algo', 'nav_wp', '--mocap', 'mocap4r2', *more)
+    refuses(*command, message=message, cwd=tmp_path)

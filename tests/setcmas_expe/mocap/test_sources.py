@@ -54,10 +54,3 @@ def test_topics_of_all_bodies_that_are_none_are_refused(topic):
 def test_what_is_no_source_does_not_fit(thing, reason):
     with pytest.raises(InvalidPluginError, match=reason):
         checked_source(thing)
-
-
-def test_a_missing_package_is_reported_with_the_command_that_installs_it():
-    source = MOCAP_SOURCES.get('mocap4r2')
-
-    with pytest.raises(SetcmasError, match='sudo apt install ros-jazzy-mocap4r2-msgs'):
-        source.message_class()

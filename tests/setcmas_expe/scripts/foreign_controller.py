@@ -9,17 +9,15 @@ import math
 import os
 import sys
 import time
-from dataclasses import dataclass
 
-import foreign_robot  # sets Cyclone DDS up  # noqa: F401
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import float64, sequence, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+from foreign_robot import message  # sets Cyclone DDS up
 
 ROBOT, V, RATE_HZ, NB_STEPS = 2, 0.2, 10.0, 100
 LATCHED = Qos(
@@ -29,36 +27,18 @@ LATCHED = Qos(
 )
 
 
-@dataclass
-class String(IdlStruct, typename='std_msgs::msg::dds_::String_'):
-    data: str
-
-
-@dataclass
-class Dimension(IdlStruct, typename='std_msgs::msg::dds_::MultiArrayDimension_'):
-    label: str
-    size: uint32
-    stride: uint32
-
-
-@dataclass
-class Layout(IdlStruct, typename='std_msgs::msg::dds_::MultiArrayLayout_'):
-    dim: sequence[Dimension]
-    data_offset: uint32
-
-
-@dataclass
-class Float64MultiArray(IdlStruct, typename='std_msgs::msg::dds_::Float64MultiArray_'):
-    layout: Layout
-    data: sequence[float64]
+String = message('std_msgs/String', data=str)
+Dimension = message('std_msgs/MultiArrayDimension', label=str, size=uint32, stride=uint32)
+Layout = message('std_msgs/MultiArrayLayout', dim=sequence[Dimension], data_offset=uint32)
+Float64MultiArray = message('std_msgs/Float64MultiArray', layout=Layout, data=sequence[float64])
 
 
 def messages(reader, kind):
     """Yield new messages, one by one, for ever."""
     while True:
-        for message in reader.take(1):
-            if isinstance(message, kind):  # not the end of a writer
-                yield message
+        for one in reader.take(1):
+            if isinstance(one, kind):  # not the end of a writer
+                yield one
         time.sleep(0.001)
 
 

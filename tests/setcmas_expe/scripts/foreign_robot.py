@@ -8,7 +8,6 @@ import math
 import os
 import sys
 import time
-from dataclasses import dataclass
 
 # Fast DDS uses no multicast within a machine.
 os.environ['CYCLONEDDS_URI'] = os.environ.get(
@@ -29,7 +28,7 @@ os.environ['CYCLONEDDS_URI'] = os.environ.get(
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import float64, int32, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -39,55 +38,20 @@ from cyclonedds.util import duration
 STEP_S = 0.02
 
 
-@dataclass
-class Time(IdlStruct, typename='builtin_interfaces::msg::dds_::Time_'):
-    sec: int32
-    nanosec: uint32
+def message(name, **fields):
+    """Return the class of a message as ROS names it in DDS; `name` is such as std_msgs/Header."""
+    package, kind = name.split('/')
+    return make_idl_struct(kind, f'{package}::msg::dds_::{kind}_', fields)
 
 
-@dataclass
-class Header(IdlStruct, typename='std_msgs::msg::dds_::Header_'):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class Vector3(IdlStruct, typename='geometry_msgs::msg::dds_::Vector3_'):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Quaternion(IdlStruct, typename='geometry_msgs::msg::dds_::Quaternion_'):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
-
-
-@dataclass
-class Twist(IdlStruct, typename='geometry_msgs::msg::dds_::Twist_'):
-    linear: Vector3
-    angular: Vector3
-
-
-@dataclass
-class TwistStamped(IdlStruct, typename='geometry_msgs::msg::dds_::TwistStamped_'):
-    header: Header
-    twist: Twist
-
-
-@dataclass
-class Pose(IdlStruct, typename='geometry_msgs::msg::dds_::Pose_'):
-    position: Vector3
-    orientation: Quaternion
-
-
-@dataclass
-class PoseStamped(IdlStruct, typename='geometry_msgs::msg::dds_::PoseStamped_'):
-    header: Header
-    pose: Pose
+Time = message('builtin_interfaces/Time', sec=int32, nanosec=uint32)
+Header = message('std_msgs/Header', stamp=Time, frame_id=str)
+Vector3 = message('geometry_msgs/Vector3', **dict.fromkeys('xyz', float64))
+Quaternion = message('geometry_msgs/Quaternion', **dict.fromkeys('xyzw', float64))
+Twist = message('geometry_msgs/Twist', linear=Vector3, angular=Vector3)
+TwistStamped = message('geometry_msgs/TwistStamped', header=Header, twist=Twist)
+Pose = message('geometry_msgs/Pose', position=Vector3, orientation=Quaternion)
+PoseStamped = message('geometry_msgs/PoseStamped', header=Header, pose=Pose)
 
 
 def main():

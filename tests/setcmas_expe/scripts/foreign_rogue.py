@@ -6,11 +6,9 @@ until it is ended.
 
 import sys
 import time
-from dataclasses import dataclass
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float32, float64
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
@@ -24,41 +22,23 @@ from foreign_robot import (  # sets Cyclone DDS up
     Twist,
     TwistStamped,
     Vector3,
+    message,
 )
 
 RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1))
 
 
-@dataclass
-class Point32(IdlStruct, typename='geometry_msgs::msg::dds_::Point32_'):
-    x: float32
-    y: float32
-    z: float32
-
-
-@dataclass
-class Bool(IdlStruct, typename='std_msgs::msg::dds_::Bool_'):
-    data: bool
-
-
-@dataclass
-class PoseWithCovariance(IdlStruct, typename='geometry_msgs::msg::dds_::PoseWithCovariance_'):
-    pose: Pose
-    covariance: array[float64, 36]
-
-
-@dataclass
-class TwistWithCovariance(IdlStruct, typename='geometry_msgs::msg::dds_::TwistWithCovariance_'):
-    twist: Twist
-    covariance: array[float64, 36]
-
-
-@dataclass
-class Odometry(IdlStruct, typename='nav_msgs::msg::dds_::Odometry_'):
-    header: Header
-    child_frame_id: str
-    pose: PoseWithCovariance
-    twist: TwistWithCovariance
+Point32 = message('geometry_msgs/Point32', **dict.fromkeys('xyz', float32))
+Bool = message('std_msgs/Bool', data=bool)
+COVARIANCE = array[float64, 36]
+PoseWithCovariance = message('geometry_msgs/PoseWithCovariance', pose=Pose, covariance=COVARIANCE)
+TwistWithCovariance = message(
+    'geometry_msgs/TwistWithCovariance', twist=Twist, covariance=COVARIANCE
+)
+Odometry = message(
+    'nav_msgs/Odometry', header=Header, child_frame_id=str, pose=PoseWithCovariance,
+    twist=TwistWithCovariance,
+)  # fmt: skip
 
 
 def main():
@@ -92,8 +72,8 @@ def main():
     while True:
         now = time.time()
         header = Header(Time(int(now), int(1e9 * (now % 1))), 'world')
-        for one, message in drives:
-            one.write(message(header))
+        for one, make in drives:
+            one.write(make(header))
         time.sleep(STEP_S)
 
 
