@@ -4,7 +4,7 @@ import time
 from collections import defaultdict
 
 import rclpy
-from geometry_msgs.msg import Point32, Twist, TwistStamped
+from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
 from processes import TIMEOUT_S
 from rcl_interfaces.srv import SetParameters
@@ -97,12 +97,6 @@ def position(odometry) -> tuple[float, float]:
 def twist_stamped(V: float, omega: float) -> TwistStamped:
     message = TwistStamped()
     message.twist.linear.x, message.twist.angular.z = V, omega
-    return message
-
-
-def twist(V: float, omega: float) -> Twist:
-    message = Twist()
-    message.linear.x, message.angular.z = V, omega
     return message
 
 

@@ -118,15 +118,6 @@ def test_a_folder_that_an_option_takes_for_its_value_must_go_first(option, tmp_p
     assert 'put the folder to plot first' in result.stderr
 
 
-def test_record_refuses_a_folder_that_exists(tmp_path):
-    (tmp_path / 'bag').mkdir()
-
-    result = run_here('record', '-o', 'bag', cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert "output 'bag' already exists" in result.stderr
-
-
 def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
     (tmp_path / 'mine.py').write_text(
         '"""Turns round.\n\nMore."""\ndef control(a, b, c, d): ...\n'

@@ -1,6 +1,5 @@
 """The worker's calls: here in this process, and in Chromium with Pyodide, without a network."""
 
-import base64
 import io
 import json
 import math
@@ -15,7 +14,6 @@ from launch_scripts.commands import in_browser
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.page.content import run_content
-from setcmas_tools.plots.plot import plots_of
 
 LAW = """
 K = 0.5
@@ -259,21 +257,6 @@ def test_an_exercise_in_chromium_has_the_points_of_this_machine(chromium, page):
     own = {'picture': '', 'took': theirs['took']}
     assert theirs | own == ours | own
     assert theirs['picture'].startswith('data:image/png;base64,iVBOR')
-
-
-@pytest.mark.nightly
-def test_the_run_leaves_chromium_as_a_folder_and_as_a_page(chromium, tmp_path):
-    answer, _ = chromium.call('run', script=LAW, scenario=FLEET)
-    report, _ = chromium.call('report_html', name='Ada')
-    code = 'import base64\nbase64.b64encode(in_browser.run_zip()).decode()'
-    content = base64.b64decode(chromium.python(code))
-    zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
-
-    loaded = Run.load(tmp_path / 'run')
-    assert str(loaded.metrics()).splitlines()[-1] == answer['metrics']['lines'][-1]
-    assert loaded.info.origin.host['system'].startswith('Emscripten')
-    assert 'Ada' in report['html']
-    assert report['html'].count('data:image/png') == len(plots_of(loaded))
 
 
 @pytest.mark.nightly

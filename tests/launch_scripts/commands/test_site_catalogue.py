@@ -2,25 +2,11 @@ import json
 from pathlib import Path
 
 import pytest
+from page_of_laws import RUBRIC
 
 from launch_scripts.commands.site_catalogue import catalogue
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.scenario.scenario import Scenario
-
-RUBRIC = """
-title: My rubric
-exercise: consensus
-scenarios:
-  - name: shown
-    nb_robots: 3
-    criteria:
-      - {name: meet, metric: disagreement, at_most: 0.1, points: 2}
-      - {name: secret, metric: end_error, at_most: 0.1, points: 1, hidden: true}
-  - name: secret too
-    hidden: true
-    nb_robots: 7
-    criteria: [{name: meet, metric: disagreement, at_most: 0.1, points: 3}]
-"""
 
 
 @pytest.fixture(scope='module')

@@ -14,6 +14,7 @@ from served_folder import served
 
 from launch_scripts.commands.site import site
 from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run import Run
 
 
@@ -152,7 +153,10 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     page.click('#save-run')
     page.wait()
     zipfile.ZipFile(page.wait_for_download(f'{stem}_run.zip')).extractall(tmp_path)
-    assert Run.load(tmp_path / 'run').inputs[0].contents == [LAW.encode()]
+    loaded = Run.load(tmp_path / 'run')
+    assert loaded.inputs[0].contents == [LAW.encode()]
+    assert loaded.info.origin.host['system'].startswith('Emscripten')
+    assert str(loaded.metrics()).splitlines()[-1] in page.text('#metrics')
 
     page.script("document.getElementById('report-name').value = '<img src=x onerror=alert(1)>'")
     page.click('#save-report')
@@ -160,6 +164,7 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     html = page.wait_for_download(f'{stem}.html').read_text()
     assert '&lt;img src=x onerror=alert(1)&gt;' in html
     assert '<b>bold' not in html
+    assert html.count('data:image/png') == len(plots_of(loaded))
 
 
 @pytest.mark.nightly

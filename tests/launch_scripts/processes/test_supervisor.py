@@ -46,16 +46,6 @@ def wait_until(condition):
         time.sleep(0.02)
 
 
-def test_output_is_shown_in_whole_lines_with_the_name_of_its_process(supervisor):
-    code = (
-        'import os, time\nfor w in (b"a", b"b\\n", b"c\\n"):\n    os.write(1, w)\ntime.sleep(600)'
-    )
-    supervisor.start('one', python(code))
-    supervisor.run(until=lambda: len(supervisor.lines) == 2)
-
-    assert supervisor.lines == ['[one] ab', '[one] c']
-
-
 @pytest.mark.parametrize(
     ('end', 'reason', 'status'),
     [

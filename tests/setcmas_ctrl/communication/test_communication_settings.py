@@ -87,7 +87,10 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
             r"unknown graph 'rong'; it must be complete, ring.*did you mean ring\?",
         ),
         (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
-        (['--event-triggered', '--ctc', 'law.py'], 'law.py has no function ctc'),
+        (
+            ['--event-triggered', '--ctc', 'law.py'],
+            'law.py has no function ctc; its control is for --algo law.py; it must have ctc',
+        ),
     ],
 )
 def test_mistakes_are_found_before_the_fleet_is_known(tmp_path, monkeypatch, arguments, message):
@@ -96,14 +99,6 @@ def test_mistakes_are_found_before_the_fleet_is_known(tmp_path, monkeypatch, arg
 
     with pytest.raises(SetcmasError, match=message):
         check_communication(parsed(*arguments), None)
-
-
-def test_a_condition_without_event_triggering_is_a_mistake(tmp_path):
-    path = tmp_path / 'when.py'
-    path.write_text('def ctc(pos, last_pos, t):\n    return True\n')
-
-    with pytest.raises(SetcmasError, match='--ctc needs --event-triggered'):
-        parsed('--ctc', str(path))
 
 
 @pytest.mark.parametrize(

@@ -16,25 +16,17 @@ def load(tmp_path):
     return load
 
 
-def only(description, nb_robots):
-    (segment,) = description.segments(nb_robots)
-    return segment.adjacency.tolist()
-
-
-def test_a_preset(load):
-    assert only(load('graph: directed_ring\n'), 3) == [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
-
-
-def test_a_matrix(load):
-    text = 'adjacency:\n  - [0, 0.5, 0]\n  - [1, 0, 0]\n  - [0, 2, 0]\n'
-
-    assert only(load(text), 3) == [[0, 0.5, 0], [1, 0, 0], [0, 2, 0]]
-
-
-def test_edges(load):
-    text = 'edges:\n  - 1 - 2\n  - 3 <- 2: 0.5\n  - 1->3\n'
-
-    assert only(load(text), 4) == [[0, 1, 0, 0], [1, 0, 0, 0], [1, 0.5, 0, 0], [0, 0, 0, 0]]
+@pytest.mark.parametrize(
+    ('text', 'adjacency'),
+    [
+        ('graph: directed_ring', [[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+        ('adjacency: [[0, 0.5, 0], [1, 0, 0], [0, 2, 0]]', [[0, 0.5, 0], [1, 0, 0], [0, 2, 0]]),
+        ('edges:\n  - 1 - 2\n  - 3 <- 2: 0.5\n  - 1->3', [[0, 1, 0], [1, 0, 0], [1, 0.5, 0]]),
+    ],
+)
+def test_a_preset_a_matrix_and_edges(load, text, adjacency):
+    (segment,) = load(f'{text}\n').segments(3)
+    assert segment.adjacency.tolist() == adjacency
 
 
 def test_segments_and_links(load):
@@ -116,17 +108,16 @@ def test_mistakes_are_reported_with_their_line(load, text, line, message):
     assert '\n' not in str(error.value)
 
 
-def test_robots_that_are_not_in_the_fleet(load):
-    description = load('edges:\n  - 1 - 2\n  - 2 - 9\n')
-
-    assert len(description.segments(9)) == 1
-    with pytest.raises(SetcmasError, match=r'line 3: it names robot 9; the fleet has robots 1 to'):
-        description.segments(8)
-
-
-def test_a_matrix_of_another_fleet(load):
-    with pytest.raises(SetcmasError, match=r'line 1: .* shape \(2, 2\); the fleet of 3 needs'):
-        load('adjacency:\n  - [0, 1]\n  - [1, 0]\n').segments(3)
+@pytest.mark.parametrize(
+    ('text', 'line', 'message'),
+    [
+        ('edges:\n  - 1 - 2\n  - 2 - 9\n', 3, 'it names robot 9; the fleet has robots 1 to'),
+        ('adjacency:\n  - [0, 1]\n  - [1, 0]\n', 1, r'.* shape \(2, 2\); the fleet of 8 needs'),
+    ],
+)
+def test_graphs_of_another_fleet(load, text, line, message):
+    with pytest.raises(SetcmasError, match=rf'line {line}: {message}'):
+        load(text).segments(8)
 
 
 @pytest.mark.parametrize(
@@ -135,8 +126,3 @@ def test_a_matrix_of_another_fleet(load):
 def test_files_that_are_no_yaml(load, text, message):
     with pytest.raises(SetcmasError, match=message):
         load(text)
-
-
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(SetcmasError, match=r"'.*none\.yaml' cannot be read: No such file"):
-        load_graph(tmp_path / 'none.yaml')

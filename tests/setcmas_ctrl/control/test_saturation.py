@@ -15,10 +15,6 @@ def test_speed_rises_by_so_much_and_falls_at_once():
     assert (limited[2] == wanted[2]).all()
 
 
-def test_slow_velocities_are_kept():
-    np.testing.assert_array_equal(saturate((0.3, -0.4), 0.5), [0.3, -0.4])
-
-
 def test_fast_velocities_are_scaled_without_turning():
     np.testing.assert_allclose(saturate((3.0, -4.0), 0.5), [0.3, -0.4])
 

@@ -15,19 +15,6 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 
-def test_consensus_over_the_topics(start, peer):
-    start(*SIMU, '--nb-robots', '3', '--pose', '1:0,0', '--pose', '2:1,0', '--pose', '3:0.5,1')
-    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
-    process = start(*CTRL, '--algo', 'consensus')
-    process.wait_for_output('controlling robots 1-3 with consensus at 5 Hz')
-
-    def spread():
-        return np.ptp([position(messages[-1]) for messages in odometry], axis=0).max()
-
-    peer.wait_for(lambda: all(odometry) and spread() < 0.3)
-    assert process.end() == 0
-
-
 def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
     law = script('def control(i, n, p, t):\n    return 0, 30\n')
     start(*SIMU, '--nb-robots', '1')

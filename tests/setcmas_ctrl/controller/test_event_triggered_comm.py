@@ -1,7 +1,7 @@
 import itertools
 
 import pytest
-from processes import CTRL, SETCMAS, SIMU
+from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
@@ -27,17 +27,6 @@ def test_states_are_sent_when_the_condition_triggers(start, peer, script):
     late = peer.listen(Odometry, '/tb3_1/trig_odom', LATCHED)
     peer.wait_for(lambda: late)
     assert position(late[0])[0] <= x[-1]  # sent before it subscribed
-
-
-def test_a_script_without_a_condition_is_a_mistake(start, script):
-    path = script('def control(a, b, c, d):\n    return 0, 0\n', 'when.py')
-    command = [*SETCMAS, 'ctrl', '--algo', 'consensus', '--event-triggered', '--ctc', path]
-    process = start(*command)
-
-    assert process.wait() == 2
-    message = 'no function ctc; its control is for --algo when.py; it must have ctc(pos, last_pos'
-    assert f'when.py has {message}' in process.output()
-    assert 'Traceback' not in process.output()
 
 
 @pytest.mark.parametrize(

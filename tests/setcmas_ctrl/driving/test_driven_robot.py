@@ -56,14 +56,6 @@ def test_a_script_with_a_command_of_its_own_is_to_be_given_too(start, peer, law,
     peer.wait_for(lambda: is_sent(commands, 0.0, pytest.approx(-0.2)))
 
 
-def test_a_robot_that_listens_to_plain_twist_gets_it(start, peer):
-    start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
-    odometry = peer.odometry(1)
-    start(*CTRL, '--algo', 'nav_wp')
-
-    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
-
-
 def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
     peer.cmd_vel(1, TwistStamped)
     start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
@@ -72,17 +64,6 @@ def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
 
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
     process.wait_for_output('/tb3_1/cmd_vel carries Twist, but /peer takes TwistStamped')
-
-
-@pytest.mark.nightly
-def test_a_chosen_type_that_robots_do_not_take_is_reported_once(start, law):
-    start(*SIMU, '--nb-robots', '3', '--cmd-vel-type', 'twist').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', law, '--cmd-vel-type', 'twist_stamped')
-
-    process.wait_for_output(
-        '/tb3_1/cmd_vel carries TwistStamped, but /virtual_robots takes Twist '
-        '(and 2 more topics); choose with --cmd-vel-type'
-    )
 
 
 def test_it_says_when_nothing_listens_to_the_commands(start, peer):
@@ -189,10 +170,13 @@ def test_a_controller_that_was_killed_is_no_second_one(start, peer):
     assert 'another controller also commands' not in again.output()
 
 
-def test_the_type_of_the_commands_can_be_forced(start, peer):
-    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+def test_the_type_of_the_commands_can_be_forced_which_is_reported_once(start, peer, law):
+    start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
     plain = peer.cmd_vel(1, Twist)
-    process = start(*CTRL, '--algo', 'nav_wp', '--cmd-vel-type', 'twist')
+    process = start(*CTRL, '--algo', law, '--cmd-vel-type', 'twist')
 
-    process.wait_for_output('controlling')
     peer.wait_for(lambda: plain)
+    process.wait_for_output(
+        '/tb3_1/cmd_vel carries Twist, but /virtual_robots takes TwistStamped '
+        '(and 2 more topics); choose with --cmd-vel-type'
+    )

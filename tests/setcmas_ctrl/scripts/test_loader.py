@@ -38,17 +38,11 @@ def test_nav_wp_has_its_ros_1_name_too(name, folder):
     assert find_script(name) == ALGORITHMS.file('nav_wp')
 
 
-def test_a_script_in_the_current_folder_goes_before_a_built_in(folder):
-    path = script(folder, CONTROL, 'consensus.py')
-
-    assert find_script('consensus') == path
-
-
-def test_a_path_to_a_file_goes_before_all(folder):
+def test_a_script_in_the_current_folder_goes_before_a_built_in_and_a_path_before_all(folder):
     (folder / 'elsewhere').mkdir()
     path = script(folder / 'elsewhere', CONTROL, 'consensus.py')
-    script(folder, CONTROL, 'consensus.py')
 
+    assert script(folder, CONTROL, 'consensus.py') == find_script('consensus')
     assert find_script('elsewhere/consensus.py') == path
 
 
@@ -109,23 +103,6 @@ def test_any_callable_with_four_positional_arguments_will_do(folder, text):
     control = load_control(script(folder, text), 1)
 
     assert tuple(control(1, 1, None, 0.0)) == (0, 0)
-
-
-def test_every_robot_gets_a_module_of_its_own(folder):
-    path = script(
-        folder,
-        """
-        calls = 0
-        def control(robotNo, nbRobots, poses, t):
-            global calls
-            calls += 1
-            return calls, 0
-        """,
-    )
-    first, second = load_control(path, 1), load_control(path, 2)
-
-    assert [first(1, 2, None, 0)[0] for _ in range(3)] == [1, 2, 3]
-    assert second(2, 2, None, 0) == (1, 0)
 
 
 def test_a_name_too_long_for_a_file_is_not_found(folder):

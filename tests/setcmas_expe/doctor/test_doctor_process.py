@@ -62,16 +62,6 @@ def test_the_bodies_and_the_experiment_of_an_emulated_lab(start, peer, tmp_path)
     assert 'experiment one is running' in ' '.join(output.split())
 
 
-@pytest.mark.nightly
-def test_an_emulated_lab_that_is_well(start):
-    status, output = examine_until(
-        'all well', start, '--emulate', '--nb-robots', '2', '--mocap', 'optitrack'
-    )
-
-    assert status == 0
-    assert '[lab]' in output
-
-
 def test_a_robot_without_a_guard_and_poses_of_two_senders(start, peer):
     start(*LAB, '--without-guard')
     peer.node.create_publisher(Odometry, '/qualisys/tb3_2/odom', 10)
@@ -79,16 +69,6 @@ def test_a_robot_without_a_guard_and_poses_of_two_senders(start, peer):
 
     assert status == 1
     assert 'guard of tb3_1 not there' in ' '.join(output.split())
-
-
-def test_a_mistake_in_the_lab_file_is_reported_in_one_line(start, tmp_path):
-    lab = tmp_path / 'lab.yaml'
-    lab.write_text('arena: {x: [1, -1]}\n')
-
-    doctor = start(*DOCTOR, '--lab', str(lab))
-    assert doctor.wait() == 2
-    assert len(doctor.output().splitlines()) == 1
-    assert 'line 1' in doctor.output()
 
 
 def test_faults_are_injected_and_those_of_no_robot_are_reported(start, peer):

@@ -49,11 +49,6 @@ def test_malformed_poses_files_are_refused_in_one_line(tmp_path, content):
     assert '\n' not in str(caught.value)
 
 
-def test_a_missing_poses_file_is_named(tmp_path):
-    with pytest.raises(SetcmasError, match=r'none\.yaml.*No such file'):
-        given_poses(1, tmp_path / 'none.yaml')
-
-
 def test_single_poses_go_before_the_file(tmp_path):
     path = tmp_path / 'poses.yaml'
     path.write_text('{1: [1, 1, 1], 2: [2, 2, 2], 7: [7, 7, 7]}')
@@ -61,23 +56,21 @@ def test_single_poses_go_before_the_file(tmp_path):
     assert given_poses(3, path, ['2:9,9,9']) == {1: (1.0, 1.0, 1.0), 2: (9.0, 9.0, 9.0)}
 
 
-def test_a_pose_for_a_robot_outside_the_fleet_is_refused():
-    with pytest.raises(SetcmasError, match='robots 1 to 3'):
-        given_poses(3, None, ['4:0,0,0'])
+@pytest.mark.parametrize(
+    ('file', 'given', 'message'),
+    [
+        ('none.yaml', [], r'none\.yaml.*No such file'),
+        (None, ['4:0,0,0'], 'robots 1 to 3'),
+        (None, ['1:0,0,0', '1:1,1,1'], 'robot 1 already has a pose'),
+        ('short.yaml', [], '2 poses for 3 robots'),
+    ],
+)
+def test_poses_that_do_not_fit_the_fleet_are_refused(tmp_path, file, given, message):
+    (tmp_path / 'short.yaml').write_text('[[1, 1, 1], [2, 2, 2]]')
 
-
-def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
-    path = tmp_path / 'poses.yaml'
-    path.write_text('[[1, 1, 1], [2, 2, 2]]')
-
-    with pytest.raises(SetcmasError, match=r'2 poses for 3 robots'):
-        given_poses(3, path)
-    assert list(given_poses(1, path)) == [1]
-
-
-def test_a_pose_that_is_given_twice_is_refused():
-    with pytest.raises(SetcmasError, match='robot 1 already has a pose'):
-        given_poses(3, None, ['1:0,0,0', '1:1,1,1'])
+    assert list(given_poses(1, tmp_path / 'short.yaml')) == [1]
+    with pytest.raises(SetcmasError, match=message):
+        given_poses(3, file and tmp_path / file, given)
 
 
 def distances(poses):

@@ -34,19 +34,6 @@ def test_an_old_command_stops_the_robot_when_a_timeout_is_set(start):
     assert not fleet.twists.any()
 
 
-def test_reset_puts_one_robot_back_at_rest(start):
-    fleet = VirtualFleet(start)
-    for index in (0, 1):
-        fleet.command(index, (1.0, 0.0, 1.0), now=0.0)
-    fleet.step(0.1, now=0.0)
-
-    fleet.reset(0)
-    fleet.step(0.1, now=0.1)
-
-    np.testing.assert_array_equal(fleet.poses[:, 0], start[:, 0])
-    assert fleet.poses[0, 1] != start[0, 1]
-
-
 @pytest.mark.parametrize(
     'command',
     [(math.nan, 0.0, 0.0), (0.1, 0.0, math.inf), (0.0, -math.inf, math.nan), (1e308, 0.0, 0.0)],
