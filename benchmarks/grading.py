@@ -25,6 +25,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from quick_option import parsed
 
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade.class_grading import KEPT
@@ -125,7 +126,7 @@ def main() -> None:
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--once', action='store_true', help='do not repeat and compare')
     parser.add_argument('--keep', type=Path, help='folder for the class and its grades')
-    args = parser.parse_args()
+    args = parsed(parser, students=10, once=True)
     with tempfile.TemporaryDirectory() as folder:
         report(args.keep or Path(folder), args.students, args.jobs, args.once)
 
