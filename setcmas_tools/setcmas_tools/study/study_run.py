@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -30,6 +31,8 @@ _CONNECT_S = 10
 _LONGEST_MESSAGE = 300
 _LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million states
 
+_WARM_UP = 'setcmas_tools.study.warm_up'
+
 Row = dict[str, Any]
 """A row by column: 'run', its outcome, and its metrics."""
 
@@ -43,7 +46,6 @@ def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterato
     with needs('study'):
         import joblib
 
-    multiprocessing.set_forkserver_preload(['setcmas_tools.study.warm_up'])
     address = options.cluster
     limits = options.timeout, _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
     scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})
@@ -106,6 +108,9 @@ def made_row(
     """
     from joblib import wrap_non_picklable_objects
 
+    # Each process imports the main module again, which on a cluster imports all of Dask.
+    of_main = [name for name in ('distributed',) if name in sys.modules]
+    multiprocessing.set_forkserver_preload([*of_main, _WARM_UP])
     try:
         with _with_files(scenario, files) as found:
             work = wrap_non_picklable_objects((found, metrics), keep_wrapper=False)
