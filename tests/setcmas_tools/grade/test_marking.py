@@ -43,7 +43,7 @@ def rubric(tmp_path):
 def test_a_script_cannot_say_what_it_is_measured_by(rubric, tmp_path):
     script = tmp_path / 'forging.py'
     script.write_text(FORGING)
-    marks = mark(rubric, runs_here(str(script)), 'forging', Student('Eve'), script)
+    marks = mark(rubric, runs_here(str(script)), 'forging', Student('Eve'))
     shown, kept = marks.scenarios
     assert [one.points for one in shown.criteria] == [0, 0]
     assert shown.criteria[1].reached > 0.1  # apart, but not where they have to be
@@ -75,7 +75,7 @@ scenarios:
     def reached(line, run=None):
         script = tmp_path / 'law.py'
         script.write_text(f'def control(i, n, poses, t):\n    {line}\n')
-        marks = mark(rubric, run or runs_here(str(script)), '', Student(''), script)
+        marks = mark(rubric, run or runs_here(str(script)), '', Student(''))
         return marks.scenarios[0].criteria[0].reached_text
 
     assert reached('return 0, 0') == 'none: no robot moved'

@@ -7,6 +7,7 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
+from setcmas_ctrl.scripts.exercise import is_unfilled
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here
@@ -29,7 +30,8 @@ def test_an_untouched_exercise_gets_no_points(name, tmp_path):
     script.write_text(EXERCISES.file(name).read_text().replace('# TODO', '# I do not know'))
     rubric = rubric_of_exercise(name)
 
-    untouched = mark(rubric, runs_here(str(script)), script.name, Student('Ada'), script)
+    is_empty = is_unfilled(script, rubric.exercise)
+    untouched = mark(rubric, runs_here(str(script)), script.name, Student('Ada'), is_empty)
 
     assert untouched.unfilled
     assert (untouched.score, untouched.max_score) == (0, 10)
