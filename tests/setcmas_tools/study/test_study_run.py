@@ -44,8 +44,8 @@ EXPECTED = {
     'forks': ('complete', '', ''),
     'moves': ('complete', '', ''),
     'starts': ('complete', '', ''),
-    'patches': ('failed', '2', 'scripts cannot replace math.atan2'),
-    'closes': ('died', '', 'exit status 1'),
+    'patches': ('complete', '', "'NoneType' object is not callable"),
+    'closes': ('died', '', 'the script has broken the simulation itself'),
     'prints': ('complete', '', ''),
     'ends': ('complete', '', ''),
 }
