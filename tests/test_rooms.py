@@ -31,7 +31,6 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.law_loader',
     'setcmas_ctrl.controller.lockstep_odometry',
     'setcmas_ctrl.controller.markers',
-    'setcmas_ctrl.controller.message_topics',
     'setcmas_ctrl.controller.network_links',
     'setcmas_ctrl.controller.stepper',
     'setcmas_ctrl.driving.driven_robot',

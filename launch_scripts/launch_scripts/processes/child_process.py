@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import TypeVar, cast
 
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
-from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
+from setcmas_simu.reports.reports import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Stuck, encode
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import selectors
 import signal
@@ -9,7 +10,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 from typing import IO, Any, cast
 
@@ -21,7 +23,6 @@ from launch_scripts.processes.child_process import (
     known_signals,
     prepare_child,
 )
-from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
 from launch_scripts.terminal.terminal_output import (
     LineBuffer,
     OutputQueue,
@@ -30,6 +31,34 @@ from launch_scripts.terminal.terminal_output import (
     write_line,
 )
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
+
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+def adopt_orphans() -> None:
+    """Become the parent of processes that descendants of this one leave behind."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def children() -> set[int]:
+    """Return the process IDs of the children of this process."""
+    found: set[int] = set()
+    for tasks in Path('/proc/self/task').glob('*/children'):
+        with suppress(OSError):
+            found |= {int(word) for word in tasks.read_text().split()}
+    return found
+
+
+def end_orphans(known: set[int]) -> None:
+    """Kill the children of this process but for known ones, and the children that those leave."""
+    while strangers := children() - known:
+        for pid in strangers:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(pid, 0)
+
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.link_properties import Channel
-from setcmas_ctrl.communication.message_randomness import (
+from setcmas_ctrl.communication.link_properties import (
+    Channel,
     Words,
     happens,
     normal,

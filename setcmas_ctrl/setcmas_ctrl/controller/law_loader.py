@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,12 +21,63 @@ from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.controller.markers import TaskTopic
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.file_watch import FileWatch
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
+
+SETTLED_S = 0.25
+"""Time in s without changes after which files count as saved."""
+
+_ODD_SETTLED_S = 2.0  # editors may briefly delete or empty a file before they write it
+
+_Signature = tuple[int, int, int]
+_GONE: _Signature = (0, 0, 0)
+
+
+class FileWatch:
+    """Compares files with their state at the last check.
+
+    Attributes:
+        saved: The files that the last successful `poll` found saved.
+    """
+
+    def __init__(self, files: Iterable[Path]) -> None:
+        self.saved: set[Path] = set()
+        self._seen: dict[Path, _Signature] = {}
+        self._changing: dict[Path, _Signature] = {}
+        self._since = 0.0
+        self.watch(files)
+
+    def watch(self, files: Iterable[Path], new_are_saved: bool = False) -> None:
+        """Watch these files; those not watched before count as saved now if `new_are_saved`."""
+        self._seen = {
+            file: self._seen.get(file, _GONE if new_are_saved else _signature(file))
+            for file in files
+        }
+
+    def poll(self, now: float) -> bool:
+        """Return True once after each save of a file; `now` is in s of any steady clock."""
+        current = {file: _signature(file) for file in self._seen}
+        if current == self._seen:
+            self._changing = current
+            return False
+        if current != self._changing:
+            self._changing, self._since = current, now
+        odd = any(size == 0 for _, size, _ in current.values())
+        if now - self._since < (_ODD_SETTLED_S if odd else SETTLED_S):
+            return False
+        self.saved = {file for file, now_is in current.items() if now_is != self._seen[file]}
+        self._seen = current
+        return True
+
+
+def _signature(file: Path) -> _Signature:
+    with contextlib.suppress(OSError):
+        status = file.stat()
+        return status.st_mtime_ns, status.st_size, status.st_ino
+    return _GONE
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from pathlib import Path
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import STOPPED, ErrorReports, StopCall
-from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Ended, Failed
+from setcmas_simu.reports.reports import Ended, Failed, Launcher
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.ros.process import RosProcess
 

@@ -12,8 +12,7 @@ from std_srvs.srv import SetBool
 from setcmas_ctrl.control.control_options import PAUSE_TIMEOUT_S
 from setcmas_ctrl.driving.driven_robot import SiToUni
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Paused
+from setcmas_simu.reports.reports import Launcher, Paused
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 

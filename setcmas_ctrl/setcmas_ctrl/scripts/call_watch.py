@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Stuck
+from setcmas_simu.reports.reports import Launcher, Stuck
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 _REPORT_EVERY_S = 5.0

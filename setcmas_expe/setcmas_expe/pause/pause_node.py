@@ -14,7 +14,12 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.driving.fleet_pause import STOPPED
-from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad
+from setcmas_expe.guard.machine_load import (
+    OVERLOADED,
+    ProcessorLoad,
+    StallDetector,
+    time_since_boot,
+)
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
@@ -28,9 +33,8 @@ from setcmas_expe.pause.presses import (
     StartRequests,
 )
 from setcmas_expe.pause.public_stops import PublicStops, Stops
-from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Launcher
 from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.process import (
     FleetNode,

@@ -22,7 +22,12 @@ from setcmas_ctrl.driving.fleet_pause import (
     EmergencyWatch,
     PauseWatch,
 )
-from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad
+from setcmas_expe.guard.machine_load import (
+    OVERLOADED,
+    ProcessorLoad,
+    StallDetector,
+    time_since_boot,
+)
 from setcmas_expe.guard.obedience import Runaways
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
@@ -32,7 +37,6 @@ from setcmas_expe.safety.bridge_decision import RATE_HZ, Decision, Situation, St
 from setcmas_expe.safety.bridge_reports import BridgeReports, RobotDiagnostics
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
-from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import robots_in_words

@@ -16,8 +16,7 @@ from setcmas_expe.guard.obedience import IGNORES_ZERO, SLOWS_WITHIN_OVER_RADIO_S
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.on_board import DeadReckoning
 from setcmas_expe.mocap.pose_track import PoseTrack
-from setcmas_expe.mocap.sample import Sample
-from setcmas_expe.mocap.velocity_filter import VelocityFilter
+from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_expe.safety.bridge_decision import Decision, State
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw

@@ -30,8 +30,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.options.group import take_values
-from setcmas_simu.reports.launcher import Launcher, connected_launcher
-from setcmas_simu.reports.reports import Mistake
+from setcmas_simu.reports.reports import Launcher, Mistake, connected_launcher
 from setcmas_simu.ros.dds_setup import dds_setup
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -15,6 +15,32 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from setcmas_simu.reports.reports import Ready, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
+pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='processes are found in /proc')
+
+DETACHES = """
+import os, sys, time
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        open(sys.argv[1], 'w').write(str(os.getpid()))
+        time.sleep(1000)
+    os._exit(0)
+time.sleep(1000)
+"""
+
+
+def test_a_process_that_a_child_has_detached_ends_with_the_rest(tmp_path):
+    file = tmp_path / 'pid'
+    with Supervisor(dict(os.environ)) as supervisor:
+        supervisor.start('child', [sys.executable, '-c', DETACHES, str(file)])
+        deadline = time.monotonic() + TIMEOUT_S
+        supervisor.run(lambda: (file.exists() and file.read_text()) or time.monotonic() > deadline)
+        pid = int(file.read_text())
+        assert Path(f'/proc/{pid}').exists()
+
+    assert not Path(f'/proc/{pid}').exists()
+
+
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
 STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER
 PARENT = 'import subprocess, sys; subprocess.Popen([sys.executable, "-c", {!r}]); {}'
@@ -64,7 +90,7 @@ def test_a_process_that_dies_is_named_with_the_reason(supervisor, end, reason, s
     assert caught.value.exit_status == status
 
 
-SETUP = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
+SETUP = 'from setcmas_simu.reports.reports import connected_launcher as launcher\n'
 SETUP += 'from setcmas_simu.reports.reports import *\n'
 SETUP += 'from setcmas_simu.reports.script_calls import Function\n'
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from setcmas_ctrl.scripts.call_watch import CallWatch, SlowCalls
-from setcmas_simu.reports.launcher import connected_launcher
+from setcmas_simu.reports.reports import connected_launcher
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 

@@ -1,6 +1,34 @@
+import time
+
 import pytest
 
-from setcmas_expe.guard.machine_load import ProcessorLoad
+from setcmas_expe.guard.machine_load import ProcessorLoad, StallDetector, time_since_boot
+
+
+def test_regular_signs_of_life_are_no_hold_up():
+    stalls = StallDetector(0.5, 100.0)
+
+    assert [stalls.tick(100.0 + 0.4 * i) for i in range(1, 20)] == [0.0] * 19
+    assert not stalls.recent(108.0)
+
+
+def test_a_gap_is_reported_once_and_what_comes_in_after_it_is_not_trusted_for_a_while():
+    stalls = StallDetector(0.5, 100.0)
+
+    assert stalls.recent(103.0)  # before the first sign of life after it, too
+    assert stalls.tick(103.0) == 3.0
+    assert stalls.tick(103.1) == 0.0
+    assert stalls.tick(103.5) == 0.0
+    assert stalls.recent(103.9)
+    assert stalls.tick(103.9) == 0.0
+    assert not stalls.recent(104.1)
+
+
+@pytest.mark.skipif(not hasattr(time, 'CLOCK_BOOTTIME'), reason='of Linux alone')
+def test_the_clock_goes_on_while_the_machine_sleeps(monkeypatch):
+    monkeypatch.setattr(time, 'clock_gettime', lambda clock: clock)
+
+    assert time_since_boot() == time.CLOCK_BOOTTIME
 
 
 @pytest.mark.parametrize(('share', 'overload'), [(0.1, False), (0.6, False), (0.95, True)])

@@ -14,9 +14,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.processes.supervisor import Supervisor
+from setcmas_expe.guard.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.presses import REACTION_S
-from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import qos
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.message_randomness import (
+from setcmas_ctrl.communication.link_properties import (
     happens,
     normal,
     streams_of,
