@@ -107,22 +107,6 @@ def test_laws_that_send_nothing_have_no_topic(start, peer):
     assert not [name for name in names if name.endswith(('/message', '/links'))]
 
 
-@pytest.mark.nightly
-def test_a_value_that_cannot_be_sent_is_reported_with_its_line(start, peer, script):
-    law = script(
-        'from setcmas_ctrl import network\n'
-        'def control(i, n, poses, t):\n'
-        '    network.send({"goal": "left"})\n'
-        '    return 0, 0\n'
-    )
-    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', law, '--nb-robots', '1')
-
-    output = process.wait_for_output('gets zero velocity')
-    assert 'law.py, line 3: TypeError: network.send got ' in output
-    assert '3 | network.send({"goal": "left"})' in output
-
-
 def test_each_value_that_a_condition_sends_is_received_in_another_process(start, peer, script):
     law = script(
         """
