@@ -9,6 +9,7 @@ import re
 import pytest
 from golden import store
 from processes import run_setcmas
+from sandboxes import needs_sandbox
 
 NUMBER = re.compile(rb'-?\d+\.\d+(?:e[-+]\d+)?')
 LAST_DIGIT = 1.1e-9
@@ -72,5 +73,6 @@ def test_the_table_of_a_sweep_is_the_golden_one(tmp_path):
     compare(store.sweep_table(tmp_path), 'sweep')
 
 
+@needs_sandbox
 def test_marks_of_a_class_are_the_golden_ones(tmp_path):
     compare(store.marks(tmp_path), 'marks')
