@@ -29,7 +29,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.event_triggered_comm',
     'setcmas_ctrl.controller.graph_watch',
     'setcmas_ctrl.controller.law_loader',
-    'setcmas_ctrl.controller.lockstep_odometry',
+    'setcmas_ctrl.controller.lockstep_controller',
     'setcmas_ctrl.controller.markers',
     'setcmas_ctrl.controller.network_links',
     'setcmas_ctrl.controller.stepper',

@@ -34,14 +34,14 @@ from launch_scripts.processes.experiment import (
     experiment_environment,
     joystick_command,
 )
-from launch_scripts.processes.recorded_experiment import RecordedExperiment
-from launch_scripts.processes.run_robots import run_robots
-from launch_scripts.processes.scenario_lab import (
+from launch_scripts.processes.recorded_experiment import (
+    RecordedExperiment,
     bounded_lab_options,
     check_emulated,
     decided,
     in_lab,
 )
+from launch_scripts.processes.run_robots import run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, open_keyboard, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay

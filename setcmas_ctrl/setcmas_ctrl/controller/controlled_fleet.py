@@ -17,8 +17,7 @@ from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.law_loader import LawLoader, ScriptReloader
-from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
-from setcmas_ctrl.controller.lockstep_odometry import LockstepOdometry
+from setcmas_ctrl.controller.lockstep_controller import LockstepLoop, LockstepOdometry
 from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic, publish_obstacles
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script

@@ -29,8 +29,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.network_addresses import network_addresses
-from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions
+from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions, network_addresses
 from setcmas_tools.page.feed import Feed
 
 LIVE = '/live'

@@ -13,7 +13,7 @@ import yaml
 from processes import PATIENT_LAB, SETCMAS, TIMEOUT_S, refuses, run_here
 from terminals import Terminal
 
-from setcmas_expe.pause.presses import REACTION_S
+from setcmas_expe.pause.operator_joystick import REACTION_S
 from setcmas_tools.run.run_tables import read_fleet
 
 pytest.importorskip('rclpy')

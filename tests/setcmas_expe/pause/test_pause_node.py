@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_expe.guard.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
-from setcmas_expe.pause.presses import REACTION_S
+from setcmas_expe.pause.operator_joystick import REACTION_S
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import qos
 

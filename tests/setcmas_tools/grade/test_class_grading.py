@@ -18,10 +18,10 @@ from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions.sandbox import NoProcessError
-from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import (
     Packed,
     PackedFile,
+    Student,
     Submission,
     read_submission,
 )
