@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain, count
-from multiprocessing import get_context
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import Bag, BagTopic, Message, Progress, Taker, open_bag
+from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_info import ParameterChange
@@ -91,100 +86,37 @@ def _default_output(bag: Path) -> Path:
     resolved = bag.resolve()
     if resolved.is_dir() and (resolved / 'bag').is_dir():
         resolved /= 'bag'
-    return _as_given(resolved.parent / f'{stem_of_bag(resolved)}csv', bag)
-
-
-def _as_given(path: Path, like: Path) -> Path:
-    """Return a path relative to the current folder if the user's path is."""
-    here = Path.cwd()
-    return path.relative_to(here) if not like.is_absolute() and here in path.parents else path
+    found, here = resolved.parent / f'{stem_of_bag(resolved)}csv', Path.cwd()
+    return found if bag.is_absolute() or here not in found.parents else found.relative_to(here)
 
 
 def _write_files(
     bag: Bag, unfinished: Path, folder: Path, odometry_topic: str
 ) -> ConversionReport:
     names = file_names(topic.name for topic in bag.topics)
-    paths = {topic: unfinished / name for topic, name in zip(bag.topics, names, strict=True)}
     samples = RunSamples(bag.topics, odometry_topic)
-    collectors = {topic: samples.collectors(topic) for topic in bag.topics}
-    zero_ns = bag.first_command(samples.names)
-    apart = {topic: paths.pop(topic) for topic in _plain(collectors)}
-    with _second_process() if apart else nullcontext() as pool:
-        # Meanwhile another process writes the tables of topics that the run does not need.
-        of_name = {(topic.name, topic.type.name): path for topic, path in apart.items()}
-        others = pool.submit(_write_apart, bag.path, of_name, zero_ns) if pool else None
-        nb_rows, undecodable = _write_topics(bag, paths, collectors, zero_ns, _with_progress)
-        if others:
-            more, lines = others.result()
-            nb_rows, undecodable = nb_rows | more, sorted(undecodable + lines)  # by topic
+    rows = {
+        topic: TopicTable(unfinished / name, row_of(topic.type.store, topic.type.name))
+        for topic, name in zip(bag.topics, names, strict=True)
+    }
+    takers = {topic: [own.add, *samples.collectors(topic)] for topic, own in rows.items()}
+    undecodable = bag.deliver(takers, bag.first_command(samples.names), _with_progress)
+    written = [own for own in rows.values() if own.nb_rows]
+    for own in written:
+        own.finish()
     if tables := samples.tables():
         write_tables(tables, unfinished)
     for path in sorted(unfinished.iterdir()):
         path.replace(folder / path.name)
     return ConversionReport(
         folder,
-        [folder / name for name in names if nb_rows.get(name)],
+        [folder / own.path.name for own in written],
         folder / FLEET.name if tables else None,
-        sum(nb_rows.values()),
+        sum(own.nb_rows for own in written),
         (bag.end_ns - bag.start_ns) / 1e9,
         bag.notices + undecodable + samples.notices,
         samples.parameters_set(),
     )
-
-
-Written = tuple[dict[str, int], list[str]]
-"""Numbers of rows by name of the file, and lines on messages that cannot be decoded."""
-
-
-def _write_topics(
-    bag: Bag,
-    paths: Mapping[BagTopic, Path],
-    collectors: Mapping[BagTopic, Sequence[Taker]],
-    zero_ns: int,
-    shown: Progress | None = None,
-) -> Written:
-    """Write the tables of some topics, and hand their messages to functions."""
-    tables = {
-        topic: TopicTable(path, row_of(topic.type.store, topic.type.name))
-        for topic, path in paths.items()
-    }
-    takers = {topic: [table.add, *collectors.get(topic, ())] for topic, table in tables.items()}
-    undecodable = bag.deliver(takers, zero_ns, shown)
-    for table in tables.values():
-        if table.nb_rows:
-            table.finish()
-    return {table.path.name: table.nb_rows for table in tables.values()}, undecodable
-
-
-_WORTH_A_PROCESS = 5_000  # messages: about 0.1 s
-
-
-def _plain(collectors: Mapping[BagTopic, Sequence[Taker]]) -> list[BagTopic]:
-    """Return the topics without collectors, if they are worth a process of their own."""
-    plain = [topic for topic, own in collectors.items() if not own]
-    has_cores = sys.platform == 'linux' and len(os.sched_getaffinity(0)) > 1
-    return plain if has_cores and sum(t.count for t in plain) >= _WORTH_A_PROCESS else []
-
-
-def _write_apart(path: Path, paths: Mapping[tuple[str, str], Path], zero_ns: int) -> Written:
-    """Write the tables of some topics, by names and types, in a process of their own."""
-    with open_bag(path) as bag:
-        own = {topic: paths.get((topic.name, topic.type.name)) for topic in bag.topics}
-        return _write_topics(bag, {t: path for t, path in own.items() if path}, {}, zero_ns)
-
-
-@contextmanager
-def _second_process() -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool with one process, a fork: it imports nothing again.
-
-    Raises:
-        SetcmasError: It was killed.
-    """
-    try:
-        with ProcessPoolExecutor(1, get_context('fork')) as pool:
-            yield pool
-    except BrokenProcessPool:
-        raise SetcmasError('a process of the conversion was killed: out of memory?') from None
 
 
 def file_names(topics: Iterable[str]) -> list[str]:

@@ -1,6 +1,5 @@
 import csv
 import math
-import os
 import subprocess
 import sys
 from operator import itemgetter
@@ -216,53 +215,6 @@ def test_an_interrupted_conversion_leaves_the_earlier_files(
         convert(bag)
 
     assert [path.read_bytes() for path in (tmp_path / 'csv').iterdir()] == [before]
-
-
-@pytest.fixture
-def two_processes(monkeypatch):
-    """Convert each bag with two processes."""
-    monkeypatch.setattr(bag_conversion, '_WORTH_A_PROCESS', 1)
-    monkeypatch.setattr(os, 'sched_getaffinity', lambda _: {0, 1}, raising=False)
-
-
-needs_fork = pytest.mark.skipif(
-    sys.platform != 'linux' or not hasattr(os, 'fork'), reason='needs fork'
-)
-
-
-@needs_fork
-@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
-def test_two_processes_write_the_same_files(
-    tmp_path, write_bag, run, make, plugin, two_processes, monkeypatch
-):
-    bag = write_bag(tmp_path / 'bag', [*run, ('/e', 3.95, make('std_msgs/msg/Empty'))], plugin)
-    both = convert(bag, tmp_path / 'both')
-    monkeypatch.setattr(bag_conversion, '_WORTH_A_PROCESS', math.inf)
-    one = convert(bag, tmp_path / 'one')
-
-    assert [path.name for path in both.files] == [path.name for path in one.files]
-    assert (both.messages, both.notices) == (one.messages, one.notices) == (131, [])
-    names = sorted(path.name for path in one.folder.iterdir())
-    assert sorted(path.name for path in both.folder.iterdir()) == names
-    for name in names:
-        assert (both.folder / name).read_bytes() == (one.folder / name).read_bytes()
-
-
-@needs_fork
-def test_what_the_second_process_cannot_write_is_reported(
-    tmp_path, write_bag, run, two_processes, monkeypatch
-):
-    def add(table, time_ns, message):
-        raise OSError(28, 'No space left on device')
-
-    bag = write_bag(tmp_path / 'bag', run[31:32])  # a command
-    monkeypatch.setattr(TopicTable, 'add', add)
-    with pytest.raises(SetcmasError, match=r'cannot be written .* No space left on device'):
-        convert(bag, tmp_path / 'csv')
-    monkeypatch.setattr(TopicTable, 'add', lambda *_: os._exit(9))
-    with pytest.raises(SetcmasError, match='a process of the conversion was killed'):
-        convert(bag, tmp_path / 'csv')
-    assert list((tmp_path / 'csv').iterdir()) == []
 
 
 def test_output_that_cannot_be_written(tmp_path, write_bag, points):
