@@ -154,100 +154,80 @@ def trying(tries, **known):
     return f'{HEAD}\n{values}TRIES = {tries!r}\n{LAW}'
 
 
-ENDS = {
-    'exit': ('    import os\n    os._exit(0)', 'ended its process with exit status 0'),
-    'loading': ('    pass\nimport os\nos._exit(3)', 'ended its process with exit status 3'),
-    'signal': ('    import os\n    os.kill(os.getpid(), 9)', 'killed by SIGKILL'),
-    'crash': ('    import ctypes\n    ctypes.string_at(0)', 'killed by SIGSEGV'),
-    'abort': ('    import os\n    os.abort()', 'killed by SIGABRT'),
-    'nothing': ('    import os\n    os.write(4, bytes(4))\n    os.close(4)', 'invalid reply'),
+_IMPORTS = '    import atexit, ctypes, msgspec, os, pickle, signal, struct, sys, time\n    '
+
+
+def _bodies(table):
+    """Return bodies of `control` that import what they need, and how each is reported."""
+    return {name: (_IMPORTS + code, report) for name, (code, report) in table.items()}
+
+
+ENDS = _bodies({
+    'exit': ('os._exit(0)', 'ended its process with exit status 0'),
+    'loading': ('pass\nimport os\nos._exit(3)', 'ended its process with exit status 3'),
+    'signal': ('os.kill(os.getpid(), 9)', 'killed by SIGKILL'),
+    'crash': ('ctypes.string_at(0)', 'killed by SIGSEGV'),
+    'abort': ('os.abort()', 'killed by SIGABRT'),
+    'nothing': ('os.write(4, bytes(4)); os.close(4)', 'invalid reply'),
     'wrong length': (
-        '    import os, struct\n    os.write(4, struct.pack("<Idd", 15, 0, 0)[:-1])\n'
-        '    os.close(4)',
-        'invalid reply',
+        'os.write(4, struct.pack("<Idd", 15, 0, 0)[:-1]); os.close(4)', 'invalid reply'
     ),
-    'huge length': ('    import os\n    os.write(4, b"\\xff" * 4)', 'wrote on its connection'),
+    'huge length': ('os.write(4, b"\\xff" * 4)', 'wrote on its connection'),
     'long reply': (
-        '    import os, struct\n    os.write(4, struct.pack("<I", 9000) + bytes(9000))',
-        'wrote on its connection',
+        'os.write(4, struct.pack("<I", 9000) + bytes(9000))', 'wrote on its connection'
     ),
     'not a number': (
-        '    import os, struct\n    os.write(4, struct.pack("<Idd", 16, float("nan"), 0))\n'
-        '    os.close(4)',
-        'invalid reply',
+        'os.write(4, struct.pack("<Idd", 16, float("nan"), 0)); os.close(4)', 'invalid reply'
     ),
     'replies ahead': (
-        '    import os, struct\n    os.write(4, 3 * struct.pack("<Idd", 16, 0.2, 0))\n'
-        '    os.close(4)',
-        'wrote on its connection',
+        'os.write(4, 3 * struct.pack("<Idd", 16, 0.2, 0)); os.close(4)', 'wrote on its connection'
     ),
     'nested data': (
-        '    import os, struct\n    os.write(4, struct.pack("<I", 8000) + b"\\x91" * 8000)\n'
-        '    os.close(4)',
-        'invalid reply',
+        'os.write(4, struct.pack("<I", 8000) + b"\\x91" * 8000); os.close(4)', 'invalid reply'
     ),
     'pickle': (
-        '    import os, pickle, struct\n    data = pickle.dumps((print, ("x",)))\n'
-        '    os.write(4, struct.pack("<I", len(data)) + data)\n    os.close(4)',
-        'invalid reply',
+        'data = pickle.dumps((print, ("x",)))\n'
+        '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'many dimensions': (
-        '    import msgspec, os, struct\n'
-        '    sent = {"dimensions": [["a", -9, 2**62]], "numbers": []}\n'
+        'sent = {"dimensions": [["a", -9, 2**62]], "numbers": []}\n'
         '    data = msgspec.msgpack.encode({"type": "Reply", "velocity": [0.0, 0.0],\n'
         '        "messages": {"are_used": True, "sent": sent}})\n'
-        '    os.write(4, struct.pack("<I", len(data)) + data)\n    os.close(4)',
-        'invalid reply',
+        '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'place': (
-        '    import os\n    os.write(5, b"  File \\"/setcmas_12345678/law.py\\", line "\n'
-        '        + b"9" * 5000 + b" in x\\n")\n    os._exit(1)',
+        'os.write(5, b"  File \\"/setcmas_12345678/law.py\\", line "\n'
+        '        + b"9" * 5000 + b" in x\\n"); os._exit(1)',
         'ended its process with exit status 1',
     ),
-}
+})  # fmt: skip
 """Bodies of laws that end their run, and how it is reported."""
 
-SLOW = {
-    'loop': ('    while True: pass', 'control has not returned for 1 s'),
-    'loading': ('    pass\nwhile True: pass', 'law.py has been loading for 1 s'),
-    'sleep': ('    import time\n    time.sleep(99)', 'control has not returned for 1 s'),
-    'stopped': ('    import os\n    os.kill(os.getpid(), 19)', 'control has not returned for 1 s'),
+_HANGS = 'control has not returned for 1 s'
+SLOW = _bodies({
+    'loop': ('while True: pass', _HANGS),
+    'loading': ('pass\nwhile True: pass', 'law.py has been loading for 1 s'),
+    'sleep': ('time.sleep(99)', _HANGS),
+    'stopped': ('os.kill(os.getpid(), 19)', _HANGS),
     'stubborn': (
-        '    import signal\n    signal.signal(signal.SIGALRM, signal.SIG_IGN)\n'
-        '    while True:\n        try:\n            while True: pass\n'
-        '        except BaseException: pass',
-        'control has not returned for 1 s',
+        'signal.signal(signal.SIGALRM, signal.SIG_IGN)\n    while True:\n        try:\n'
+        '            while True: pass\n        except BaseException: pass', _HANGS,
     ),
-    'closed': (
-        '    import os, time\n    os.closerange(0, 99)\n    time.sleep(99)',
-        'control has not returned for 1 s',
-    ),
-    'half a reply': (
-        '    import os, time\n    os.write(4, b"\\x10\\0")\n    time.sleep(99)',
-        'control has not returned for 1 s',
-    ),
-    'slow': (
-        '    import time\n    time.sleep(0.9)\n    return 0, 0',
-        'the run takes longer than 3 s',
-    ),
-}
+    'closed': ('os.closerange(0, 99); time.sleep(99)', _HANGS),
+    'half a reply': ('os.write(4, b"\\x10\\0"); time.sleep(99)', _HANGS),
+    'slow': ('time.sleep(0.9); return 0, 0', 'the run takes longer than 3 s'),
+})  # fmt: skip
 """The same of those that take too long, with a limit of 1 s for a call and 3 s for a run."""
 
-GO_ON = {
-    'recursion': ('    return control(i, n, poses, t)', 'RecursionError'),
-    'exit': ('    exit()', 'called exit(None)'),
-    'output': ('    print("x" * 10**7)\n    return 1, 1, 1', 'control returned 3 values'),
-    'errors': (
-        '    import sys\n    sys.stderr.write("x" * 10**7)\n    return 1, 1, 1',
-        'control returned 3 values',
-    ),
-    'infinite': ('    return float("inf"), 0', 'not finite'),
-    'long message': ('    raise OSError("x" * 10**5)', 'OSError'),
-    'at exit': (
-        '    import atexit, time\n    atexit.register(time.sleep, 99)\n    return 1, 1, 1',
-        'control returned 3 values',
-    ),
-}
+GO_ON = _bodies({
+    'recursion': ('return control(i, n, poses, t)', 'RecursionError'),
+    'exit': ('exit()', 'called exit(None)'),
+    'output': ('print("x" * 10**7); return 1, 1, 1', 'control returned 3 values'),
+    'errors': ('sys.stderr.write("x" * 10**7); return 1, 1, 1', 'control returned 3 values'),
+    'infinite': ('return float("inf"), 0', 'not finite'),
+    'long message': ('raise OSError("x" * 10**5)', 'OSError'),
+    'at exit': ('atexit.register(time.sleep, 99); return 1, 1, 1', 'control returned 3 values'),
+})  # fmt: skip
 """The same of those whose run goes on."""
 
 

@@ -28,15 +28,18 @@ before = set(sys.modules)
 tops = {{name.partition('.')[0] for name in sys.modules.keys() - before}}
 print(*tops)
 """
-WORK = f"""
+REFUSE = """
 import sys
 
 class Refuse:
     def find_spec(self, name, path=None, target=None):
-        if name.partition('.')[0] in {OTHERS}:
+        if name.partition('.')[0] in {names}:
             raise ModuleNotFoundError(name=name)
 
 sys.meta_path.insert(0, Refuse())
+"""
+WORK = f"""
+{REFUSE.format(names=OTHERS)}
 {IMPORTS}
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools.page.run_facts import Pair
@@ -49,14 +52,7 @@ run = Run.load(sys.argv[1])
 print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 """
 PAGE = f"""
-import sys
-
-class Refuse:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition('.')[0] in {{'matplotlib', 'PIL', *{OTHERS}}}:
-            raise ModuleNotFoundError(name=name)
-
-sys.meta_path.insert(0, Refuse())
+{REFUSE.format(names=OTHERS | {'matplotlib', 'PIL'})}
 import json
 from launch_scripts.commands import in_browser
 

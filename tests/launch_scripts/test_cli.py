@@ -65,8 +65,6 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy_and_looks_no_plugin_u
         (('simu', '--nb-robots', 'x'), "--nb-robots is 'x'; it must be a whole number from 1"),
         (('simu', '--nb-robots', '0'), '--nb-robots is 0; it must be a whole number from 1'),
         (('simu', '--robot-rate', '-1'), '--robot-rate is -1; it must be above 0'),
-        (('simu', '--robot-rate', 'nan'), '--robot-rate is nan; it must be above 0'),
-        (('simu', '--robot-rate', '1e6'), 'at most 200 Hz'),
         (
             ('simu', '--limits', 'segway'),
             "--limits is 'segway'; it must be ideal, burger",
@@ -83,10 +81,6 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy_and_looks_no_plugin_u
         (
             ('ctrl', '--algo', 'consensus', '--set', 'k=1'),
             "no module-level name 'k'.*did you mean K",
-        ),
-        (
-            ('run', '--algo', 'consensus', '--set', 'K=fast'),
-            "'fast' is a string.*must be a number",
         ),
         (('offline', '--algo', 'consensus', '--watch'), "unknown argument '--watch'"),
         (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' not found"),

@@ -3,7 +3,7 @@ import sys
 import time
 
 import pytest
-from processes import SETCMAS, run_here
+from processes import SETCMAS, refuses, run_here
 
 from launch_scripts.cli import main
 from setcmas_tools import Study
@@ -34,11 +34,9 @@ def test_a_dry_run_prints_the_number_of_runs_and_runs_none(tmp_path, monkeypatch
     assert not list(tmp_path.iterdir())
 
 
-def test_a_name_that_is_varied_twice_is_refused(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-
-    assert main([*SWEEP, '--vary', 'K=1,2', '--vary', 'K=3']) == 2
-    assert "'K' is varied twice" in capsys.readouterr().err
+def test_a_name_that_is_varied_twice_is_refused(tmp_path):
+    varied = ('--vary', 'K=1,2', '--vary', 'K=3')
+    refuses(*SWEEP, *varied, message="'K' is varied twice", cwd=tmp_path)
     assert not list(tmp_path.iterdir())
 
 

@@ -84,28 +84,28 @@ def test_failures_name_script_and_line_and_quote_it(tmp_path, body, message):
         law(tmp_path, body)(POSES, 0.0)
 
 
-def test_results_that_differ_in_their_values_only_are_one_error(tmp_path):
+def reported(*calls):
+    """Return what is said of calls, each of a robot, its law and a time."""
     said = []
     reports = ErrorReports(said.append)
-    failing = law(tmp_path, 'return 0.1 * t, None')
-    for t in (0.0, 0.2, 0.4):
-        with pytest.raises(ControlError) as caught:
-            failing(POSES, t)
-        reports.failed(2, t, caught.value)
+    for robot, called, t in calls:
+        try:
+            called(POSES, t)
+            reports.succeeded(robot, t)
+        except ControlError as error:
+            reports.failed(robot, t, error)
+    return said
 
-    assert len(said) == 1
+
+def test_results_that_differ_in_their_values_only_are_one_error(tmp_path):
+    failing = law(tmp_path, 'return 0.1 * t, None')
+
+    assert len(reported(*((2, failing, t) for t in (0.0, 0.2, 0.4)))) == 1
 
 
 def test_each_distinct_error_is_reported_once(tmp_path):
-    said = []
-    reports = ErrorReports(said.append)
     failing = law(tmp_path, 'return (1 / 0, 0) if t < 1 else poses[9] if t < 2 else (0, 0)')
-    for t in (0.0, 0.2, 0.4, 1.0, 1.2, 2.0, 2.2):
-        try:
-            failing(POSES, t)
-            reports.succeeded(2, t)
-        except ControlError as error:
-            reports.failed(2, t, error)
+    said = reported(*((2, failing, t) for t in (0.0, 0.2, 0.4, 1.0, 1.2, 2.0, 2.2)))
 
     assert len(said) == 3
     assert said[0].startswith('tb3_2 at t = 0.0 s: law.py, line 3: ZeroDivisionError')
@@ -115,13 +115,8 @@ def test_each_distinct_error_is_reported_once(tmp_path):
 
 
 def test_robots_with_the_same_mistake_do_not_fill_the_screen(tmp_path):
-    said = []
-    reports = ErrorReports(said.append)
-    for robot in (1, 2, 3):
-        for t in (0.0, 0.2):
-            with pytest.raises(ControlError) as caught:
-                law(tmp_path, 'return 1 / 0, 0')(POSES, t)
-            reports.failed(robot, t, caught.value)
+    failing = law(tmp_path, 'return 1 / 0, 0')
+    said = reported(*((robot, failing, t) for robot in (1, 2, 3) for t in (0.0, 0.2)))
 
     assert len(said) == 3
     assert 'ZeroDivisionError' in said[0]

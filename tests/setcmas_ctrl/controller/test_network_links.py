@@ -167,42 +167,6 @@ def counts(message):
     return np.array(message.data).reshape(sizes)
 
 
-@pytest.mark.nightly
-def test_a_ring_with_losses(start, peer, script):
-    law = script(
-        """
-        import numpy as np
-        from setcmas_ctrl import network
-        def control(robotNo, nbRobots, poses, t):
-            around = sorted({robotNo % 5 + 1, (robotNo - 2) % 5 + 1})
-            assert network.neighbours() == around
-            known = (np.flatnonzero(np.isfinite(poses[0])) + 1).tolist()
-            assert known == sorted([*around, robotNo])
-            return 0, 0
-        """
-    )
-    start(*SIMU, '--nb-robots', '5', '--robot-rate', '50').wait_for_output('simulating')
-    options = ['--nb-robots', '5', '--graph', 'ring', '--loss', '0.3']
-    process = start(*CTRL, '--algo', law, *options)
-    links = [peer.listen(Float64MultiArray, f'/tb3_{i}/links', LATCHED) for i in range(1, 6)]
-    graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
-    peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 200)
-
-    assert process.end() == 0, process.output()
-    peer.wait_for(lambda: process.popen.poll() is not None)
-    tables = np.array([counts(messages[-1]) for messages in links])
-    sent, received, lost = tables[..., 0], tables[..., 1], tables[..., 2]
-    ring = np.roll(np.eye(5), 1, axis=1) + np.roll(np.eye(5), -1, axis=1)
-    assert ((sent > 0) == (ring > 0)).all()
-    assert (sent == received + lost).all()
-    sigma = math.sqrt(0.3 * 0.7 / sent.sum())
-    assert lost.sum() / sent.sum() == pytest.approx(0.3, abs=5 * sigma)
-    assert sent.sum() > 1000
-    assert (tables[..., 3][ring > 0] > 1 / 50).all()  # the mean interval between arrivals
-    assert [dimension.label for dimension in graph[-1].layout.dim] == ['receiver', 'sender']
-    assert graph[-1].data.tolist() == ring.ravel().tolist()
-
-
 def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(start, peer):
     places = [
         f'--pose={i}:{x},{y}' for i, (x, y) in enumerate([(1, 1), (1, -1), (-1, -1), (-1, 1)], 1)
@@ -271,15 +235,22 @@ def test_in_lockstep_messages_need_all_robots_in_one_process(peer):
 
 
 def test_a_process_reports_the_links_of_its_own_robots(start, peer):
-    start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
-    options = ['--graph', 'directed_ring', '--nb-robots', '3', '--robots', '2-3']
+    start(*SIMU, '--nb-robots', '3', '--robot-rate', '50').wait_for_output('simulating')
+    options = ['--graph', 'directed_ring', '--loss', '0.3', '--nb-robots', '3', '--robots', '2-3']
     start(*CTRL, '--algo', 'consensus', *options)
     graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
-    peer.wait_for(lambda: graph)
+    links = peer.listen(Float64MultiArray, '/tb3_2/links', LATCHED)
+    peer.wait_for(lambda: graph and links and counts(links[-1])[2, 0] > 200)
 
     weights = np.array(graph[-1].data).reshape(3, 3)
     assert np.isnan(weights[0]).all()
     assert weights[1:].tolist() == [[0, 0, 1], [1, 0, 0]]
+    assert [dimension.label for dimension in graph[-1].layout.dim] == ['receiver', 'sender']
+    sent, received, lost, interval = counts(links[-1]).T
+    assert (sent > 0).tolist() == [False, False, True]
+    assert (sent == received + lost).all()
+    assert lost[2] / sent[2] == pytest.approx(0.3, abs=5 * math.sqrt(0.3 * 0.7 / sent[2]))
+    assert interval[2] > 1 / 50
 
 
 def test_failing_scripts_and_unknown_robots_are_reported(start, peer, script):
