@@ -5,7 +5,7 @@ import sys
 from importlib.metadata import packages_distributions
 
 IMPORTS = """
-from setcmas_tools import Run, check, simulate
+from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
 import launch_scripts.commands.in_browser
 """
@@ -17,8 +17,8 @@ LIBRARIES = {
 """What may be imported: the three, what matplotlib needs, and what our wheel brings."""
 
 OTHERS = {
-    'daqp', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'pandas', 'rich', 'rosbags', 'scipy',
-    'tqdm', 'websockets',
+    'daqp', 'geometry_msgs', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'nav_msgs', 'pandas',
+    'rclpy', 'rich', 'rosbags', 'scipy', 'starlette', 'std_msgs', 'tqdm', 'websockets',
 }  # fmt: skip
 
 LIST = f"""
@@ -49,6 +49,8 @@ run = simulate(str(law), 3, 2.0, loss=0.2)
 print(check(law, 'consensus'))
 run.save(sys.argv[1])
 run = Run.load(sys.argv[1])
+scenario = Scenario.of('consensus', nb_robots=3, loss=0.2)
+assert Scenario.load(scenario.save(sys.argv[1] + '.yaml')).communication.loss == 0.2
 print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 """
 PAGE = f"""

@@ -1,6 +1,6 @@
 """Messages, and bags written by rosbags, for the tests of the tools."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,19 +64,12 @@ def write_bag(store: Typestore) -> Callable[..., Path]:
 
     def write_bag(path: Path, messages: Messages, plugin: str = 'mcap') -> Path:
         with Writer(path, version=9, storage_plugin=StoragePlugin[plugin.upper()]) as writer:
-            connections: dict[tuple[str, str], Any] = {}
             second = 0
-            for topic, seconds, message in messages:
-                msgtype = message.__msgtype__
-                if (topic, msgtype) not in connections:
-                    connections[topic, msgtype] = writer.add_connection(
-                        topic, msgtype, typestore=store
-                    )
+            for seconds, *entry in _entries(writer, store, store.serialize_cdr, messages):
                 if plugin == 'mcap' and int(seconds) > second:
                     writer.storage.close_chunk()
                     second = int(seconds)
-                data = store.serialize_cdr(message, msgtype)
-                writer.write(connections[topic, msgtype], _time_ns(seconds), data)
+                writer.write(*entry)
         return path
 
     return write_bag
@@ -90,18 +83,22 @@ def write_ros1_bag(store: Typestore) -> Callable[..., Path]:
         ros1_store = get_typestore(Stores.ROS1_NOETIC)
         ros1_store.register(get_types_from_msg(LAB_DEFINITION, 'lab_msgs/msg/Reading'))
         with Ros1Writer(path) as writer:
-            connections: dict[tuple[str, str], Any] = {}
-            for topic, seconds, message in messages:
-                msgtype = message.__msgtype__
-                if (topic, msgtype) not in connections:
-                    connections[topic, msgtype] = writer.add_connection(
-                        topic, msgtype, typestore=ros1_store
-                    )
-                data = ros1_store.serialize_ros1(message, msgtype)
-                writer.write(connections[topic, msgtype], _time_ns(seconds), data)
+            for _, *entry in _entries(writer, ros1_store, ros1_store.serialize_ros1, messages):
+                writer.write(*entry)
         return path
 
     return write_ros1_bag
+
+
+def _entries(writer: Any, store: Typestore, serialize: Any, messages: Messages) -> Iterator[Any]:
+    """Yield the time in s, the connection, the time in ns and the bytes of each message."""
+    connections: dict[tuple[str, str], Any] = {}
+    for topic, seconds, message in messages:
+        msgtype = message.__msgtype__
+        if (topic, msgtype) not in connections:
+            connections[topic, msgtype] = writer.add_connection(topic, msgtype, typestore=store)
+        time_ns = START_NS + round(seconds * 1e9)
+        yield seconds, connections[topic, msgtype], time_ns, serialize(message, msgtype)
 
 
 @pytest.fixture
@@ -140,10 +137,6 @@ def run(tmp_path):
         return tmp_path
 
     return run
-
-
-def _time_ns(seconds: float) -> int:
-    return START_NS + round(seconds * 1e9)
 
 
 def _zero(store: Typestore, msgtype: str) -> Any:

@@ -94,19 +94,6 @@ def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_pat
             count(tmp_path / 'bag')
 
 
-def test_a_failing_disk_leaves_what_was_written(tmp_path, data):
-    def write_until_full():
-        with BagWriter(tmp_path / 'bag') as writer:
-            writer.write(add_points(writer), 1, data[0])
-            writer.flush()
-            raise OSError('full')
-
-    with pytest.raises(OSError, match='full'):
-        write_until_full()
-
-    assert count(tmp_path / 'bag') == 1
-
-
 def test_folders_that_cannot_be_created(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(SetcmasError, match='exists already; it must be a new folder'):

@@ -88,14 +88,7 @@ def test_what_is_read_up_to_a_damaged_chunk_is_told(tmp_path, store, points, has
 
 def test_chunk_that_does_not_fit_its_checksum_is_not_read(tmp_path, store, points):
     path = tmp_path / 'others.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, chunk_size=1000, compression=CompressionType.NONE)
-        writer.start(profile='ros2')
-        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
-        channel = writer.register_channel('/points', 'cdr', schema)
-        for time_ns, point in enumerate(points, start=1):
-            writer.add_message(channel, time_ns, points_bytes(store, point), time_ns)
-        writer.finish()
+    write_chunks(path, store, points, compression=CompressionType.NONE)
     content = bytearray(path.read_bytes()[:-20])
     assert content.count(points_bytes(store, points[100])) == 1
     content[content.index(points_bytes(store, points[100])) + 8] ^= 1
@@ -106,6 +99,18 @@ def test_chunk_that_does_not_fit_its_checksum_is_not_read(tmp_path, store, point
     assert 50 < len(x) < 100
     assert x == list(range(len(x)))
     assert 'is damaged or cut short at byte ' in notice
+
+
+def write_chunks(path, store, points, order=range(200), **options):
+    """Write small chunks as another library does, with the messages in an order."""
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, chunk_size=1000, **options)
+        writer.start(profile='ros2')
+        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
+        channel = writer.register_channel('/points', 'cdr', schema)
+        for i in order:
+            writer.add_message(channel, i + 1, points_bytes(store, points[i]), i + 1)
+        writer.finish()
 
 
 def points_bytes(store, point):
@@ -129,14 +134,7 @@ def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_
 @pytest.mark.parametrize('cut', [0, 20])
 def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, points, cut):
     path = tmp_path / 'others.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, chunk_size=1000)
-        writer.start(profile='ros2')
-        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
-        channel = writer.register_channel('/points', 'cdr', schema)
-        for i in (i + 3 - 2 * (i % 4) for i in range(200)):
-            writer.add_message(channel, i + 1, points_bytes(store, points[i]), i + 1)
-        writer.finish()
+    write_chunks(path, store, points, [i + 3 - 2 * (i % 4) for i in range(200)])
     path.write_bytes(path.read_bytes()[: path.stat().st_size - cut])
 
     x, notices = read(path)

@@ -8,21 +8,33 @@ from rosbags.typesys import get_types_from_msg
 from setcmas_tools.bags import topic_table
 from setcmas_tools.bags.topic_table import LONGEST_ARRAY, TopicTable, row_of
 
-ODOMETRY = 'nav_msgs/msg/Odometry'
+
+@pytest.fixture
+def write(store, tmp_path):
+    """Write messages of one type, one each second, and read the file back."""
+
+    def write(messages):
+        path = tmp_path / 'topic.csv'
+        path.unlink(missing_ok=True)
+        table = TopicTable(path, row_of(store, messages[0].__msgtype__))
+        for second, message in enumerate(messages):
+            table.add(second * 10**9, message)
+        table.finish()
+        with path.open(newline='', encoding='utf-8') as file:
+            rows = list(csv.reader(file))
+        assert {len(row) for row in rows} == {len(rows[0])}
+        assert [path.name] == [other.name for other in tmp_path.iterdir()]
+        return [dict(zip(rows[0], row, strict=True)) for row in rows[1:]]
+
+    return write
 
 
 @pytest.fixture
-def flatten(store, tmp_path):
+def flatten(write):
     """Return the columns of a message as a dictionary of text."""
 
     def flatten(message):
-        path = tmp_path / 'topic.csv'
-        path.unlink(missing_ok=True)
-        table = TopicTable(path, row_of(store, message.__msgtype__))
-        table.add(0, message)
-        table.finish()
-        with path.open(newline='', encoding='utf-8') as file:
-            (row,) = csv.DictReader(file)
+        (row,) = write([message])
         assert row.pop('t') == '0.000000000'
         return row
 
@@ -137,25 +149,6 @@ def test_field_names_that_python_reserves(store, make, flatten):
     columns = flatten(make('lab_msgs/msg/Range', {'from_': 1.0, 'class_': 2.0}))
 
     assert columns == {'from': '1.0', 'class': '2.0'}
-
-
-@pytest.fixture
-def write(store, tmp_path):
-    """Write messages of one type, one each second, and read the file back."""
-
-    def write(messages):
-        path = tmp_path / 'topic.csv'
-        table = TopicTable(path, row_of(store, messages[0].__msgtype__))
-        for second, message in enumerate(messages):
-            table.add(second * 10**9, message)
-        table.finish()
-        with path.open(newline='') as file:
-            rows = list(csv.reader(file))
-        assert {len(row) for row in rows} == {len(rows[0])}
-        assert [path.name] == [other.name for other in tmp_path.iterdir()]
-        return [dict(zip(rows[0], row, strict=True)) for row in rows[1:]]
-
-    return write
 
 
 def marker(make, nb_points):

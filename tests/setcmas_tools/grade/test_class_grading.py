@@ -166,17 +166,12 @@ def marks(tmp_path):
     return opened
 
 
-def test_marks_are_found_again(marks):
+def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_changed(
+    marks, tmp_path, monkeypatch
+):
     assert marks().found(SUBMISSION).score == 0
-
-
-def test_marks_do_not_count_when_a_module_of_the_solution_has_changed(marks, tmp_path):
+    with monkeypatch.context() as patch:
+        patch.setattr(class_grading, '_SANDBOX', 1)
+        assert marks().found(SUBMISSION) is None
     (tmp_path / 'gains.py').write_text('K = 2\n')
-
-    assert marks().found(SUBMISSION) is None
-
-
-def test_marks_of_another_sandbox_do_not_count(marks, monkeypatch):
-    monkeypatch.setattr(class_grading, '_SANDBOX', 1)
-
     assert marks().found(SUBMISSION) is None

@@ -122,17 +122,6 @@ def test_runs_with_nothing_in_common_get_a_page_too(failed_run, no_plots):
     assert told == ['no robot is in both runs long enough to compare them']
 
 
-def test_a_page_is_named_after_its_run(failed, tmp_path):
-    for path in (failed, failed / 'csv', failed / 'csv' / 'fleet.csv'):
-        assert str(page_named_after([path])) == 'failed.html'
-
-
-def test_two_runs_have_a_page_of_their_own(failed, failed_run, tmp_path):
-    other = failed_run.save(tmp_path / 'other')
-
-    assert str(page_named_after([failed, other])) == 'failed_other.html'
-
-
 def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
     page = tmp_path / 'out.html'
     page.touch()
@@ -156,3 +145,10 @@ def test_a_folder_in_the_way_is_reported(failed, no_plots, tmp_path):
 
     with pytest.raises(SetcmasError, match=r"run\.html' cannot be written: Is a directory"):
         write_report([failed], tmp_path / 'run.html', print)
+
+
+def test_a_page_is_named_after_its_runs(failed, failed_run, tmp_path):
+    for path in (failed, failed / 'csv', failed / 'csv' / 'fleet.csv'):
+        assert str(page_named_after([path])) == 'failed.html'
+    other = failed_run.save(tmp_path / 'other')
+    assert str(page_named_after([failed, other])) == 'failed_other.html'

@@ -3,6 +3,7 @@ import io
 import re
 from dataclasses import replace
 
+import pytest
 from PIL import Image
 from report_pages import HOSTILE, LAW
 
@@ -32,20 +33,6 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run):
     assert facts.parameters == {'nb_robots': 3, 'set.K': 1, 'seed': 7}
     assert facts.origin['seed'] == 7
     assert facts.origin['numpy']
-
-
-def test_a_run_that_died_gives_the_reason(failed_run):
-    outcome = Outcome(State.DIED, detail='tb3_1: killed\n    9 | x')
-    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
-
-    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', 'tb3_1: killed\n    9 | x')
-
-
-def test_a_complete_outcome_is_not_repeated(failed_run):
-    outcome = Outcome(State.DIED, detail='tb3_1: killed')
-    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
-
-    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', '')
 
 
 def failure(t, robot, until=None, text='KeyError: 1', line=7):
@@ -121,3 +108,13 @@ def test_each_plot_is_there_and_small(failed_run):
         picture = Image.open(io.BytesIO(content))
         assert picture.width > 400
         assert picture.mode == 'P'
+
+
+@pytest.mark.parametrize(
+    ('detail', 'shown'), [('tb3_1: killed\n    9 | x', True), ('tb3_1: killed', False)]
+)
+def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(failed_run, detail, shown):
+    outcome = Outcome(State.DIED, detail=detail)
+    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
+
+    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', detail if shown else '')

@@ -4,27 +4,15 @@ import numpy as np
 import pytest
 from metrics_runs import compute
 
-from setcmas_tools import simulate
 from setcmas_tools.run.bag_conversion import convert
 from setcmas_tools.run.communication_record import Counts, record_of
-from setcmas_tools.run.run_tables import read_communication, write_communication
+from setcmas_tools.run.run_tables import read_communication
 
-TRIGGERS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
 CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
-LINKS = {(2, 1): Counts(3, 2, 1, 0.25), (1, 2): Counts(1, 1, 0, math.nan)}
-
-
-def test_robots_are_counted_by_what_they_sent():
-    record = record_of(LINKS, TRIGGERS, CHANGES, {})
-
-    assert record.robots[1] == Counts(2, 2, 1, pytest.approx(0.4))
-    assert record.robots[2].sent == 1
-    assert math.isnan(record.robots[2].mean_interval)
-    assert record.is_event_triggered
 
 
 def test_the_graph_of_a_time():
-    record = record_of(LINKS, TRIGGERS, CHANGES, {})
+    record = record_of({}, [], CHANGES, {})
 
     assert record.adjacency(1.0, 2).tolist() == [[0, 0.5], [1, 0]]
     assert record.adjacency(2.0, 3).tolist() == [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
@@ -72,19 +60,6 @@ def test_a_record_from_a_bag(bag):
     assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
 
 
-def test_graphs_of_two_controller_processes(bag):
-    graphs = ((0.9, [0, 1, np.nan, np.nan]), (2.0, [np.nan, np.nan, 0.5, 0]))
-    record = read_communication(convert(bag(graphs)).folder)
-
-    assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
-
-
-def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
-    record = read_communication(convert(bag(graphs=())).folder)
-
-    assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
-
-
 def test_a_bag_of_the_ros_1_stack_has_only_sent_messages(tmp_path, make, write_bag):
     messages = []
     for k in range(20):
@@ -104,12 +79,16 @@ def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag
     assert read_communication(convert(bag).folder) is None
 
 
-def test_a_record_of_an_offline_run_survives_its_files(tmp_path):
-    record = simulate('consensus', 4, 5.0, graph='star', event_triggered=True).record
-    write_communication(record, tmp_path)
-    found = read_communication(tmp_path)
-
-    np.testing.assert_allclose(found.triggers, record.triggers, atol=1e-6)
-    assert {key: counts.received for key, counts in found.links.items()} == {
-        key: counts.received for key, counts in record.links.items()
-    }
+@pytest.mark.parametrize(
+    ('graphs', 'changes'),
+    [
+        (
+            ((0.9, [0, 1, np.nan, np.nan]), (2.0, [np.nan, np.nan, 0.5, 0])),
+            [[0, 1, 2, 1], [1, 2, 1, 0.5]],
+        ),
+        ((), [[0, 1, 2, 1], [0, 2, 1, 1]]),
+    ],
+    ids=['of two controller processes', 'none: a complete one'],
+)
+def test_graphs_of_a_bag(bag, graphs, changes):
+    assert read_communication(convert(bag(graphs)).folder).changes.tolist() == changes

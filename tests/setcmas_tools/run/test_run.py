@@ -74,11 +74,6 @@ def test_drawings_of_scripts(run):
     assert [drawing.t for drawing in trail] == pytest.approx(run.control_t.tolist())
 
 
-def test_failures_are_kept(run):
-    assert run.failed_robots == [2]
-    assert str(run.outcome) == 'complete, but law.py failed for robot 2'
-
-
 def test_robots_by_name_and_by_number(run):
     assert run.robots == [1, 2, 3]
     np.testing.assert_array_equal(run['tb3_2'].x, run.poses[:, 0, 1])
@@ -158,19 +153,6 @@ def test_a_run_is_not_replaced_by_mistake(run, tmp_path):
     with pytest.raises(SetcmasError, match='holds an earlier run'):
         run.save(tmp_path / 'out')
     run.save(tmp_path / 'out', overwrite=True)
-
-
-def test_an_unreadable_record_is_reported_and_the_motion_is_there(run, tmp_path):
-    out = run.save(tmp_path / 'out')
-    (out / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
-    warnings = []
-
-    loaded = Run.load(out, warnings.append)
-
-    assert len(warnings) == 1
-    assert 'has format none' in warnings[0]
-    assert loaded.robots == [1, 2, 3]
-    assert loaded.parameters == {}
 
 
 def test_dir_lists_the_package_before_its_parts_are_imported():

@@ -7,7 +7,7 @@ import pytest
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run_folder import RunFolder, find_run
-from setcmas_tools.run.run_info import Outcome, RunInfo, State, read_info
+from setcmas_tools.run.run_info import RunInfo
 
 
 def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
@@ -64,13 +64,6 @@ def test_a_folder_that_cannot_be_created_is_reported(tmp_path):
 
     with pytest.raises(SetcmasError, match='cannot be written'):
         RunFolder(tmp_path / 'file' / 'out').create(RunInfo())
-
-
-def test_a_run_that_is_killed_leaves_a_readable_record(tmp_path):
-    folder = RunFolder(tmp_path / 'out')
-    folder.create(RunInfo(outcome=Outcome(State.NOT_FINISHED)))
-
-    assert read_info(folder.path).outcome.state is State.NOT_FINISHED
 
 
 def test_inputs_of_a_run_are_kept(tmp_path):

@@ -1,8 +1,6 @@
 """Scenarios: made from values and files, checked, written, and safe to take from strangers."""
 
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -163,28 +161,6 @@ def test_the_record_of_a_run_is_a_scenario_whose_scripts_are_those_that_it_keeps
     (out / 'run.yaml').write_text(yaml.safe_dump(record))
     with pytest.raises(SetcmasError, match='not in the folder inputs of the run'):
         Scenario.load(out / 'run.yaml')
-
-
-WITHOUT = """
-import sys
-class Missing:
-    def find_spec(self, name, *_):
-        if name in ('msgspec', 'rosbags', 'rclpy', 'tqdm', 'joblib', 'scipy', 'starlette'):
-            raise ModuleNotFoundError(name)
-sys.meta_path.insert(0, Missing())
-from setcmas_tools import Run, Scenario, simulate
-out = simulate(Scenario.load('square.yaml')).save('out')
-assert Run.load(out).outcome == simulate(Scenario.load('out/run.yaml')).outcome
-Scenario.load('square.yaml').save('again.yaml')
-"""
-
-
-def test_a_browser_needs_numpy_and_pyyaml_only(square):
-    done = subprocess.run(
-        [sys.executable, '-c', WITHOUT], cwd=square.parent, capture_output=True, text=True
-    )
-
-    assert (done.returncode, done.stderr) == (0, '')
 
 
 def test_a_typed_list_of_poses_has_a_pose_for_each_robot():

@@ -1,9 +1,9 @@
-import io
 import os
 import shutil
 import zipfile
 
 import pytest
+from hostile_submissions import archive
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions import submitted_files
@@ -13,14 +13,6 @@ LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 IMPORTING = b'from maths import f\n' + LAW
 MOODLE = 'cid_1_assignsubmission_file_'
 CANVAS = 'kinga_LATE_12_'
-
-
-def archive(files, method=zipfile.ZIP_STORED):
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, 'w', method) as file:
-        for name, source in files.items():
-            file.writestr(name, source)
-    return content.getvalue()
 
 
 def found(tmp_path, files, name='class'):

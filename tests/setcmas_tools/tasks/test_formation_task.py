@@ -10,20 +10,9 @@ from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.tasks.formation_task import distance_errors
 
 
-def test_distance_errors_of_a_formation():
-    fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
-
-    errors = measure(fleet, references=References('distances', {'D': 3.0}))['distances']
-
-    assert errors.distance_errors_final_m == pytest.approx({'1-2': 0.0, '1-3': 1.0, '2-3': 2.0})
-    assert errors.distance_error_final_rms_m == pytest.approx(math.sqrt(5 / 3))
-    assert errors.distance_error_rms_last_quarter_m == pytest.approx(math.sqrt(5 / 3))
-    assert errors.distance_error_final_largest_m == pytest.approx(2.0)
-
-
 def test_position_errors_of_a_formation():
     late = np.where(T < 10, 1.0, 0.0)
-    fleet = table((T, 0.1 * T, 0), (T, 0.1 * T - 0.7, 0.4), (T, 0.1 * T, 1 + late))
+    fleet = table((T, 0.1 * T, 0), (T, 0.1 * T - 0.7, 0.4), (T, 0.1 * T, 1 + late), (T, 9, 9))
     references = References('formation', {'PLACES': [[-1.0, 0.0], [0.0, 1.0]]})
 
     errors = measure(fleet, references=references)['formation']
@@ -33,31 +22,27 @@ def test_position_errors_of_a_formation():
     assert errors.fleet_position_error_rms_last_quarter_m == pytest.approx(0.5 / math.sqrt(2))
 
 
-def test_a_follower_without_a_place_is_not_measured():
-    fleet = table((T, 0, 0), (T, 1, 0), (T, 2, 0))
-    references = References('formation', {'PLACES': [[1.0, 0.0]]})
-
-    errors = measure(fleet, references=references)['formation']
-
-    assert errors.position_error_final_m == {2: 0.0}
-
-
-def test_distance_errors_from_those_of_a_shape():
+@pytest.mark.parametrize(
+    ('D', 'errors'),
+    [
+        (3.0, {'1-2': 0.0, '1-3': 1.0, '2-3': 2.0}),
+        ([[5, 5], [8, 5], [5, 8]], {'1-2': 0.0, '1-3': 1.0, '2-3': 5 - math.sqrt(18)}),
+        ([[5, 5], [9, 5]], {'1-2': -1.0}),  # a robot without a point is not measured
+    ],
+)
+def test_distance_errors_of_a_formation(D, errors):
     fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
-    shape = [[5, 5], [8, 5], [5, 8]]
+    rms = math.sqrt(sum(error**2 for error in errors.values()) / len(errors))
 
-    errors = measure(fleet, references=References('distances', {'D': shape}))['distances']
+    found = measure(fleet, references=References('distances', {'D': D}))['distances']
 
-    wanted = {'1-2': 0.0, '1-3': 1.0, '2-3': 5 - math.sqrt(18)}
-    assert errors.distance_errors_final_m == pytest.approx(wanted)
+    assert found.distance_errors_final_m == pytest.approx(errors)
+    assert found.distance_error_final_rms_m == pytest.approx(rms)
+    assert found.distance_error_rms_last_quarter_m == pytest.approx(rms)
+    assert found.distance_error_final_largest_m == pytest.approx(max(map(abs, errors.values())))
 
 
-def test_a_robot_without_a_point_in_the_shape_is_not_measured():
-    fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
-    references = References('distances', {'D': [[5, 5], [9, 5]]})
-
-    found = measure(fleet, references=references)
-
-    assert found['distances'].distance_errors_final_m == pytest.approx({'1-2': -1.0})
+def test_a_robot_without_a_point_has_no_curve():
     grid = FleetGrid(T, [1, 2, 3], *np.zeros((3, 3, len(T))))
+
     assert distance_errors(grid, [[5, 5], [9, 5]]).keys() == {1, 2}
