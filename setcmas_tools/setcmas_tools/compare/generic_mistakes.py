@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, SOLUTION, Calls
+from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, RIGHT, SOLUTION, Calls
 
 _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
@@ -229,7 +229,7 @@ def also_generic(
 def _relative_to(calls: Sequence[Calls], answers: Sequence[Floats]) -> list[Calls]:
     """Return calls with other answers in place of the solution's."""
     both = zip(calls, answers, strict=True)
-    return [replace(one, answers={SOLUTION: own}) for one, own in both]
+    return [replace(one, answers={SOLUTION: own, RIGHT: one.solution}) for one, own in both]
 
 
 def _second(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:

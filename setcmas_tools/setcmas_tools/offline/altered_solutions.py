@@ -126,8 +126,10 @@ class Altered:
     is_out: bool = False
 
 
-SOLUTION, FROZEN = '', 't = 0'
-"""Names of the solution, and of the solution that always gets t = 0."""
+SOLUTION, FROZEN, RIGHT = '', 't = 0', 'right'
+"""Names of the solution, of the solution that always gets t = 0, and of the solution where another
+law is taken for it.
+"""
 
 
 def altered_solutions(
@@ -214,7 +216,7 @@ class Calls:
     @property
     def is_known(self) -> NDArray[np.bool_]:
         """Where the solution is outside its dead band, so that its multiples are known."""
-        return _lengths(self.solution) > 0
+        return _lengths(self.answers.get(RIGHT, self.solution)) > 0
 
     @property
     def is_free(self) -> NDArray[np.bool_]:
