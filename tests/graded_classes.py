@@ -2,7 +2,7 @@
 
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks, RobotPath, ScenarioMark
 from setcmas_tools.submissions.likeness import Similar
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 HOSTILE = '<script>document.title="forged"</script>'
 SOURCE = (

@@ -37,7 +37,7 @@ from setcmas_tools.grade.rubric import (
 )
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run_info import State
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 if TYPE_CHECKING:
     from setcmas_tools.submissions.submissions import Submission

@@ -23,7 +23,7 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 _POINTS = 150  # of a path in a picture, at most
 _DECIMALS = 3  # mm

@@ -15,7 +15,7 @@ from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
-from setcmas_tools.submissions.submissions import Student as Student
+from setcmas_tools.submissions.student import Student as Student
 
 _AROUND = 2  # lines before and after a failed line
 _LONGEST_LINE = 200  # characters of each

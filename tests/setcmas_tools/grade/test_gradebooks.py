@@ -9,7 +9,7 @@ import pytest
 from graded_classes import graded_class
 
 from setcmas_tools.grade.gradebooks import TABLES, tables_of
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 CLASS = graded_class()
 HIDDEN = ('', ' ', '\n', '\t', '\u200b', '\ufeff', '\u202e', '\x00', ' \u200b\r\n ')

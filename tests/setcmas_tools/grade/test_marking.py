@@ -8,7 +8,7 @@ from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import Marks, ScenarioRun
 from setcmas_tools.grade.rubric import read_rubric
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 RUBRIC = """\
 solution: leader_follower_formation

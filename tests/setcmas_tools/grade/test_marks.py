@@ -1,7 +1,7 @@
 import pytest
 
 from setcmas_tools.grade.marks import Failure
-from setcmas_tools.submissions.submissions import identity_of
+from setcmas_tools.submissions.student import identity_of
 
 
 def test_lines_around_a_failure_are_counted_as_python_does_and_none_is_too_long():

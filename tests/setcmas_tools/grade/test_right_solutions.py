@@ -13,7 +13,7 @@ from setcmas_tools.grade.criteria import Bounds
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
-from setcmas_tools.submissions.submissions import Student
+from setcmas_tools.submissions.student import Student
 
 SCRIPTS = Path(__file__).parents[2] / 'data' / 'exercises'
 AWAY = 1 / 1.5

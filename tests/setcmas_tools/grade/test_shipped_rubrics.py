@@ -14,7 +14,8 @@ from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.submissions.submissions import Student, find_submissions
+from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import find_submissions
 
 DATA = Path(__file__).parents[2] / 'data' / 'class_of_thirty.yaml'
 WRONG_FACTORS = {'Hal Hill', 'Ida Ito', 'Max Mora', 'Nia Nash', 'Dov Daly'}

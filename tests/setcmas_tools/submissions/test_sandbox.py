@@ -32,7 +32,8 @@ from setcmas_tools.grade.class_grading import read_apart
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions import sandbox
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
-from setcmas_tools.submissions.submissions import Packed, PackedFile, Student
+from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Packed, PackedFile
 
 pytestmark = needs_sandbox
 
