@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from processes import TIMEOUT_S
 from selenium import webdriver
-from selenium.webdriver.common.by import By
 
 _ARGUMENTS = (
     '--headless=new',
@@ -65,11 +64,6 @@ def open_window(browser) -> None:
 def _draw_seldom(browser) -> None:
     source = {'source': _FEW_PICTURES}
     browser.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', source)
-
-
-def text_of(browser) -> str:
-    """Return what can be read on the page."""
-    return browser.find_element(By.TAG_NAME, 'body').text
 
 
 def wait_for(condition, timeout: float = TIMEOUT_S) -> None:

@@ -70,8 +70,8 @@ RUNS = {
 }  # fmt: skip
 """Options of each run, offline and over ROS."""
 
-FOREIGN_BAGS = ('foreign_mcap', 'foreign_sqlite3')
-"""Bags of the same messages, in both formats."""
+BAGS = {'bag.mcap': 'bag', 'foreign_mcap': 'foreign_bag', 'foreign_sqlite3': 'foreign_bag'}
+"""The golden files of each bag: the same messages in both formats have the same tables."""
 
 SWEEP = [
     '--algo=consensus', '--nb-robots=3', '--graph=ring', '--vnom=2', '--duration=5',
@@ -104,14 +104,8 @@ def results(folder: Path) -> dict[str, bytes]:
     return _read([*(folder / 'csv').iterdir(), folder / 'metrics.yaml'])
 
 
-def bag_tables(folder: Path) -> dict[str, bytes]:
-    """Convert the bag; returns the tables by their names."""
-    setcmas('bag_to_csv', INPUTS / 'bag.mcap', '-o', folder / 'bag')
-    return _read((folder / 'bag').iterdir())
-
-
-def foreign_bag_tables(name: str, folder: Path) -> dict[str, bytes]:
-    """Convert a bag of FOREIGN_BAGS; returns the tables by their names."""
+def bag_tables(name: str, folder: Path) -> dict[str, bytes]:
+    """Convert a bag of BAGS; returns the tables by their names."""
     setcmas('bag_to_csv', INPUTS / name, '-o', folder / name)
     return _read((folder / name).iterdir())
 
@@ -153,11 +147,8 @@ def main() -> None:
     shutil.rmtree(GOLDEN / 'files', ignore_errors=True)
     with tempfile.TemporaryDirectory() as folder:
         made = {name: run(name, Path(folder)) for name in RUNS}
-        made |= {'bag': bag_tables(Path(folder)), 'marks': marks(Path(folder))}
-        made |= {
-            'foreign_bag': foreign_bag_tables(FOREIGN_BAGS[0], Path(folder)),
-            'sweep': sweep_table(Path(folder)),
-        }
+        made |= {golden: bag_tables(name, Path(folder)) for name, golden in BAGS.items()}
+        made |= {'marks': marks(Path(folder)), 'sweep': sweep_table(Path(folder))}
     for name, files in made.items():
         target = GOLDEN / 'files' / name
         target.mkdir(parents=True)

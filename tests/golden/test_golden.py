@@ -56,17 +56,11 @@ def test_a_run_in_lockstep_is_the_golden_one(name, tmp_path, domain):
     compare(store.results(tmp_path / 'out'), name)
 
 
-def test_tables_of_a_bag_are_the_golden_ones(tmp_path):
-    made = store.bag_tables(tmp_path)
-    compare(made, 'bag')
-    assert made.keys() == store.stored('bag').keys()
-
-
-@pytest.mark.parametrize('name', store.FOREIGN_BAGS)
-def test_tables_of_a_foreign_bag_are_the_golden_ones(name, tmp_path):
-    made = store.foreign_bag_tables(name, tmp_path)
-    compare(made, 'foreign_bag')
-    assert made.keys() == store.stored('foreign_bag').keys()
+@pytest.mark.parametrize(('name', 'golden'), store.BAGS.items())
+def test_tables_of_a_bag_are_the_golden_ones(name, golden, tmp_path):
+    made = store.bag_tables(name, tmp_path)
+    compare(made, golden)
+    assert made.keys() == store.stored(golden).keys()
 
 
 def test_the_table_of_a_sweep_is_the_golden_one(tmp_path):
