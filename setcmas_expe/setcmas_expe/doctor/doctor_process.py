@@ -69,10 +69,6 @@ def _examine(options: LabOptions, ros_arguments: list[str]) -> int:
     if lab and has_ros:
         name = str(options.lab or 'the default lab')
         findings += _examine_lab(lab, name, ros_arguments)
-    return _conclude(findings)
-
-
-def _conclude(findings: list[Finding]) -> int:
     if advice := advice_lines(findings):
         print('\nwhat to do\n' + '\n'.join(advice))
     print(f'\n{verdict(findings)}')

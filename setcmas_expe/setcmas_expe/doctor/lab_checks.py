@@ -41,13 +41,9 @@ class ArrivalStatistics:
 def arrival_statistics(
     arrivals: list[float], stamps: list[float], begin: float, end: float
 ) -> ArrivalStatistics:
-    """Return the regularity of messages from `begin` to `end`.
+    """Return the regularity of messages from `begin` to `end`, all in s.
 
-    Args:
-        arrivals: Times of arrival in s.
-        stamps: Their stamps in s, on a clock that should agree; 0 if not set.
-        begin: Start of the measurement in s.
-        end: End of the measurement in s.
+    Stamps are of a clock that should agree; 0 if not set.
     """
     times = [begin, *arrivals, end]
     largest = max(later - earlier for earlier, later in itertools.pairwise(times))
@@ -64,12 +60,7 @@ Graph = Iterable[tuple[str, list[str]]]
 
 
 def other_presets(graph: Graph, preset: str) -> list[Finding]:
-    """Return the other presets that would receive bodies, with the names of these.
-
-    Args:
-        graph: Each topic with its types.
-        preset: The preset of the lab file.
-    """
+    """Return the other presets that would receive bodies from topics with their types."""
     graph = list(graph)
     presets: dict[str, list[str]] = {}
     for name, source in MOCAP_SOURCES.usable(lambda _: None).items():

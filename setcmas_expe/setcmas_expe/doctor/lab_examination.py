@@ -13,7 +13,6 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.doctor.findings import NOTE, OK, Finding
 from setcmas_expe.doctor.lab_checks import (
-    ArrivalStatistics,
     RobotCheck,
     arrival_statistics,
     other_presets,
@@ -22,7 +21,7 @@ from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sample import Pose, Sample, fault_of
+from setcmas_expe.mocap.sample import Sample, fault_of
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import cmd_vel_topics
@@ -39,6 +38,7 @@ class RobotWatch:
 
     Attributes:
         track: Its poses, and which of them to trust.
+        guard: The watch over its guard.
         arrivals: When its poses arrived, in s on the system's clock.
         stamps: Their stamps, in s.
         fault: What was wrong with the last bad pose; None if all were good.
@@ -48,6 +48,7 @@ class RobotWatch:
 
     robot: LabRobot
     track: PoseTrack
+    guard: GuardWatch
     arrivals: list[float] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
     fault: str | None = None
@@ -59,29 +60,22 @@ class LabWatch(FleetNode):
     """Listens to all robots of a lab and to its motion capture system.
 
     Attributes:
-        robots: Messages of each robot, by number.
-        robot_guards: The watch over each robot's guard, by number.
+        robots: Messages of each robot.
         mocap: Receiver of motion capture.
     """
 
     def __init__(self, lab: Lab) -> None:
         super().__init__('doctor')
         self.lab = lab
-        self.robots = {
-            robot.number: RobotWatch(robot, PoseTrack(lab.arena, lab.limits))
+        self.robots = [
+            RobotWatch(robot, PoseTrack(lab.arena, lab.limits), GuardWatch(self, robot.namespace))
             for robot in lab.robots
-        }
-        self.robot_guards = {
-            robot.number: GuardWatch(self, robot.namespace) for robot in lab.robots
-        }
+        ]
         self._own = cmd_vel_topics.own_participant(self)
         self._begin = time.time()
-        takers = {
-            watch.robot.mocap_name: partial(self._on_mocap, watch)
-            for watch in self.robots.values()
-        }
+        takers = {one.robot.mocap_name: partial(self._on_mocap, one) for one in self.robots}
         self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
-        for watch in self.robots.values():
+        for watch in self.robots:
             topic = watch.robot.topic(topics.BATTERY)
             self.create_subscription(BatteryState, topic, partial(self._on_battery, watch), _BURST)
 
@@ -89,54 +83,42 @@ class LabWatch(FleetNode):
         """Forget the poses received so far."""
         self._begin = time.time()
         self.take_guards()
-        for watch in self.robots.values():
+        for watch in self.robots:
             watch.arrivals.clear()
             watch.stamps.clear()
             watch.fault = None
 
     def take_guards(self) -> None:
         """Take the new reports of all guards."""
-        for guard in self.robot_guards.values():
-            guard.take(time.monotonic())
-
-    def statistics(self, robot: int) -> ArrivalStatistics:
-        """Return the regularity of a robot's poses."""
-        watch = self.robots[robot]
-        return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
+        for watch in self.robots:
+            watch.guard.take(time.monotonic())
 
     def runs_experiment(self) -> bool:
         """Return whether another process pauses and starts the robots."""
         return bool(cmd_vel_topics.strangers(self, topics.PAUSED, {self._own}))
 
-    def poses(self) -> dict[int, Pose]:
-        """Return the last good pose of each robot that has one, by number."""
-        return {
-            number: watch.track.pose
-            for number, watch in self.robots.items()
-            if watch.track.pose and not watch.track.fault
-        }
-
-    def fault(self, robot: int) -> str | None:
-        """Return the fault of a robot's poses; None if they are good."""
-        self.mocap.look_around()
-        watch = self.robots[robot]
-        return watch.fault or self.mocap.trouble(watch.robot.mocap_name) or None
-
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who receives a robot's commands, except recorders and displays."""
         return cmd_vel_topics.listeners(self, robot.topic(topics.CMD_VEL))
 
-    def rival(self, robot: LabRobot) -> str:
-        """Return which process may move a robot, or moves in its place; empty if none.
-
-        The processes of an experiment do not count.
-        """
-        topic = robot.topic(topics.CMD_VEL)
-        guard = self.robot_guards[robot.number]
+    def check(self, watch: RobotWatch) -> RobotCheck:
+        """Return the measurements of a robot."""
+        robot, guard = watch.robot, watch.guard
+        # Those of an experiment may command it.
         allowed = {self._own} | guard.look_around()
         for name in (topics.FLEET, topics.PAUSED):
             allowed |= cmd_vel_topics.participants(self, name)
-        return guard.intruder or cmd_vel_topics.rival(self, topic, allowed)
+        rival = cmd_vel_topics.rival(self, robot.topic(topics.CMD_VEL), allowed)
+        return RobotCheck(
+            robot=robot,
+            mocap=arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time()),
+            pose=None if watch.track.fault else watch.track.pose,
+            fault=watch.fault or self.mocap.trouble(robot.mocap_name) or None,
+            kinds=[listener.kind for listener in self.listeners(robot)],
+            rival=guard.intruder or rival,
+            guard=guard.recent_report,
+            battery=watch.battery,
+        )
 
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
@@ -189,10 +171,11 @@ def watched_lab(process: RosProcess, lab: Lab) -> LabWatch:
     """Return a watch that has listened for a while, once it found all robots or waited enough."""
     watch = LabWatch(lab)
     process.add(watch)
-    robots = watch.robots.values()
-    process.spin_until(
-        lambda: all(one.arrivals and watch.listeners(one.robot) for one in robots), _DISCOVERY_S
-    )
+
+    def is_found() -> bool:
+        return all(one.arrivals and watch.listeners(one.robot) for one in watch.robots)
+
+    process.spin_until(is_found, _DISCOVERY_S)
     watch.restart_statistics()
     process.spin_until(lambda: False, _WATCH_S)
     return watch
@@ -201,20 +184,8 @@ def watched_lab(process: RosProcess, lab: Lab) -> LabWatch:
 def examine(watch: LabWatch) -> tuple[list[list[str]], list[Finding]]:
     """Return the rows of the table of robots, and the findings."""
     watch.take_guards()
-    poses = watch.poses()
-    checks = [
-        RobotCheck(
-            robot=one.robot,
-            mocap=watch.statistics(number),
-            pose=poses.get(number),
-            fault=watch.fault(number),
-            kinds=[listener.kind for listener in watch.listeners(one.robot)],
-            rival=watch.rival(one.robot),
-            guard=watch.robot_guards[number].recent_report,
-            battery=one.battery,
-        )
-        for number, one in watch.robots.items()
-    ]
+    watch.mocap.look_around()
+    checks = [watch.check(one) for one in watch.robots]
     bodies = watch.mocap.bodies()
     findings = [found for check in checks for found in check.findings(watch.lab, bodies)]
     if not bodies:

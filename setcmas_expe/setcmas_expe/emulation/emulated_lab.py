@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -77,9 +76,6 @@ class EmulatedMocapDriver(FleetNode):
 
     def publish(self, sighting: Sighting, stamp: float) -> None:
         """Publish a sighting under the name of its body, with a stamp in s since 1970."""
-        self._bodies[sighting.body].publish(self._message(sighting, stamp))
-
-    def _message(self, sighting: Sighting, stamp: float) -> Any:
         x, y, z = sighting.position
         rotation = Quaternion(**dict(zip('xyzw', sighting.quaternion, strict=True)))
         message = self._type()
@@ -91,7 +87,7 @@ class EmulatedMocapDriver(FleetNode):
         else:
             pose = message.pose.pose if isinstance(message, Odometry) else message.pose
             pose.position, pose.orientation = Point(x=x, y=y, z=z), rotation
-        return message
+        self._bodies[sighting.body].publish(message)
 
 
 class EmulatedGuards:
@@ -156,7 +152,7 @@ class EmulatedLab(FleetNode):
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
         self._fleet = EmulatedFleet(poses, ROBOT_LIMITS[model], rng, options.robot_model(numbers))
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
-        self._driver = EmulatedMocapDriver(lab)
+        self.driver = EmulatedMocapDriver(lab)
         private = lab.guarded and options.remapped
         self._robots = [
             EmulatedTurtleBot3(
@@ -185,24 +181,14 @@ class EmulatedLab(FleetNode):
         self._batteries = Schedule(_BATTERY_HZ)
         self._requests = Schedule(_REQUESTS_HZ)
         self._stepped = time.monotonic()
-
-    @property
-    def nodes(self) -> list[FleetNode]:
-        """The nodes of the lab that are called back."""
-        return [self, self._driver]
-
-    def greet(self) -> None:
-        """Log the size of the lab."""
-        nb = len(self._robots)
-        self.get_logger().info(
-            f'emulating a lab with {nb} TurtleBot3{"s" if nb > 1 else ""}; Ctrl-C stops'
-        )
+        robots = f'{lab.nb_robots} TurtleBot3{"s" if lab.nb_robots > 1 else ""}'
+        self.get_logger().info(f'emulating a lab with {robots}; Ctrl-C stops')
 
     def step(self, now: float) -> None:
         """Move the robots by their commands, and publish; `now` is in s."""
         answers = self._requests.due(now)
         for index, robot in enumerate(self._robots):
-            robot.take()
+            robot.commands.take()
             if answers:
                 robot.requests.take()
             if now < self._off_until[index]:
@@ -232,7 +218,7 @@ class EmulatedLab(FleetNode):
         if self._frames.due(now):
             self._mocap.capture(self._fleet.poses, now)
         for sighting in self._mocap.due(now):
-            self._driver.publish(sighting, sighting.stamp + offset)
+            self.driver.publish(sighting, sighting.stamp + offset)
 
     def _publish_robots(self, now: float) -> None:
         stamp = self.get_clock().now().to_msg()
@@ -290,8 +276,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
-    process.add(*lab.nodes)
-    lab.greet()
+    process.add(lab, lab.driver)
     process.launcher.report_ready()
     StepLoop(process, lab.period, lab.step).run()
 

@@ -51,13 +51,7 @@ class EmulatedMocap:
     """Sees robots, and delays each sighting by its latency."""
 
     def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
-        """Prepare for a number of bodies.
-
-        Args:
-            nb_robots: Number of bodies.
-            y_up: Whether the y axis points upwards, not the z axis.
-            rng: Draws the noise.
-        """
+        """Prepare for a number of bodies; `y_up`: the y axis points upwards, not the z axis."""
         self._nb_robots = nb_robots
         self._y_up = y_up
         self._rng = rng

@@ -29,7 +29,7 @@ Pose = tuple[float, float, float]
 class EmulatedTurtleBot3(FleetNode):
     """Takes commands and sends wheel odometry and battery as a real robot does.
 
-    `requests` are those to its services.
+    `commands` are those to its base, `requests` those to its services.
     """
 
     def __init__(
@@ -45,20 +45,17 @@ class EmulatedTurtleBot3(FleetNode):
         on.
         """
         super().__init__(NODE_NAME, namespace=robot.namespace)
-        self._on_command = on_command
         self._on_torque = on_torque
         self._odom = Odometry(child_frame_id='base_footprint')
         self._odom.header.frame_id = 'odom'
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
         self._battery = BatteryState(present=True, design_capacity=1.8)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
-        self._commands = PolledTopic(self, TwistStamped, cmd_vel, self._on_cmd_vel, _QOS)
+        self.commands = PolledTopic(
+            self, TwistStamped, cmd_vel, lambda sent: on_command(*velocities(sent)), _QOS
+        )
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
         self.requests = PolledServices(self)
-
-    def take(self) -> None:
-        """Take new commands."""
-        self._commands.take()
 
     def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
         """Publish the pose by the wheels (m, rad) and their speeds."""
@@ -72,9 +69,6 @@ class EmulatedTurtleBot3(FleetNode):
         self._battery.percentage = percent
         self._battery.voltage = _EMPTY_V + (_NOMINAL_V - _EMPTY_V) * percent / 100.0
         self._battery_publisher.publish(self._battery)
-
-    def _on_cmd_vel(self, message: TwistStamped) -> None:
-        self._on_command(*velocities(message))
 
     def _on_motor_power(
         self, request: SetBool.Request, response: SetBool.Response

@@ -85,15 +85,9 @@ def check_emulated_mocap(mocap: Mocap) -> None:
 def emulated_start_poses(
     arena: Arena, nb_robots: int, given: StartPoseOptions | None = None
 ) -> Floats:
-    """Return the start poses of a simulation, scaled to fit into the arena.
+    """Return x, y in m and theta in rad, shape (3, N): of a simulation, scaled to fit the arena.
 
-    Args:
-        arena: The arena.
-        nb_robots: Size of the fleet.
-        given: Poses to take as they are.
-
-    Returns:
-        Rows x, y in m and theta in rad, shape (3, nb_robots).
+    `given` poses are taken as they are.
 
     Raises:
         SetcmasError: A given pose is malformed or of no robot in the fleet, or there is no room

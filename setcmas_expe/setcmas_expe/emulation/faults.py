@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
@@ -58,6 +59,7 @@ OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED, DEAF}
 DEFAULT_S = 3.0
 """Default duration of a fault in s."""
 
+_ROBOT = re.compile(r'0*[1-9][0-9]*')
 _FORM = f"it must be 'KIND ROBOT [SECONDS]' with one of {', '.join(PURPOSES)}"
 
 
@@ -81,13 +83,9 @@ def parse_fault(text: str) -> Fault:
         SetcmasError: The text has another form.
     """
     words = text.split()
-    if not 2 <= len(words) <= 3 or words[0] not in PURPOSES or not _is_robot(words[1]):
+    if not 2 <= len(words) <= 3 or words[0] not in PURPOSES or not _ROBOT.fullmatch(words[1]):
         raise SetcmasError(f"fault '{text}' is not understood; {_FORM}")
     return Fault(words[0], int(words[1]), _seconds(words[2], text) if words[2:] else DEFAULT_S)
-
-
-def _is_robot(text: str) -> bool:
-    return text.isdecimal() and int(text) >= 1
 
 
 def _seconds(text: str, fault: str) -> float:
