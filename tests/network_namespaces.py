@@ -28,6 +28,16 @@ def in_a_process(function, *arguments):
         return pool.apply(function, arguments)
 
 
+def on_a_network(function, *arguments):
+    """The same of a function that makes a network; skip the test where this machine cannot."""
+    import pytest  # benchmarks can do without
+
+    try:
+        return in_a_process(function, *arguments)
+    except NoNetworkError as error:
+        pytest.skip(str(error))
+
+
 def ip(*arguments: str) -> str:
     done = subprocess.run(['ip', *arguments], check=True, capture_output=True, text=True)
     return done.stdout

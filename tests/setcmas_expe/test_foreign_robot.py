@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from network_namespaces import NoNetworkError, in_a_process
+from network_namespaces import on_a_network
 from processes import SETCMAS
 from terminals import Terminal
 
@@ -42,12 +42,8 @@ def test_nothing_listens(start, domain):
 
 @NIGHTLY
 def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(domain, tmp_path):
-    try:
-        ways = in_a_process(ways_past_a_rogue, domain, tmp_path)
-    except NoNetworkError as error:
-        pytest.skip(str(error))
+    beside, alone, again = on_a_network(ways_past_a_rogue, domain, tmp_path)
 
-    beside, alone, again = ways
     assert beside < STANDS_M
     assert alone > 0.05
     assert again < 0.16
@@ -56,10 +52,7 @@ def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(dom
 @NIGHTLY
 @pytest.mark.skipif(not shutil.which('nft'), reason='no nftables')
 def test_a_firewall_keeps_a_rogue_out(domain, tmp_path):
-    try:
-        driven, paused, said = in_a_process(ways_behind_a_firewall, domain, tmp_path)
-    except NoNetworkError as error:
-        pytest.skip(str(error))
+    driven, paused, said = on_a_network(ways_behind_a_firewall, domain, tmp_path)
 
     assert driven > 0.1  # there is no motor_power: nothing on the network stops it
     assert 'SWITCH THE ROBOT OFF' in said

@@ -117,18 +117,6 @@ def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
     assert not (tmp_path / 'out').exists()
 
 
-@NIGHTLY
-def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp_path):
-    (tmp_path / 'law.py').write_text('import no_such\ndef control(a, b, c, d):\n    return 1, 2\n')
-
-    process = start(*RUN, '--algo', 'law', cwd=tmp_path)
-
-    assert process.wait() == 2
-    assert "No module named 'no_such'" in process.output()
-    assert 'Traceback' not in process.output()
-    assert not (tmp_path / 'out').exists()
-
-
 def test_files_of_the_user_do_not_hide_those_of_python(start, tmp_path):
     for name in ('random', 'numpy', 'queue', 'rclpy'):
         (tmp_path / f'{name}.py').write_text('raise RuntimeError("hidden")\n')

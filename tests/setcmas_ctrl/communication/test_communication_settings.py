@@ -102,15 +102,6 @@ def test_mistakes_are_found_before_the_fleet_is_known(tmp_path, monkeypatch, arg
 
 
 @pytest.mark.parametrize(
-    'arguments', [('--loss', '1.1'), ('--delay', '-1'), ('--noise', 'nan'), ('--range', '0')]
-)
-def test_values_that_make_no_sense(arguments, capsys):
-    with pytest.raises(SystemExit):
-        parsed(*arguments)
-    assert arguments[1] in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
     ('options', 'needed'),
     [
         ({}, True),

@@ -69,18 +69,12 @@ def test_a_process_that_joins_a_paused_fleet_adopts_its_t():
     assert time.step(10.2, paused=False) == pytest.approx(57.3)
 
 
-def test_a_process_that_comes_later_joins_whatever_its_clock_says():
+@pytest.mark.parametrize(('sent_at', 't'), [(9.9, 57.1), (8.0, 0.0)], ids=['new', 'old'])
+def test_a_process_that_comes_later_joins_a_fleet_that_has_not_ended(sent_at, t):
     time = FleetTime()
-    time.synchronise(57.0, 9.9)
+    time.synchronise(57.0, sent_at)
 
-    assert time.step(10.0, paused=False) == pytest.approx(57.1)
-
-
-def test_an_old_t_belongs_to_a_fleet_that_has_ended():
-    time = FleetTime()
-    time.synchronise(57.0, 8.0)
-
-    assert time.step(10.0, paused=False) == 0.0
+    assert time.step(10.0, paused=False) == pytest.approx(t)
 
 
 @pytest.mark.parametrize(

@@ -15,26 +15,18 @@ STAND = 'def control(i, n, p, t):\n    return 0, 0\n'
 class Driver:
     """Publishes the odometry of robot 1 at 20 Hz."""
 
-    def __init__(self, peer, profile=qos.STATE):
+    def __init__(self, peer):
         self.odometry = Odometry()
         self.odometry.pose.pose.orientation.w = 1.0
         self._node = peer.node
         self._publisher = None
-        self.restart(profile)
+        self.restart(qos.STATE)
         peer.node.create_timer(0.05, lambda: self._publisher.publish(self.odometry))
 
     def restart(self, profile):
         if self._publisher:
             self._node.destroy_publisher(self._publisher)
         self._publisher = self._node.create_publisher(Odometry, '/tb3_1/odom', profile)
-
-
-def test_best_effort_odometry_is_received(start, peer, script):
-    Driver(peer, qos.SENSOR)
-    commands = peer.cmd_vel(1)
-    start(*CTRL, '--algo', script(STAND), '--nb-robots', '1')
-
-    peer.wait_for(lambda: len(commands) > 2)
 
 
 def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, script):

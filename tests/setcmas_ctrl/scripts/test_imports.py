@@ -19,15 +19,24 @@ def control(i, n, poses, t):
 
 
 @pytest.fixture
-def needed_files(tmp_path):
+def folder(tmp_path):
+    def write(**files):
+        for name, text in files.items():
+            path = tmp_path / f'{name}.py'
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(textwrap.dedent(text))
+        return tmp_path / 'law.py'
+
+    return write
+
+
+@pytest.fixture
+def needed_files(folder, tmp_path):
     """A function that writes files, and returns the names of those that law.py needs."""
 
     def needed_files(law, **texts):
-        for name, text in {'law': law, **texts}.items():
-            path = tmp_path / (name.replace('__', '/') + '.py')
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text)
-        found = helper_modules(tmp_path / 'law.py')
+        texts = {name.replace('__', '/'): text for name, text in texts.items()}
+        found = helper_modules(folder(law=law, **texts))
         return [path.relative_to(tmp_path).as_posix() for path in found]
 
     return needed_files
@@ -75,18 +84,6 @@ def test_a_package_has_its_init(needed_files, tmp_path):
 @pytest.mark.parametrize('text', ['def (', 'x = "\0"', '# -*- coding: none -*-\n'])
 def test_a_module_that_is_no_python_is_there_all_the_same(needed_files, text):
     assert needed_files(LAW, gains=text) == ['gains.py']
-
-
-@pytest.fixture
-def folder(tmp_path):
-    def write(**files):
-        for name, text in files.items():
-            path = tmp_path / f'{name}.py'
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(textwrap.dedent(text))
-        return tmp_path / 'law.py'
-
-    return write
 
 
 COUNTER = 'calls = 0\ndef count():\n    global calls\n    calls += 1\n    return calls\n'
