@@ -31,11 +31,7 @@ class BagWriter:
     """
 
     def __init__(self, path: Path) -> None:
-        """Create the folder of the bag.
-
-        Raises:
-            SetcmasError: It exists, or cannot be created.
-        """
+        """Create the folder of the bag, or raise SetcmasError."""
         self.path = path
         self.count = 0
         self.start_ns = 0

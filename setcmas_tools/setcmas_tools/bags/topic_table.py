@@ -231,11 +231,7 @@ class TopicTable:
         self._lengths: list[tuple[int, Lengths]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
-        """Add the row of a message received `time_ns` after t = 0.
-
-        Raises:
-            OSError: The file cannot be written.
-        """
+        """Add the row of a message received `time_ns` after t = 0, or raise OSError."""
         cells: list[Any] = [seconds_text(time_ns)]
         found: list[int] = []
         self._row.read(message, cells, found)
@@ -250,11 +246,7 @@ class TopicTable:
             self._write_lines()
 
     def finish(self) -> None:
-        """Write the last rows, and fill up rows that lack columns.
-
-        Raises:
-            OSError: The file cannot be written.
-        """
+        """Write the last rows, and fill up rows that lack columns, or raise OSError."""
         self._write_lines()
         if len(self._lengths) > 1:
             self._fill_up_rows()

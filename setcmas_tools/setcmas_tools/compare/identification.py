@@ -60,11 +60,7 @@ class Identified:
 
 
 def identify(path: Path, warn: Callable[[str], None]) -> dict[int, Identified]:
-    """Identify the robots of a run, by their numbers.
-
-    Raises:
-        SetcmasError: There is no run, or its commands were not recorded.
-    """
+    """Identify the robots of a run, by their numbers, or raise SetcmasError."""
     return {robot: _identified(drive) for robot, drive in drives(path, warn).items()}
 
 

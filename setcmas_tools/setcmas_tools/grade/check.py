@@ -228,11 +228,7 @@ class OwnLaw:
 
 @contextmanager
 def opened(law: str) -> Iterator[OwnLaw]:
-    """Open a script, by path or name, or a notebook.
-
-    Raises:
-        SetcmasError: There is none, or it cannot be read.
-    """
+    """Open a script, by path or name, or a notebook, or raise SetcmasError."""
     path = Path(law)
     if path.suffix != '.ipynb' or not path.is_file():
         script = find_script(law)

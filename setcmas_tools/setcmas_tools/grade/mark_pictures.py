@@ -49,11 +49,7 @@ def draw_marks(figure: Figure, marks: Marks) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Check that a picture can be written to a file.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
+    """Check that a picture can be written to a file; raise SetcmasError otherwise."""
     if path.suffix not in _SUFFIXES:
         raise SetcmasError(f"picture '{path}' must end with one of {', '.join(_SUFFIXES)}")
     if not path.parent.is_dir():

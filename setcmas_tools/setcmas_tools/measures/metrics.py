@@ -194,11 +194,10 @@ _DIGITS = 6
 class _Dumper(yaml.SafeDumper):
     """Writes lists in one line."""
 
-    def represent_list(self, data: Any) -> yaml.SequenceNode:
-        return self.represent_sequence('tag:yaml.org,2002:seq', data, flow_style=True)
 
-
-_Dumper.add_representer(list, _Dumper.represent_list)
+_Dumper.add_representer(
+    list, lambda dumper, data: dumper.represent_sequence('tag:yaml.org,2002:seq', data, True)
+)
 
 
 def as_dict(metrics: Metrics) -> dict[str, Any]:

@@ -20,11 +20,7 @@ from setcmas_tools.offline import run_progress
 
 
 def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
-    """Return the control laws of robots 1 to nb_robots.
-
-    Raises:
-        SetcmasError: A script cannot be found or loaded, or a robot has no law.
-    """
+    """Return the control laws of robots 1 to nb_robots, or raise SetcmasError."""
     algo = chosen.algo
     robots = range(1, nb_robots + 1)
     by_robot = algo if isinstance(algo, Mapping) else dict.fromkeys(robots, algo)

@@ -82,11 +82,7 @@ class Simulation:
         check_models(self._models, robots.limits)
 
     def load(self) -> None:
-        """Load the scripts of laws and robots.
-
-        Raises:
-            SetcmasError: A script cannot be loaded.
-        """
+        """Load the scripts of laws and robots, or raise SetcmasError."""
         robots = range(1, self.nb_robots + 1)
         self.models = robot_models(self._models, robots, self.scenario.robots.limits, self.warn)
         self.laws = load_laws(self._found.law, self.nb_robots)
@@ -121,11 +117,7 @@ class Simulation:
 
 
 def checked_steps(scenario: Scenario) -> int:
-    """Return the number of steps of the robots.
-
-    Raises:
-        SetcmasError: They are too many to be stored.
-    """
+    """Return the number of steps of the robots, or raise SetcmasError."""
     nb_steps = scenario.robots.nb_steps(scenario.time.duration)
     nb_states = nb_steps * scenario.nb_robots
     if nb_states > MAX_STATES:

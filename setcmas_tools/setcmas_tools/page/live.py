@@ -39,7 +39,7 @@ _FARTHEST_M = 1e6
 _KINDS = {OK: '', WARN: 'stopped', ERROR: 'failed'}
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Seen:
     """Pose (m, rad), speed (m/s) and time (s) of the newest odometry of a robot."""
 
@@ -259,7 +259,8 @@ class LiveRun:
     def messages(self, now: float) -> list[Message]:
         """Return the changes since the last call, for a page at a time in s."""
         if not self.ended:
-            self._forget(now)
+            seen = self._seen.items()
+            self._seen = {r: one for r, one in seen if now - one.time <= FORGOTTEN_S}
         pending, self._pending = self._pending, []
         found = [*pending, *self._looks(), *self._frame(now), *self._states(now)]
         if self._sent:
@@ -275,11 +276,6 @@ class LiveRun:
 
     def _t(self, now: float) -> float:
         return round(now - self._t0, 3)
-
-    def _forget(self, now: float) -> None:
-        silent = [r for r, seen in self._seen.items() if now - seen.time > FORGOTTEN_S]
-        for robot in silent:
-            del self._seen[robot]
 
     def _lost(self, robots: Collection[int], now: float) -> NDArray[np.bool_]:
         limit = math.inf if self.ended else LOST_S

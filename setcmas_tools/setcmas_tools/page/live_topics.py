@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -60,14 +59,13 @@ class LiveTopics:
         self._adjacency: Floats = np.empty((0, 0))
         self._departures = Departures()
         self._announced = FleetListener(node)
-        diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
             PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
             PolledTopic(node, Bool, topics.EMERGENCY_STOPPED, self._on_stopped, qos.LATCHED),
             PolledTopic(node, Clock, topics.CLOCK, self._on_clock, _NEWEST),
             PolledTopic(node, String, topics.TASK, self._on_task, qos.LATCHED),
-            diagnosed(self._on_diagnostics, _EVENTS),
+            PolledTopic(node, DiagnosticArray, topics.DIAGNOSTICS, self._on_diagnostics, _EVENTS),
             PolledTopic(
                 node, Float32MultiArray, topics.COMMUNICATION_GRAPH, self._on_graph, _GRAPHS
             ),
@@ -152,7 +150,7 @@ class LiveTopics:
         if kind is UInt16:
             on_event = partial(self._on_trigger, robot)
             return PolledTopic(self._node, kind, name, on_event, _EVENTS)
-        on_markers = partial(self._on_marker if kind is Marker else self._on_markers, name)
+        on_markers = partial(self._on_markers, name)
         profile = suited_to(self._node, name, _MARKER_DEPTH)
         return PolledTopic(self._node, kind, name, on_markers, profile)
 
@@ -233,12 +231,9 @@ class LiveTopics:
         self._adjacency = weights
         self._run.connect(weights, self._now)
 
-    def _on_marker(self, topic: str, marker: Marker) -> None:
-        self._run.markers.put(topic, marker)
-
-    def _on_markers(self, topic: str, message: Any) -> None:
-        for marker in message.markers:
-            self._on_marker(topic, marker)
+    def _on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
+        for marker in message.markers if isinstance(message, MarkerArray) else [message]:
+            self._run.markers.put(topic, marker)
 
 
 def _matrix(sizes: list[int], data: list[float]) -> Floats | None:

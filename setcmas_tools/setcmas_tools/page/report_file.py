@@ -26,20 +26,12 @@ _ENDINGS = ('.html', '.htm')
 
 
 def page_named_after(runs: Sequence[Path]) -> Path:
-    """Return the page of a run, or of two, in the current folder.
-
-    Raises:
-        SetcmasError: There is no run.
-    """
+    """Return the page of a run, or of two, in the current folder, or raise SetcmasError."""
     return Path('_'.join(dict.fromkeys(map(_name_of, runs))) + '.html')
 
 
 def check_page(page: Path, overwrite: bool = False) -> None:
-    """Check that a page can be written to a file.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
+    """Check that a page can be written to a file; raise SetcmasError otherwise."""
     if page.suffix.lower() not in _ENDINGS:
         raise SetcmasError(f"the page '{page}' must end with .html")
     if not page.parent.is_dir():
@@ -98,11 +90,7 @@ def write_report(
 def loaded_pair(
     paths: Sequence[Path], warn: Callable[[str], None], odometry_topic: str = ''
 ) -> Pair:
-    """Load a run, or two, as `Run.load` does.
-
-    Raises:
-        SetcmasError: One cannot be read.
-    """
+    """Load a run, or two, as `Run.load` does, or raise SetcmasError."""
     names = [_name_of(path) for path in paths]
     if len(set(names)) < len(names):
         names = [f'{name} ({path})' for name, path in zip(names, paths, strict=True)]
@@ -113,11 +101,7 @@ def loaded_pair(
 
 
 def _name_of(path: Path) -> str:
-    """Return the name of a run's folder or recording.
-
-    Raises:
-        SetcmasError: There is no run.
-    """
+    """Return the name of a run's folder or recording, or raise SetcmasError."""
     source = find_run(path)
     return source.stem.rstrip('_') or source.folder.resolve().name or 'run'
 
@@ -195,7 +179,7 @@ def _metrics(pair: Pair) -> Iterator[str]:
     if pair.headline:
         yield element('p', f'{pair.headline}.')
     yield f'<div class="scroll metrics">{table}</div>'
-    yield from _paragraphs(remarks)
+    yield from (element('p', remark) for remark in remarks)
     if pair.departures:
         yield element('h2', 'Experiment against simulation')
         yield f'<div class="scroll metrics">{pair.departures}</div>'
@@ -235,10 +219,6 @@ def _origin(facts: Facts) -> Iterator[str]:
 def _terms(entries: Iterable[tuple[str, object]]) -> str:
     lines = (element('dt', name) + element('dd', value) for name, value in entries)
     return f'<dl>\n{_joined(lines)}\n</dl>'
-
-
-def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
-    return (element('p', line) for line in lines)
 
 
 def _joined(lines: Iterable[str]) -> str:

@@ -79,9 +79,11 @@ def facts_of(run: Run) -> Facts:
 
 def _origin(run: Run) -> dict[str, Any]:
     origin = run.info.origin
-    made = {'setcmas': origin.setcmas, **origin.versions, **origin.host} if origin else {}
-    names = {'name': 'computer'}
-    return {names.get(key, key): value for key, value in made.items()} | {'seed': run.info.seed}
+    made: dict[str, Any] = {}
+    if origin:
+        made = {'setcmas': origin.setcmas, **origin.versions, **origin.host}
+        made = {'computer' if key == 'name' else key: value for key, value in made.items()}
+    return {**made, 'seed': run.info.seed}
 
 
 @dataclass(frozen=True)

@@ -277,16 +277,12 @@ def refusal(host: str, origin: str | None, names: Collection[str]) -> str:
         names: Names of this machine. A stranger's name for its address (DNS rebinding) would
             make that stranger's page its own origin; addresses cannot be invented like that.
     """
-    name = _host_name(host)
+    name = _split(f'//{host}').hostname or ''
     if not name or not (name in names or _is_address(name)):
         return f"this page is not called '{host}'; open it by its address, or as localhost"
     if origin is not None and _split(origin).netloc.lower() != host.lower():
         return f"pages of '{origin}' may not use this one"
     return ''
-
-
-def _host_name(host: str) -> str:
-    return _split(f'//{host}').hostname or ''
 
 
 def _split(address: str) -> SplitResult:
@@ -344,18 +340,11 @@ def _bound_socket(host: str, port: int) -> socket.socket:
     last = min(port + _PORTS_TRIED, 65536) - 1
     for candidate in range(port, last + 1):
         try:
-            family, kind, _, _, address = socket.getaddrinfo(
+            family, _, _, _, address = socket.getaddrinfo(
                 host, candidate, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
             )[0]
-            bound = socket.socket(family, kind)
-            try:
-                bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                bound.bind(address)
-                bound.listen()
-            except OSError:
-                bound.close()
-                raise
-            return bound
+            both = family == socket.AF_INET6  # `::` serves IPv4, too
+            return socket.create_server(address, family=family, dualstack_ipv6=both)
         except OSError as error:
             _check(error, host, candidate)
     raise SetcmasError(f'ports {port} to {last} are all taken; name another with --port')

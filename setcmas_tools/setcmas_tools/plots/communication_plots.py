@@ -45,7 +45,8 @@ def draw_graph(figure: Figure, run: Run) -> None:
     rows = math.ceil(len(graphs) / columns)
     side = 5.0 if len(graphs) == 1 else 3.4
     figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
-    diameter = _diameter(final_width(side * columns) / columns, len(robots))
+    panel = 72 * final_width(side * columns) / columns  # in points
+    diameter = min(_LARGEST_PT, panel * min(0.9 * math.pi / _HALF / len(robots), 0.15))
     host = figure.add_subplot()  # as wide as all panels, for the title
     host.set_axis_off()
     host.set_title('Communication graph')
@@ -85,12 +86,6 @@ def _chosen(graphs: list[tuple[Floats, str]]) -> list[tuple[Floats, str]]:
 def _place(robot: int, robots: list[int]) -> tuple[float, float]:
     angle = math.tau * (0.25 - robots.index(robot) / len(robots))  # clockwise from the top
     return math.cos(angle), math.sin(angle)
-
-
-def _diameter(side: float, nb_robots: int) -> float:
-    """Return the diameter in points of a robot, for a panel with this side in inches."""
-    step = math.tau / (2 * _HALF) / nb_robots
-    return min(_LARGEST_PT, 72 * side * min(0.9 * step, 0.15))
 
 
 def _draw_links(axes: Axes, adjacency: Floats, robots: list[int], diameter: float) -> None:

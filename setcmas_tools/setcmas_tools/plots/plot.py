@@ -114,8 +114,16 @@ def drawn_plots(
     """
     for name, draw in plots_of(run, warn).items():
         figure = new()
-        if _drawn(name, draw, figure, run, warn):
-            yield name, figure
+        try:
+            draw(figure, run)
+            finish(figure, run.title)
+        except (SetcmasError, OSError):
+            raise
+        except Exception as error:  # a plugin may raise anything
+            reason = ' '.join(f'{type(error).__name__}: {error}'.split())
+            warn(f"plot '{name}' failed: {reason}")
+            continue
+        yield name, figure
 
 
 class Picture(Figure):
@@ -129,11 +137,7 @@ class Picture(Figure):
 
 
 def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = None) -> Figure:
-    """Return a plot of a run.
-
-    Raises:
-        SetcmasError: The plot or style is unknown, or the plot does not apply to this run.
-    """
+    """Return a plot of a run, or raise SetcmasError."""
     check_style(palette, paper)
     draw = PLOTS.get(name)
     if not suits(draw, run):
@@ -144,19 +148,6 @@ def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = 
         draw(picture, run)
         finish(picture, run.title)
     return picture
-
-
-def _drawn(name: str, draw: Plot, figure: Figure, run: Run, warn: Callable[[str], None]) -> bool:
-    try:
-        draw(figure, run)
-        finish(figure, run.title)
-    except (SetcmasError, OSError):
-        raise
-    except Exception as error:  # a plugin may raise anything
-        reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-        warn(f"plot '{name}' failed: {reason}")
-        return False
-    return True
 
 
 def window() -> Any:

@@ -35,11 +35,7 @@ class PlotSettings:
     show: bool = False
 
     def check(self) -> None:
-        """Check formats and styles.
-
-        Raises:
-            SetcmasError: A choice is unknown.
-        """
+        """Check formats and styles, or raise SetcmasError."""
         for unknown in set(self.formats) - set(FORMATS):
             raise SetcmasError(f"unknown format '{unknown}'; must be one of {', '.join(FORMATS)}")
         check_style(self.palette, self.paper)
@@ -69,11 +65,7 @@ class FilmSettings:
 
 
 def check_style(palette: str, paper: str | None) -> None:
-    """Check that a style exists.
-
-    Raises:
-        SetcmasError: It does not exist.
-    """
+    """Check that a style exists; raise SetcmasError otherwise."""
     if palette not in PALETTES:
         raise SetcmasError(f"unknown palette '{palette}'; must be {', '.join(PALETTES)}")
     if paper is not None and paper not in PAPERS:

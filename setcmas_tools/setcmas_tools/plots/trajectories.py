@@ -121,9 +121,12 @@ class DrawnPlane:
         self.markers = PolyCollection([], linewidths=0, zorder=2.5)
         for artist in (self.trails, self.markers):
             axes.add_collection(artist, autolim=False)
-        self.handles = [_handle(self._drawn.shown[-1])] if self._drawn.shown else []
+        self.handles: list[Line2D] = []
         if self._drawn.shown:
             axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawn.shown])
+            look: dict[str, Any] = {'linestyle': '', 'marker': 'o', 'markeredgewidth': 0}
+            look['color'] = _shown(*self._drawn.shown[-1].sphere.colour, 1.0)
+            self.handles = [Line2D([], [], label='drawn by the script', **look)]
 
     def show(self, t: float, since: float = -np.inf) -> None:
         """Show the markers at a time in s, and the trails that have grown since another time."""
@@ -135,12 +138,6 @@ def _fill(artist: PolyCollection, drawings: Sequence[Drawing]) -> None:
     spheres = [drawing.sphere for drawing in drawings]
     artist.set_verts([(s.x, s.y) + s.diameter * _CIRCLE for s in spheres])
     artist.set_facecolor([_shown(*s.colour, s.alpha) for s in spheres])
-
-
-def _handle(drawing: Drawing) -> Line2D:
-    look: dict[str, Any] = {'linestyle': '', 'marker': 'o', 'markeredgewidth': 0}
-    colour = _shown(*drawing.sphere.colour, 1.0)
-    return Line2D([], [], label='drawn by the script', color=colour, **look)
 
 
 def _shown(*colour: float) -> tuple[float, float, float, float]:
@@ -172,26 +169,21 @@ def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
 
 def draw_world(axes: Axes, run: Run) -> list[Artist]:
     """Draw arena and obstacles of a run; return the entries for the legend."""
-    return [*_draw_arena(axes, run), *_draw_obstacles(axes, run)]
-
-
-def _draw_obstacles(axes: Axes, run: Run) -> list[Artist]:
+    handles: list[Artist] = []
+    if arena := arena_of(run):
+        x = [arena.xmin, arena.xmax, arena.xmax, arena.xmin, arena.xmin]
+        y = [arena.ymin, arena.ymin, arena.ymax, arena.ymax, arena.ymin]
+        look: dict[str, Any] = {'color': '0.55', 'linewidth': line_width(), 'zorder': 1.5}
+        handles += axes.plot(x, y, label='arena', **look)
     obstacles = obstacles_of(run)
     shapes: list[Patch] = [Circle((x, y), radius) for x, y, radius in obstacles.discs]
     shapes += [Polygon(one.corners) for one in obstacles.polygons]
     for shape in shapes:
         shape.set(facecolor='0.8', edgecolor='0.55', linewidth=line_width(), zorder=1.4)
         axes.add_patch(shape)
-    return [Patch(label='obstacle', facecolor='0.8', edgecolor='0.55')] if shapes else []
-
-
-def _draw_arena(axes: Axes, run: Run) -> list[Line2D]:
-    arena = arena_of(run)
-    if arena is None:
-        return []
-    x = [arena.xmin, arena.xmax, arena.xmax, arena.xmin, arena.xmin]
-    y = [arena.ymin, arena.ymin, arena.ymax, arena.ymax, arena.ymin]
-    return axes.plot(x, y, label='arena', color='0.55', linewidth=line_width(), zorder=1.5)
+    if shapes:
+        handles.append(Patch(label='obstacle', facecolor='0.8', edgecolor='0.55'))
+    return handles
 
 
 def line_width() -> float:

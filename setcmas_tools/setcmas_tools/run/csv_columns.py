@@ -27,12 +27,10 @@ class Cells:
     """Values of a column.
 
     Attributes:
-        must: Requirement, for messages.
         form: Format specification.
         parsed: Returns the value of a cell, a number or a text; raises ValueError.
     """
 
-    must: str
     form: str
     parsed: Callable[[str], Any] = float
 
@@ -62,17 +60,16 @@ def _receiver(cell: str) -> str:
 
 
 _LATEST_S = 1e6
-_ROBOT = f'a whole number from 1 to {MAX_ROBOTS}'
-TIME = Cells(f'a number up to {_LATEST_S:g}', '.6f', partial(_within, -_LATEST_S, _LATEST_S))
-NUMBER = Cells('a number', '.9f')
-SHORT_NUMBER = Cells('a number', '.9g')
-COUNT = Cells('a whole number', '.0f', partial(_whole, 0, 1e15))
-ROBOT = Cells(_ROBOT, '.0f', partial(_whole, 1, MAX_ROBOTS))
-RECEIVER = Cells(f"{_ROBOT}, or '{ALL}'", '', _receiver)
-SECONDS = Cells('a number, or empty', '', partial(_or_empty, float))
-EXACT_NUMBER = Cells('a number', '')
-INDEX = Cells('a whole number, or empty', '', partial(_or_empty, COUNT.parsed))
-TEXT = Cells('text', '', str)
+TIME = Cells('.6f', partial(_within, -_LATEST_S, _LATEST_S))
+NUMBER = Cells('.9f')
+SHORT_NUMBER = Cells('.9g')
+COUNT = Cells('.0f', partial(_whole, 0, 1e15))
+ROBOT = Cells('.0f', partial(_whole, 1, MAX_ROBOTS))
+RECEIVER = Cells('', _receiver)
+SECONDS = Cells('', partial(_or_empty, float))
+EXACT_NUMBER = Cells('')
+INDEX = Cells('', partial(_or_empty, COUNT.parsed))
+TEXT = Cells('', str)
 
 
 @dataclass(frozen=True)
@@ -178,21 +175,9 @@ def _values(path: Path, columns: Sequence[Column], rows: Iterable[list[str]]) ->
         except ValueError:
             raise SetcmasError(
                 f"'{path}', line {line}: '{_short(','.join(row))}' is not a row of "
-                f'{_header(columns)}; {_requirement(columns, row)}'
+                f'{_header(columns)} (t up to {_LATEST_S:g} s, robots from 1 to {MAX_ROBOTS})'
             ) from None
     return [np.array(own) if isinstance(own, array) else own for own in values]
-
-
-def _requirement(columns: Sequence[Column], row: Sequence[str]) -> str:
-    """Return what a row that cannot be read must have."""
-    if len(row) != len(columns):
-        return f'it must have {len(columns)} cells'
-    for column, cell in zip(columns, row, strict=True):
-        try:
-            column.cells.parsed(cell)
-        except ValueError:
-            break
-    return f'{column.name} must be {column.cells.must}'
 
 
 def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:

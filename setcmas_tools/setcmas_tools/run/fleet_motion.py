@@ -100,11 +100,7 @@ _MOST_ROBOT_SECONDS = 1e6  # 8 robots for 35 h, or 250 for an hour
 
 
 def check_extent(table: FleetTable, source: Path) -> None:
-    """Check that robots and duration fit into memory.
-
-    Raises:
-        SetcmasError: They do not; one wrong time is enough.
-    """
+    """Check that robots and duration fit into memory; raise SetcmasError otherwise."""
     duration = float(np.ptp(table.t)) if len(table.t) else 0.0
     if len(table.robots) * duration > _MOST_ROBOT_SECONDS:
         raise SetcmasError(

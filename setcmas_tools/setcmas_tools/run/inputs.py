@@ -28,11 +28,7 @@ class RunInput:
     """
 
     def __init__(self, option: str, path: Path, robots: Sequence[int] = ()) -> None:
-        """Read the file and its modules.
-
-        Raises:
-            SetcmasError: A file cannot be read, or they are too large.
-        """
+        """Read the file and its modules, or raise SetcmasError."""
         self.option = option
         self.path = path
         self.robots = tuple(robots)

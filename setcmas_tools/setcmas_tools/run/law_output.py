@@ -34,10 +34,6 @@ class Filtered:
     vy: Floats
     verdict: Floats
 
-    def rows(self, which: NDArray[np.bool_]) -> Filtered:
-        """Return some rows."""
-        return Filtered(self.vx[which], self.vy[which], self.verdict[which])
-
 
 @dataclass(frozen=True)
 class Commands:
@@ -64,8 +60,10 @@ class Commands:
     def of(self, robot: int) -> Commands:
         """Return the rows of one robot."""
         mine = self.robot == robot
-        allowed = self.allowed and self.allowed.rows(mine)
-        return Commands(self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine], allowed)
+        own = (self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine])
+        every = self.allowed
+        allowed = every and Filtered(every.vx[mine], every.vy[mine], every.verdict[mine])
+        return Commands(*own, allowed)
 
 
 def commands(rows: ArrayLike) -> Commands:

@@ -49,11 +49,7 @@ def tool(target: str) -> Any:
 
 
 def data_frame(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a pandas DataFrame.
-
-    Raises:
-        SetcmasError: pandas is missing.
-    """
+    """Return columns as a pandas DataFrame, or raise SetcmasError."""
     with needs('notebook'):
         import pandas as pd
     return pd.DataFrame(columns)

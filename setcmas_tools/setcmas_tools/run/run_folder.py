@@ -104,7 +104,7 @@ def _found(path: Path) -> RunSource:
         raise SetcmasError(
             f"there is no '{path}'; it must be the folder of a run, a fleet.csv, or a bag"
         )
-    if _is_bag(path):
+    if any(f.name == 'metadata.yaml' or f.suffix in BAG_ENDINGS for f in path.iterdir()):
         return RunSource(path.resolve().parent, bag=path)
     if (path / 'bag').is_dir():
         return RunSource(path, bag=path / 'bag')
@@ -115,10 +115,6 @@ def _folder_of_csv(fleet_csv: Path) -> Path:
     """Return the folder of the run that a fleet.csv belongs to: above `csv`, else its own."""
     is_csv_folder = fleet_csv.resolve().parent.name == 'csv'
     return fleet_csv.parent.parent if is_csv_folder else fleet_csv.parent
-
-
-def _is_bag(path: Path) -> bool:
-    return any(f.name == 'metadata.yaml' or f.suffix in BAG_ENDINGS for f in path.iterdir())
 
 
 _PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
@@ -218,11 +214,7 @@ class RunFolder:
                 given.write_to(self.path / given.folder)
 
     def write_info(self, info: RunInfo) -> None:
-        """Replace run.yaml.
-
-        Raises:
-            SetcmasError: It cannot be written.
-        """
+        """Replace run.yaml, or raise SetcmasError."""
         scripts = [given for given in self._inputs if given.path.suffix == '.py']
         modules = imported_packages(source for one in scripts for source in one.contents)
         own = {file.stem for one in scripts for file in one.files}
@@ -231,11 +223,7 @@ class RunFolder:
             write_info(replace(info, origin=origin), self.path)
 
     def write_tables(self, tables: RunTables) -> None:
-        """Write the CSV files.
-
-        Raises:
-            SetcmasError: They cannot be written.
-        """
+        """Write the CSV files, or raise SetcmasError."""
         with self._writing():
             self.csv.mkdir(exist_ok=True)
             write_tables(tables, self.csv)

@@ -32,11 +32,7 @@ _NAMES = {str: 'a text', int: 'a whole number', float: 'a number', bool: 'true o
 
 
 def write_record(record: Any, path: Path) -> None:
-    """Write a dataclass without its values None, whole or not at all.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write a dataclass without its values None, whole or not at all, or raise OSError."""
     write_yaml({'format': FORMAT, **builtins_of(record)}, path)
 
 
@@ -327,11 +323,7 @@ class RunInfo:
 
 
 def write_info(info: RunInfo, folder: Path) -> None:
-    """Write run.yaml, whole or not at all.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write run.yaml, whole or not at all, or raise OSError."""
     content = builtins_of(replace(info, origin=info.origin or this_origin()))
     content['outcome'] = {name: value for name, value in content['outcome'].items() if value}
     write_record(content, folder / INFO_FILE)

@@ -292,9 +292,11 @@ class RunSamples:
             (topics.MESSAGE, 'std_msgs/msg/Float64MultiArray'): (
                 partial(self._communication.take_message, robot)
             ),
-            (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): partial(self._take_command, robot),
+            (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): (
+                lambda ns, sent: self._commands.extend((ns / 1e9, robot, sent.x, sent.y))
+            ),
             (topics.CMD_CART_VEL_ALLOWED, 'geometry_msgs/msg/Point32'): (
-                partial(self._take_allowed, robot)
+                lambda ns, sent: self._allowed.extend((ns / 1e9, robot, sent.x, sent.y, sent.z))
             ),
         }
 
@@ -343,25 +345,15 @@ class RunSamples:
             if robot and state:
                 self._safety.append((time_ns / 1e9, robot, state, bool(status.message)))
 
-    def _take_command(self, robot: int, time_ns: int, message: Any) -> None:
-        self._commands.extend((time_ns / 1e9, robot, message.x, message.y))
-
-    def _take_allowed(self, robot: int, time_ns: int, message: Any) -> None:
-        self._allowed.extend((time_ns / 1e9, robot, message.x, message.y, message.z))
-
     def _take_markers(self, robot: int, name: str, time_ns: int, message: Any) -> None:
         is_trail = hasattr(message, 'markers')
         draw = self._drawings.extend_trail if is_trail else self._drawings.show
         self._drawings.t = time_ns / 1e9
         for marker in message.markers if is_trail else [message]:
             if marker.type == _SPHERE_TYPE:
-                draw(robot, name, _sphere(marker))
-
-
-def _sphere(marker: Any) -> Sphere:
-    position, colour = marker.pose.position, marker.color
-    rgb = (colour.r, colour.g, colour.b)
-    return Sphere(position.x, position.y, position.z, marker.scale.x, rgb, colour.a)
+                at, colour = marker.pose.position, marker.color
+                rgb = (colour.r, colour.g, colour.b)
+                draw(robot, name, Sphere(at.x, at.y, at.z, marker.scale.x, rgb, colour.a))
 
 
 def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') -> RunTables:

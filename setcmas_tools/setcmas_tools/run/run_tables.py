@@ -35,7 +35,6 @@ from setcmas_tools.run.law_output import (
     Commands,
     Drawing,
     SafetyRecord,
-    SafetyRow,
     commands,
     safety_record,
 )
@@ -113,11 +112,7 @@ def write_tables(tables: RunTables, folder: Path) -> None:
 
 
 def read_tables(fleet_csv: Path) -> RunTables:
-    """Read a fleet.csv and the other tables in its folder.
-
-    Raises:
-        SetcmasError: A file cannot be read or is damaged.
-    """
+    """Read a fleet.csv and the other tables in its folder, or raise SetcmasError."""
     folder = fleet_csv.parent
     rows = COMMANDS.read(folder / COMMANDS.name)
     safety = SAFETY.read(folder / SAFETY.name)
@@ -127,7 +122,7 @@ def read_tables(fleet_csv: Path) -> RunTables:
         read_communication(folder),
         [_drawing(*row) for row in _rows(*(DRAWINGS.read(folder / DRAWINGS.name) or ()))],
         _read_references(folder / TASK_FILE),
-        None if safety is None else safety_record(list(map(_safety_row, *map(_values, safety)))),
+        None if safety is None else safety_record([*_rows(*safety)]),
         _read_messages(folder / MESSAGES.name),
     )
 
@@ -153,11 +148,7 @@ def write_fleet(table: FleetTable, path: Path) -> None:
 
 
 def read_fleet(path: Path) -> FleetTable:
-    """Read the motion of a fleet.
-
-    Raises:
-        SetcmasError: The file cannot be read, is damaged, or holds no row.
-    """
+    """Read the motion of a fleet, or raise SetcmasError."""
     columns = FLEET.read(path)
     if columns is None:
         raise SetcmasError(f"'{path}' cannot be read: there is no such file")
@@ -166,10 +157,6 @@ def read_fleet(path: Path) -> FleetTable:
     table = fleet_table(np.column_stack(columns))
     check_extent(table, path)
     return table
-
-
-def _safety_row(t: float, robot: float, state: str, overruled: float) -> SafetyRow:
-    return t, int(robot), state, bool(overruled)
 
 
 def _drawing_row(drawing: Drawing) -> tuple[Any, ...]:
@@ -193,11 +180,7 @@ def _message_rows(message: SentMessage) -> Iterator[tuple[Any, ...]]:
 
 
 def _read_messages(path: Path) -> list[SentMessage]:
-    """Read the messages of a run.
-
-    Raises:
-        SetcmasError: The file is damaged.
-    """
+    """Read the messages of a run, or raise SetcmasError."""
     messages = []
     rows = _rows(*(MESSAGES.read(path) or ()))
     for (t, robot), own in groupby(rows, itemgetter(0, 1)):

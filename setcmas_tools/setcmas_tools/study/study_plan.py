@@ -186,11 +186,7 @@ def read_plan(folder: Path) -> Plan:
 
 
 def read_cases(path: Path, script_names: Collection[str]) -> dict[int, dict[str, Any]]:
-    """Read a CSV file of cases: by line, their values by name.
-
-    Raises:
-        SetcmasError: The file cannot be read, is no table, or has a wrong name or value.
-    """
+    """Read a CSV file of cases: by line, their values by name, or raise SetcmasError."""
     rows: dict[int, list[str]] = {}
     try:
         with path.open(encoding='utf-8-sig', newline='') as file:

@@ -53,11 +53,7 @@ class Notebook:
 
 
 def read_notebook(content: bytes) -> Notebook:
-    """Return the code cells of a notebook.
-
-    Raises:
-        SetcmasError: It is not a notebook.
-    """
+    """Return the code cells of a notebook, or raise SetcmasError."""
     try:
         cells: Any = msgspec.json.decode(content)['cells']
         sources = [_text(cell['source']) for cell in cells if cell['cell_type'] == 'code']
