@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from functools import partial
+from dataclasses import asdict
 
 from launch_scripts.commands.plot_options import FormatOptions
 from launch_scripts.commands.run import concluded, new_run
@@ -38,7 +38,6 @@ from launch_scripts.processes.recorded_experiment import (
     RecordedExperiment,
     bounded_lab_options,
     check_emulated,
-    decided,
     in_lab,
 )
 from launch_scripts.processes.run_robots import run_robots
@@ -156,7 +155,8 @@ def _is_recorded(args: argparse.Namespace) -> bool:
 
 def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, lab: Lab) -> int:
     """Run an emulated experiment for its duration, and record it; return the exit status."""
-    folder, info = new_run(args, scenario, decided(lab))
+    of_lab_file = {'limits': asdict(lab.limits), 'robot_rate': None}
+    folder, info = new_run(args, scenario, of_lab_file)
     robots = [robot.number for robot in lab.robots]
     with (
         fleet_views(ViewOptions.of(args), robots, True, args.palette) as views,
@@ -166,8 +166,10 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
         if keyboard.there:
             supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
 
+        def serve(experiment: Experiment) -> None:
+            _stop_by(single_keys(keyboard.pressed()).lower(), experiment)
+
         def start() -> RecordedExperiment:
-            serve = partial(_serve_stops, keyboard)
             bag = folder.bag
             return RecordedExperiment(supervisor, scenario, bag, lab, of_lab, args.watch, serve)
 
@@ -176,10 +178,6 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
         supervisor.stop(*supervisor.children)
         with supervisor.signals_handed_back():
             return concluded(args, folder, info, None, status, outcome)
-
-
-def _serve_stops(keyboard: Keyboard, experiment: Experiment) -> None:
-    _stop_by(single_keys(keyboard.pressed()).lower(), experiment)
 
 
 def _stop_by(keys: str, experiment: Experiment) -> None:

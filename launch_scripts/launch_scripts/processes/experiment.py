@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child
+from launch_scripts.processes.child_process import Child, ScriptCalls
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import (
@@ -26,7 +26,6 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports.reports import Message, Report, Started
-from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
 from setcmas_tools.scenario.scenario import Scenario
 
 _TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
@@ -58,17 +57,10 @@ class Experiment:
         watch: bool = False,
         joystick: list[str] | None = None,
     ) -> None:
-        """Start the processes.
+        """Start the processes; `lab_options` give them the same lab.
 
-        Args:
-            supervisor: Starts them.
-            lab: The lab.
-            scenario: The experiment's scenario.
-            lab_options: Options that give the processes the same lab.
-            recorded: Whether the controllers wait for a recorder.
-            hold: Whether robots move only while a key or a button is held.
-            watch: Whether scripts are reloaded on every save.
-            joystick: The command that reads a joystick; None without one.
+        Controllers that are `recorded` wait for a recorder; with `hold`, robots move only while a
+        key or a button is held; `joystick` is the command that reads one.
 
         Raises:
             ChildDiedError: The emulated lab ended.
@@ -108,19 +100,9 @@ class Experiment:
         return self._ctrl.reported(Started) is not None
 
     @property
-    def missing(self) -> str:
-        """Why the control laws are not running yet."""
-        return self._ctrl.calls.missing
-
-    @property
-    def failed(self) -> tuple[ScriptCall, ...]:
-        """Script calls that failed or hung; complete once controllers end."""
-        return self._ctrl.calls.failed
-
-    @property
-    def failures(self) -> tuple[ScriptFailure, ...]:
-        """Periods in which laws and conditions failed; complete once controllers end."""
-        return self._ctrl.calls.failures
+    def calls(self) -> ScriptCalls:
+        """The calls of the control laws; complete once controllers end."""
+        return self._ctrl.calls
 
     def request(self, action: Action, by: str = '') -> None:
         """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""

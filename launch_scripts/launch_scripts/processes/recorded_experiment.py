@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +32,7 @@ def bounded_lab_options(
 ) -> LabOptions:
     """Return the options of a lab; a scenario file may tighten the others, never loosen them.
 
-    Args:
-        scenario: The experiment.
-        typed: Values on the command line, by name; they override the lab file.
-        from_file: Whether the scenario is from a file.
-        others: Options that scenarios do not have.
+    Values that were `typed` override the lab file; scenarios do not have the `others`.
 
     Raises:
         SetcmasError: The scenario loosens something.
@@ -92,11 +88,6 @@ def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
     )
 
 
-def decided(lab: Lab) -> dict[str, Any]:
-    """Return the values that run.yaml records for a lab, in place of the scenario's."""
-    return {'limits': asdict(lab.limits), 'robot_rate': None}
-
-
 _STOPPING_S = 2.0
 
 
@@ -118,16 +109,9 @@ class RecordedExperiment(RecordedRun):
         watch: bool,
         serve_keys: Callable[[Experiment], None],
     ) -> None:
-        """Start the processes.
+        """Start the processes; `lab_options` give them the same lab.
 
-        Args:
-            supervisor: Starts them.
-            scenario: The experiment, with the values of its lab.
-            bag: Folder of the bag.
-            lab: The lab.
-            lab_options: Options that give the processes the same lab.
-            watch: Whether scripts are reloaded on every save.
-            serve_keys: Passes on what the operator pressed; called several times a second.
+        `serve_keys` is called several times a second, to pass on what the operator pressed.
         """
         self.started = False
         self.paused = True
@@ -158,7 +142,7 @@ class RecordedExperiment(RecordedRun):
     def missing(self) -> str:
         """Why the run has not started yet."""
         if not self._experiment.controlled:
-            return self._experiment.missing
+            return self._experiment.calls.missing
         return self._unready or 'the bridge sends no status'
 
     @property
@@ -181,8 +165,8 @@ class RecordedExperiment(RecordedRun):
     def finish(self) -> None:
         """Stop the robots and everything that commands them."""
         self.status = self._experiment.stop()
-        self.failed = self._experiment.failed
-        self.failures = self._experiment.failures
+        self.failed = self._experiment.calls.failed
+        self.failures = self._experiment.calls.failures
 
     def stop(self) -> None:
         """Stop all processes; the bag must contain the last command, zero."""

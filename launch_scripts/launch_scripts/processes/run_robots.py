@@ -39,14 +39,7 @@ def run_robots(
 ) -> tuple[int, Outcome | None]:
     """Run the robots, from start to end of their processes.
 
-    Args:
-        verb: Name of the command for messages.
-        supervisor: Starts the processes.
-        start: Starts those of the robots.
-        duration: Length of the run in s, from the first command.
-        folder: The run's folder.
-        info: Its run.yaml.
-        views: Pages and windows that show the robots.
+    `start` starts those of the robots; `duration` is in s, from the first command.
 
     Returns:
         The exit status, and the outcome; None if the run has not begun.

@@ -46,10 +46,8 @@ _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
     """Return the lab in a file, completed by the default file.
 
-    Args:
-        path: The file.
-        nb_robots: How many of its robots take part; all by default. Without a list of robots in
-            the file, any number, by default 1.
+    So many of its robots take part, all by default. Without a list of robots in the file, any
+    number may, by default 1.
 
     Raises:
         SetcmasError: The file has a mistake; the message names file and line.

@@ -153,12 +153,7 @@ def _seen_tags(camera: Camera) -> dict[int, Floats]:
 
 
 def floor_pose(camera: Camera, places: Places, corners: Mapping[int, Floats]) -> CameraPose:
-    """Return the pose from which a camera sees floor tags in their places.
-
-    Args:
-        camera: The camera, with its lens.
-        places: Centre x, y in m of each floor tag.
-        corners: Corners (4, 2) in px of the tags that it sees.
+    """Return the pose from which a camera sees the `corners` (4, 2) in px of tags in their places.
 
     Raises:
         SetcmasError: Fewer than four tags are seen, or they do not fit together.

@@ -150,12 +150,9 @@ class CameraPoses:
         return [lines[one] for one in new]
 
     def look(self, camera: str, t: float, picture: Picture) -> dict[int, Pose]:
-        """Return x, y in m and heading in rad at t of the robots in a picture.
+        """Return x, y in m and heading in rad of the robots in a picture, grey or in colours.
 
-        Args:
-            camera: Name of a camera in the file.
-            t: Time of the exposure in s, on a clock that all cameras share.
-            picture: Its picture, grey or with three colours, in the size of its lens.
+        It was exposed at t in s, on a clock that all cameras share.
         """
         self._now = t
         corners, twice = self._detector.corners(picture)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from setcmas_expe.mocap.on_board import MapPose
@@ -18,29 +17,21 @@ from setcmas_expe.mocap.sources import (
 )
 from setcmas_simu.fleet.topics import TF
 
-QUALISYS = replace(
-    per_body('/qualisys/{name}/odom', ODOMETRY),
-    driver='motion_capture_system (KumarRobotics, KTH-SML), for ROS 1',
+QUALISYS = per_body(
+    '/qualisys/{name}/odom', ODOMETRY, 'motion_capture_system (KumarRobotics, KTH-SML), for ROS 1'
 )
-VRPN = replace(
-    per_body('/vrpn_mocap/{name}/pose', POSE_STAMPED),
-    driver='vrpn_mocap 1.1.0 and 1.2.0',
+VRPN = per_body('/vrpn_mocap/{name}/pose', POSE_STAMPED, 'vrpn_mocap 1.1.0 and 1.2.0')
+OPTITRACK = per_body(
+    '/{name}/pose', POSE_STAMPED, 'mocap_optitrack 1.1.0, topics by its mocap.yaml'
 )
-OPTITRACK = replace(
-    per_body('/{name}/pose', POSE_STAMPED),
-    driver='mocap_optitrack 1.1.0, topics by its mocap.yaml',
+NATNET = per_body('/{name}/pose', POSE_STAMPED, 'natnet_ros2 (L2S-lab), commit 3e3f8d3')
+NOKOV = per_body('/{name}/pose', POSE_STAMPED, 'not verified')
+VICON = per_body(
+    '/vicon/{name}/{name}', POSE_STAMPED, 'vicon_receiver 0.1.1 (ros2-vicon-receiver)'
 )
-NATNET = replace(OPTITRACK, driver='natnet_ros2 (L2S-lab), commit 3e3f8d3')
-NOKOV = replace(per_body('/{name}/pose', POSE_STAMPED), driver='not verified')
-VICON = replace(
-    per_body('/vicon/{name}/{name}', POSE_STAMPED),
-    driver='vicon_receiver 0.1.1 (ros2-vicon-receiver)',
-)
-CAMERA = replace(per_body('/camera/{name}/pose', POSE_STAMPED), driver='setcmas camera')
-WHEEL_ODOMETRY = replace(
-    per_body('/{name}/odom', ODOMETRY),
-    driver='turtlebot3_node, from start poses in the lab file',
-    from_start=True,
+CAMERA = per_body('/camera/{name}/pose', POSE_STAMPED, 'setcmas camera')
+WHEEL_ODOMETRY = per_body(
+    '/{name}/odom', ODOMETRY, 'turtlebot3_node, from start poses in the lab file', from_start=True
 )
 
 

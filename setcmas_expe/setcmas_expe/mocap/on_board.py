@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,7 +10,7 @@ from typing import Any
 
 from setcmas_expe.mocap.sample import Pose, Sample
 from setcmas_expe.mocap.sources import sample_of
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle, yaw_of_quaternion
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle
 
 MOST_DRIFT_M = 0.15
 """Estimated error in m at which a robot stops."""
@@ -63,12 +64,8 @@ class DeadReckoning:
         self.way += step
         self._turn_error += _TURN_PER_METRE * step + _TURN_PER_TURN * turned
         self.drift += (_PER_METRE + self._turn_error) * step
-        offset = complex(pose[0] - self._first[0], pose[1] - self._first[1])
-        angle = self._start[2] - self._first[2]
-        offset *= complex(math.cos(angle), math.sin(angle))
-        z, w = quaternion_of_yaw(pose[2] + angle)
-        x, y = self._start[0] + offset.real, self._start[1] + offset.imag
-        return replace(sample, position=(x, y, 0.0), orientation=(0.0, 0.0, z, w))
+        moved = (pose[0] - self._first[0], pose[1] - self._first[1], pose[2])
+        return _in_frame((*self._start[:2], self._start[2] - self._first[2]), moved, sample)
 
     @property
     def trouble(self) -> str:
@@ -103,15 +100,18 @@ class MapPose:
         for one in message.transforms:
             both = one.header.frame_id, one.child_frame_id
             frames = [frame.rpartition('/')[2] for frame in both]
-            p, q = one.transform.translation, one.transform.rotation
-            sample = sample_of(one.header, p, q)
-            pose = (p.x, p.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+            sample = sample_of(one.header, one.transform.translation, one.transform.rotation)
             if frames == [_MAP, _ODOM]:
-                self._map = pose, sample.stamp
+                self._map = sample.planar(), sample.stamp
             elif frames[0] == _ODOM and frames[1] in _BASES and self._map:
-                (x, y, theta), stamp = self._map
+                odom, stamp = self._map
                 if sample.stamp - stamp <= _OLDEST_S:
-                    offset = complex(p.x, p.y) * complex(math.cos(theta), math.sin(theta))
-                    z, w = quaternion_of_yaw(theta + pose[2])
-                    place = (x + offset.real, y + offset.imag, 0.0)
-                    yield '', replace(sample, position=place, orientation=(0.0, 0.0, z, w))
+                    yield '', _in_frame(odom, sample.planar(), sample)
+
+
+def _in_frame(frame: Pose, pose: Pose, sample: Sample) -> Sample:
+    """Return a sample at a pose that is given in a frame."""
+    offset = complex(*pose[:2]) * cmath.rect(1.0, frame[2])
+    z, w = quaternion_of_yaw(frame[2] + pose[2])
+    place = (frame[0] + offset.real, frame[1] + offset.imag, 0.0)
+    return replace(sample, position=place, orientation=(0.0, 0.0, z, w))

@@ -25,11 +25,7 @@ _LATEST_S = 0.2
 
 
 def pictures(source: str, size: Size | None) -> Iterator[Shot]:
-    """Yield the pictures of a source as they come, until it ends.
-
-    Args:
-        source: Number or path of a device, a video file, a folder, or a topic.
-        size: Width and height in px that its pictures must have; None for any.
+    """Yield the pictures of a source as they come, until it ends; all have a size, if given.
 
     Raises:
         SetcmasError: It cannot be opened, fails, or sends pictures of another size.

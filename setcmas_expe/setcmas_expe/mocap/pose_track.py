@@ -32,9 +32,8 @@ class StampClock:
     def lateness(self, stamp: float, now: float) -> float:
         """Return the delay of a measurement in s, compared with the smallest so far.
 
-        Args:
-            stamp: On the sender's clock in s; 0 if not set: no delay then.
-            now: Time of arrival on a steady clock in s.
+        Its stamp is on the sender's clock, 0 if not set (no delay then); it arrived `now` on a
+        steady clock.
         """
         self.repeats = self.repeats + 1 if stamp == self._stamp != 0.0 else 0
         if stamp == 0.0:
@@ -130,11 +129,8 @@ class Reach:
 
     def holds(self, pose: Pose, measured: float) -> bool:
         """Return whether the robot can be at a pose (m, rad)."""
-        if not self._poses:
-            return True
-        return self._near(*self._poses[0], pose, measured) and self._near(
-            *self._poses[-1], pose, measured
-        )
+        ends = (self._poses[0], self._poses[-1]) if self._poses else ()
+        return all(self._near(*one, pose, measured) for one in ends)
 
     def _near(self, then: float, old: Pose, pose: Pose, measured: float) -> bool:
         seconds = measured - then
@@ -178,6 +174,7 @@ class PoseTrack:
         rejected: Number of rejected measurements by reason, until a reader clears it.
         jumped_to: Newest measurement if it is too far from the last good pose; None if not.
         arrivals: Times of all measurements, good and bad.
+        height: Height of its body in m, smoothed; None before the first good pose.
         swapped_with: Number of the robot whose place this robot seems to have taken, if any.
     """
 
@@ -195,9 +192,9 @@ class PoseTrack:
         self._moving_since = math.inf
         self._reach = Reach(limits)
         self.arrivals = Arrivals()
-        self._height: float | None = None
+        self.height: float | None = None
         self._z = 0.0
-        self._last: Sample | None = None
+        self._last: tuple[object, object] | None = None
         self._same_since = math.inf
         self._same_frames = 0
         self._frozen = False
@@ -211,7 +208,7 @@ class PoseTrack:
             return f'it seems to have swapped places with robot {self.swapped_with}'
         if self.fault == LIFTED:
             return (
-                f'it was lifted (body at {self._z:.2f} m, usually {self._height:.2f}): set it '
+                f'it was lifted (body at {self._z:.2f} m, usually {self.height:.2f}): set it '
                 'down; is y_up wrong in the lab file? If you moved its body, restart the '
                 'experiment'
             )
@@ -228,11 +225,6 @@ class PoseTrack:
     def repeats(self) -> bool:
         """Whether the newest measurements are equal."""
         return self._same_frames >= _FROZEN_FRAMES
-
-    @property
-    def height(self) -> float | None:
-        """Height of its body in m, smoothed; None before the first good pose."""
-        return self._height
 
     def age(self, now: float) -> float:
         """Return the age of the last good pose in s; inf before the first."""
@@ -252,7 +244,7 @@ class PoseTrack:
         if fault in (JUMPED, LIFTED) and self._has_settled(pose, now):
             # The floor does not rise; but a person may have held the robot at its first pose.
             self._z = sample.position[2]
-            self._height = self._z if self._height is None else min(self._z, self._height)
+            self.height = self._z if self.height is None else min(self._z, self.height)
             self._reach.start(pose, now - lateness)
             fault = LIFTED if self._is_lifted() else None
         if fault:
@@ -291,17 +283,18 @@ class PoseTrack:
         return SLOW if self.arrivals.are_slow else None
 
     def _is_lifted(self) -> bool:
-        return self._height is not None and abs(self._z - self._height) > LIFTED_M
+        return self.height is not None and abs(self._z - self.height) > LIFTED_M
 
     def _note_height(self, z: float, gap: float) -> None:
         """Follow the floor, slowly."""
-        if self._height is None:
-            self._height = z
-        self._height += (1.0 - math.exp(-min(gap, 1.0) / _FLOOR_S)) * (z - self._height)
+        if self.height is None:
+            self.height = z
+        self.height += (1.0 - math.exp(-min(gap, 1.0) / _FLOOR_S)) * (z - self.height)
 
     def _is_frozen(self, sample: Sample, now: float) -> bool:
-        if self._last is None or not sample.same_place(self._last):
-            self._last, self._same_since, self._same_frames = sample, now, 0
+        place = sample.position, sample.orientation
+        if place != self._last:
+            self._last, self._same_since, self._same_frames = place, now, 0
             self._frozen = False
         self._same_frames += 1
         if self._paused:  # the operator has looked

@@ -45,14 +45,7 @@ class MocapReceiver:
         bodies: Mapping[str, Take],
         profile: QoSProfile = qos.SENSOR,
     ) -> None:
-        """Start to listen.
-
-        Args:
-            node: The node that listens.
-            source: What the driver sends.
-            y_up: Whether the y axis of the system points upwards.
-            bodies: Callback for the measurements (Z-up) of each body.
-            profile: Quality of service, best effort.
+        """Start to listen, with a callback for the measurements (Z-up) of each body.
 
         Raises:
             SetcmasError: The package of the messages is not installed.

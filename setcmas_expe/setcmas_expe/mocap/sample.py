@@ -22,32 +22,24 @@ class VelocityFilter:
     """
 
     def __init__(self) -> None:
-        self._last: tuple[float, Pose] | None = None
+        self._last: tuple[float, Pose] = -math.inf, (0.0, 0.0, 0.0)
         self._V = self._omega = 0.0
 
     def update(self, sample: Sample, now: float) -> tuple[float, float]:
-        """Return forward speed (m/s) and turn rate (rad/s).
-
-        Args:
-            sample: The measurement, Z-up.
-            now: Time of arrival on a steady clock, in s.
-        """
-        self._difference(sample.planar(), sample.stamp or now)
-        return self._V, self._omega
-
-    def _difference(self, pose: Pose, time: float) -> None:
-        if self._last is not None:
-            step = time - self._last[0]
-            if 0.0 <= step < _SHORTEST_STEP_S:  # a repeated stamp
-                return
-            if step < 0.0 or step > _LONGEST_STEP_S:  # a gap, or a clock that was set
-                self._V = self._omega = 0.0
-            else:
-                V, omega = map(float, velocities_between(self._last[1], pose, step))
-                share = 1.0 - math.exp(-step / _TIME_CONSTANT_S)
-                self._V += share * (V - self._V)
-                self._omega += share * (omega - self._omega)
+        """Return speed (m/s) and turn rate (rad/s) at a measurement that arrived `now` (s)."""
+        time, pose = sample.stamp or now, sample.planar()
+        step = time - self._last[0]
+        if 0.0 <= step < _SHORTEST_STEP_S:  # a repeated stamp
+            return self._V, self._omega
+        if 0.0 <= step <= _LONGEST_STEP_S:
+            V, omega = map(float, velocities_between(self._last[1], pose, step))
+            share = 1.0 - math.exp(-step / _TIME_CONSTANT_S)
+            self._V += share * (V - self._V)
+            self._omega += share * (omega - self._omega)
+        else:  # a gap, or a clock that was set
+            self._V = self._omega = 0.0
         self._last = time, pose
+        return self._V, self._omega
 
 
 Pose = tuple[float, float, float]
@@ -93,10 +85,6 @@ class Sample:
     def planar(self) -> Pose:
         """Return x, y in m and the heading in rad."""
         return (*self.position[:2], yaw_of_quaternion(*self.orientation))
-
-    def same_place(self, other: Sample) -> bool:
-        """Return whether position and orientation are exactly equal."""
-        return self.position == other.position and self.orientation == other.orientation
 
 
 def fault_of(sample: Sample, arena: Arena) -> str | None:

@@ -157,9 +157,9 @@ def check_topic(topic: str, per_body: bool) -> str:
     return topic
 
 
-def per_body(topic: str, kind: str) -> MocapSource:
+def per_body(topic: str, kind: str, driver: str = '', from_start: bool = False) -> MocapSource:
     """Return a source with a topic per body; `kind` is a standard type such as PoseStamped."""
-    return MocapSource(topic, *STANDARD[kind])
+    return MocapSource(topic, *STANDARD[kind], driver=driver, from_start=from_start)
 
 
 def checked_source(thing: object) -> MocapSource:

@@ -52,11 +52,11 @@ def write_sheets(path: Path, pages: Iterator[Figure]) -> int:
         SetcmasError: The file cannot be written.
     """
     part = path.with_name(f'.{path.name}.part')
-    count = 0
     try:
         with PdfPages(part) as pdf:
-            for count, page in enumerate(pages, 1):  # noqa: B007
+            for page in pages:
                 pdf.savefig(page)
+            count: int = pdf.get_pagecount()
         part.replace(path)
     except OSError as error:
         raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
@@ -66,14 +66,7 @@ def write_sheets(path: Path, pages: Iterator[Figure]) -> int:
 
 
 def sheets(nb_robots: int, nb_floor_tags: int, size: float, paper: str) -> Iterator[Figure]:
-    """Yield the pages: tags of the robots 1 to N and of the floor, and last the board.
-
-    Args:
-        nb_robots: Number of robots.
-        nb_floor_tags: Number of floor tags.
-        size: Side of the black squares in mm.
-        paper: A key of PAPERS.
-    """
+    """Yield pages: tags of the robots 1 to N and of the floor, `size` in mm, and the board."""
     tags = [*range(1, nb_robots + 1), *range(FIRST_FLOOR_TAG, FIRST_FLOOR_TAG + nb_floor_tags)]
     places = list(_places(size, paper))
     for start in range(0, len(tags), len(places)):
