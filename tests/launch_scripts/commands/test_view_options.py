@@ -4,7 +4,7 @@ import stat
 
 import pytest
 import yaml
-from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU, TIMEOUT_S, run_here, run_setcmas
+from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU, TIMEOUT_S, run_setcmas
 
 from launch_scripts.commands.view_options import (
     AUTO,
@@ -136,20 +136,13 @@ def test_what_is_started(view, rviz, attended, no_rviz, choice):
     assert choose_view(ViewOptions(view=view, rviz=rviz), attended, no_rviz) == choice
 
 
-@pytest.mark.parametrize(
-    ('run', 'arguments', 'message'),
-    [
-        (run_setcmas, ('view', '--host', '192.0.2.7'), "host '192.0.2.7' is not an address"),
-        (run_here, ('simu', '--view', 'gazebo'), "--view is 'gazebo'; it must be auto, browser"),
-    ],
-)
-def test_mistakes_are_reported_on_one_line(domain, run, arguments, message):
+def test_a_host_that_is_none_is_reported_on_one_line(domain):
     pytest.importorskip('rclpy')
 
-    result = run(*arguments)
+    result = run_setcmas('view', '--host', '192.0.2.7')
 
     assert result.returncode == 2
-    assert message in result.stderr
+    assert "host '192.0.2.7' is not an address" in result.stderr
     assert result.stderr.count('\n') == 1
 
 
