@@ -6,9 +6,12 @@ import shutil
 
 import numpy as np
 import pytest
+from browser import open_browser, open_page, wait_for
 from PIL import Image
 from processes import refuses, run_here
 from report_pages import HOSTILE, LAW, Page
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 
 from launch_scripts.cli import main
 from setcmas_tools.offline.engine import simulate
@@ -92,16 +95,12 @@ def test_mistakes_are_reported_in_one_line(runs, arguments, message):
 
 @pytest.fixture(scope='module')
 def browser():
-    from browser import open_browser
-
     with open_browser(1366, 768) as opened:
         opened.execute_cdp_cmd('Network.enable', {})
         yield opened
 
 
 def show(browser, folder, place=''):
-    from browser import open_page
-
     browser.get('about:blank')  # nothing is left from another test
     open_page(browser, f'{(folder / "failed.html").as_uri()}{place}')
 
@@ -121,10 +120,6 @@ def numbers(browser):
 
 @NEEDS_CHROMIUM
 def test_a_browser_shows_the_run_at_any_time(folder, browser):
-    from browser import wait_for
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.common.keys import Keys
-
     text = (folder / 'failed' / 'csv' / 'fleet.csv').read_text()
     table = list(csv.DictReader(text.splitlines()))
     show(browser, folder, '#t=2.3')
@@ -176,9 +171,6 @@ def test_a_browser_shows_the_run_at_any_time(folder, browser):
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_a_selected_robot_is_described_and_space_plays(folder, browser):
-    from browser import wait_for
-    from selenium.webdriver.common.by import By
-
     show(browser, folder)
     browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
     assert browser.find_element(By.ID, 'about').text.startswith('tb3_2\nat (5.000')
@@ -211,9 +203,6 @@ def test_on_a_phone_fingers_hit_every_control_and_none_covers_a_robot(folder, br
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
-    from browser import wait_for
-    from selenium.webdriver.common.by import By
-
     behaviour = {'behavior': 'allow', 'downloadPath': str(tmp_path)}
     browser.execute_cdp_cmd('Page.setDownloadBehavior', behaviour)
     show(browser, folder, '#t=3')
@@ -252,9 +241,6 @@ return [...document.querySelectorAll('body *')].filter(one => one.offsetParent
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser):
-    from browser import wait_for
-    from selenium.webdriver.common.by import By
-
     show(browser, folder)
     browser.execute_script(WATCH_PRINT)
     browser.execute_cdp_cmd('Page.printToPDF', {})
@@ -275,9 +261,6 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
 def test_the_last_message_of_a_law_is_shown(tmp_path, browser):
-    from browser import open_page
-    from selenium.webdriver.common.by import By
-
     options = ['--algo=leader_election', '--nb-robots=3', '--graph=path', '--set=NUMBERS=[5,1,9]']
     run_here('offline', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)
     run_here('report', 'out', '-o', 'report.html', cwd=tmp_path)
