@@ -53,7 +53,7 @@ class SlowCalls:
 
     def _report(self, path: Path, spent: Mapping[int, float]) -> None:
         longest, robot = max((duration, robot) for robot, duration in spent.items())
-        count = f'{self._times[path]} time' + ('s' if self._times[path] > 1 else '')
+        count = f'{self._times[path]} time{"s" * (self._times[path] > 1)}'
         robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
         self._warn(
             f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
@@ -71,9 +71,6 @@ class _Call(NamedTuple):
     path: Path
     function: Function
     started: float
-
-    def described(self) -> ScriptCall:
-        return ScriptCall(self.robot, self.path.name, self.function)
 
 
 class CallWatch:
@@ -157,7 +154,7 @@ class CallWatch:
                 self._last[2]()
 
     def _report(self, call: _Call) -> None:
-        described = call.described()
+        described = ScriptCall(call.robot, call.path.name, call.function)
         if call.function is not Function.LOADING:
             self.have_been_stuck.append(described)
         frame = sys._current_frames().get(self._caller)

@@ -103,13 +103,10 @@ class ScriptImports(MetaPathFinder):
             module = self._modules.get(name)
             if module and all(hasattr(module, attribute) for attribute in fromlist or ()):
                 return module if fromlist else self._modules[root]
-            if root not in self._modules and not self._is_helper(root):
+            if root not in self._modules and (root in sys.modules or not self.find_spec(root)):
                 return builtins.__import__(name, globals, locals, fromlist or (), level)
         with self._in_sys_modules():
             return builtins.__import__(name, globals, locals, fromlist or (), level)
-
-    def _is_helper(self, root: str) -> bool:
-        return root not in sys.modules and self.find_spec(root) is not None
 
     @contextlib.contextmanager
     def _in_sys_modules(self) -> Iterator[None]:
@@ -125,13 +122,8 @@ class ScriptImports(MetaPathFinder):
                 self._depth -= 1
                 if self._depth == 0:
                     sys.meta_path.remove(self)
-                    self._take_back()
-
-    def _take_back(self) -> None:
-        for name in [*self._found, *_DRAWING]:
-            module = sys.modules.pop(name, None)
-            if module is not None:
-                self._modules[name] = module
+                    for name in (self._found | _DRAWING.keys()) & sys.modules.keys():
+                        self._modules[name] = sys.modules.pop(name)
 
 
 class _HelperLoader(SourceFileLoader):

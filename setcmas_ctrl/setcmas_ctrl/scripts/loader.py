@@ -34,7 +34,7 @@ EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 
 _MOST_NAMES = 10
 _syntax_warnings: dict[Path, list[str]] = {}  # not shown yet, by script
-_compiled: dict[tuple[Path, str, str], tuple[str, types.CodeType]] = {}  # sources and their code
+_compiled: dict[tuple[Path, str, str, str], types.CodeType] = {}  # by path, source and more
 _MOST_COMPILED = 500  # more than one diagnosis of a mistake loads, again for each robot
 
 
@@ -50,7 +50,12 @@ def find_script(name: str, exercise: bool = False) -> Path:
     for path in (Path(name), Path(f'{name}.py')):
         with contextlib.suppress(OSError):  # such as a name that is too long
             if path.is_file():
-                return _no_notebook(path.resolve())
+                if path.suffix == '.ipynb':
+                    raise SetcmasError(
+                        f"'{path.name}' is a notebook; start its cell with "
+                        f'`%%writefile {path.stem}.py` and use --algo {path.stem}.py'
+                    )
+                return path.resolve()
     groups = {'exercises': EXERCISES} if exercise else {}
     groups['control laws'] = ALGORITHMS
     for group in groups.values():
@@ -102,15 +107,6 @@ def summary_of(path: Path) -> str | None:
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 
 
-def _no_notebook(path: Path) -> Path:
-    if path.suffix == '.ipynb':
-        raise SetcmasError(
-            f"'{path.name}' is a notebook; start its cell with `%%writefile {path.stem}.py` and "
-            f'use --algo {path.stem}.py'
-        )
-    return path
-
-
 def names_to_set(path: Path) -> list[str]:
     """Return the module-level names of a valid script that `--set` may change."""
     return plain_names(_read(path), path.name)
@@ -127,15 +123,14 @@ def compile_script(
         SetcmasError: It cannot be read or parsed, or lacks the function or a name of `settings`.
     """
     source = _read(path)
-    key = path, expected, repr(settings)
+    key = path, source, expected, repr(settings)
     # Errors quote the code that ran, even after an edit of the file.
     linecache.cache[str(path)] = (len(source), None, source.splitlines(keepends=True), str(path))
-    compiled = _compiled.get(key)
-    if not compiled or compiled[0] != source:
+    if key not in _compiled:
         if len(_compiled) >= _MOST_COMPILED:
             _compiled.clear()
-        compiled = _compiled[key] = source, _compile(path, source, expected, settings)
-    return compiled[1]
+        _compiled[key] = _compile(path, source, expected, settings)
+    return _compiled[key]
 
 
 def _compile(path: Path, source: str, expected: str, settings: Settings | None) -> types.CodeType:

@@ -29,25 +29,6 @@ class _ThisThread(threading.local):
 _this_thread = _ThisThread()
 
 
-class _Flow:
-    """Counts the lines that a robot's script prints per second."""
-
-    def __init__(self) -> None:
-        self.left_out = 0
-        self._second = 0
-        self._shown = 0
-
-    def has_room(self, lines: int) -> bool:
-        second = int(time.monotonic())
-        if second != self._second:
-            self._second, self._shown = second, 0
-        if self._shown >= _MOST_LINES:
-            self.left_out += lines
-            return False
-        self._shown += lines
-        return True
-
-
 class ScriptOutput:
     """Replaces sys.stdout or sys.stderr; output that comes from no script passes unchanged."""
 
@@ -56,7 +37,9 @@ class ScriptOutput:
         self._lock = threading.RLock()
         # Unfinished lines of each robot and thread.
         self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
-        self._flow: defaultdict[int, _Flow] = defaultdict(_Flow)
+        self._second = 0
+        self._shown: Counter[int] = Counter()  # lines of each robot in this second
+        self._left_out: Counter[int] = Counter()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -69,7 +52,7 @@ class ScriptOutput:
             return self._stream.write(text)
         with self._lock:
             key = (robot, threading.get_ident())
-            if not self._flow[robot].has_room(text.count('\n')):
+            if not self._has_room(robot, text.count('\n')):
                 return len(text)
             lines, newline, rest = (self._begun[key] + text).rpartition('\n')
             if len(rest) > _LONGEST_LINE:
@@ -94,10 +77,17 @@ class ScriptOutput:
                 if text:
                     self._write_lines(robot, text)
             self._begun.clear()
-            for robot, flow in self._flow.items():
-                if flow.left_out:
-                    self._write_lines(robot, f'{flow.left_out} more lines are not shown')
-            self._flow.clear()
+            for robot, count in (+self._left_out).items():
+                self._write_lines(robot, f'{count} more lines are not shown')
+            self._left_out.clear()
+
+    def _has_room(self, robot: int, lines: int) -> bool:
+        if self._second != (second := int(time.monotonic())):
+            self._second = second
+            self._shown.clear()
+        counts = self._left_out if self._shown[robot] >= _MOST_LINES else self._shown
+        counts[robot] += lines
+        return counts is self._shown
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '

@@ -45,11 +45,7 @@ _STOPS = 'stops; the other robots continue'
 _process = ExitStack()
 
 
-def _record_nothing(_: int, __: Path) -> None:
-    """Stand in for `on_call`."""
-
-
-on_call: Callable[[int, Path], object] = _record_nothing
+on_call: Callable[[int, Path], object] | None = None
 """Called with robot and script before each call of a script."""
 
 
@@ -133,23 +129,22 @@ class ScriptRobot(RobotModel):
         self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
         """Call a function of the script; return its numbers, or None if it fails."""
-        on_call(self._robot, self._path)
+        if on_call:
+            on_call(self._robot, self._path)
         try:
             result = _numbers(function(*arguments), sizes, function.__name__)
         except (StopCall, KeyboardInterrupt):
             raise
         except ControlError as error:
-            self._fail(ControlError(f'{self._path.name}: {error}', error.key))
-            return None
+            failure = ControlError(f'{self._path.name}: {error}', error.key)
         except BaseException as error:  # whatever a script raises, the other robots continue
-            self._fail(failure_of(error, self._path))
-            return None
-        self._reports.succeeded(self._robot, self._t)
-        return result
-
-    def _fail(self, error: ControlError) -> None:
+            failure = failure_of(error, self._path)
+        else:
+            self._reports.succeeded(self._robot, self._t)
+            return result
         self.failed = True
-        self._reports.failed(self._robot, self._t, error)
+        self._reports.failed(self._robot, self._t, failure)
+        return None
 
 
 def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:

@@ -24,8 +24,6 @@ Settings = Mapping[str, Any]
 CALL = '__setcmas_setting__'
 """Builtin that the added lines call with a name and the script's own value."""
 
-# YAML 1.1 reads 1e-3 as text.
-_NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     ((bool, np.bool_), 'true or false'),
     ((int, float, np.number), 'a number'),
@@ -35,6 +33,14 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (type(None), 'nothing'),
 )
 _FORM = "NAME=VALUE, such as kp=1.2 or 'WPL=[[1, 1], [2, 2]]'"
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads 1e-3 as a number; for YAML 1.1 it is a text."""
+
+
+_NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
+_Loader.add_implicit_resolver('tag:yaml.org,2002:float', _NUMBER, list('-+.0123456789'))
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
@@ -47,18 +53,10 @@ def parse_setting(text: str) -> tuple[str, Any]:
     if not (equals and name.strip().isidentifier() and value.strip()):
         raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
     try:
-        return name.strip(), _with_numbers(yaml.safe_load(value))
+        return name.strip(), yaml.load(value, _Loader)
     except yaml.YAMLError as error:
         reason = getattr(error, 'problem', None) or 'not YAML'
         raise SetcmasError(f"--set '{text}': invalid value ({reason}); must be {_FORM}") from error
-
-
-def _with_numbers(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_with_numbers(item) for item in value]
-    if isinstance(value, dict):
-        return {key: _with_numbers(item) for key, item in value.items()}
-    return float(value) if isinstance(value, str) and _NUMBER.fullmatch(value) else value
 
 
 def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:

@@ -108,18 +108,11 @@ def _warning_of_functions(one: Simulation) -> Callable[[], object]:
 
 
 def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) -> Run:
-    """Simulate a run whose scripts are loaded.
-
-    Args:
-        one: The simulation.
-        radio: Its communication.
-        drawings: Record of the drawings of its scripts.
-    """
-    nb_robots = one.nb_robots
+    """Simulate a run whose scripts are loaded."""
     fleet = VirtualFleet(one.start, fleet_model(one.models))
-    robots = range(1, nb_robots + 1)
+    robots = range(1, one.nb_robots + 1)
     law, safety = one.scenario.law, one.scenario.safety
-    commander = Commander(law, safety, robots, nb_robots, one.warn)
+    commander = Commander(law, safety, robots, one.nb_robots, one.warn)
     commander.use(one.models)
     controllers = FleetLaws(one.laws, commander, one.warn)
     t, states, control_t, velocities = _integrate(fleet, controllers, radio, one, drawings)
@@ -188,10 +181,7 @@ def _integrate(
 def _calls(t: Floats, Ts: float, rate: float) -> tuple[Floats, list[int]]:
     """Return the times at which laws are called, in s, and the robots' step that each precedes.
 
-    Args:
-        t: The times of the robots' states, Ts s apart.
-        Ts: Period of the robots' steps.
-        rate: Rate of the calls in Hz.
+    The robots' states are at times t, Ts s apart; the calls come at a rate in Hz.
     """
     before = t[:-1] + Ts - _SAME_TIME_S  # calls before these times precede the robots' steps
     times = np.arange(math.ceil(before[-1] * rate) + 1) / rate

@@ -54,25 +54,14 @@ class FleetLaws:
     """The control laws of a fleet, from poses to commands."""
 
     def __init__(
-        self,
-        laws: Sequence[ControlLaw],
-        commander: Commander,
-        warn: Callable[[str], None],
+        self, laws: Sequence[ControlLaw], commander: Commander, warn: Callable[[str], None]
     ) -> None:
-        """Prepare.
-
-        Args:
-            laws: The laws of robots 1 to N.
-            commander: Turns wanted velocities into commands.
-            warn: Shows messages about failing laws.
-        """
+        """Prepare the laws of robots 1 to N; `warn` shows messages about failing ones."""
         self._laws = laws
         self._commander = commander
         self.reports = ErrorReports(warn)
-        self._failing = False
         self._complete = complete(len(laws))
         self._progress = run_progress.current
-        self._is_mixed = len({law.path for law in laws}) > 1
 
     def __call__(
         self,
@@ -92,21 +81,15 @@ class FleetLaws:
         wanted: list[float] = []
         notes = self._progress
         adjacency = self._complete if adjacency is None else adjacency
-        if not self._is_mixed:
-            notes.enter(Function.CONTROL, self._laws[0].path)
-        for law, known in zip(
-            self._laws, repeat(poses) if received is None else received, strict=False
-        ):
-            if self._is_mixed:
-                notes.enter(Function.CONTROL, law.path)
+        known_poses = repeat(poses) if received is None else received
+        for law, known in zip(self._laws, known_poses, strict=False):
+            notes.enter(Function.CONTROL, law.path)
             notes.begin(law.robot)
             try:
                 wanted += law(known, t, adjacency)
-                if self._failing:
-                    self.reports.succeeded(law.robot, t)
+                self.reports.succeeded(law.robot, t)
             except ControlError as error:
                 wanted += (0.0, 0.0)
-                self._failing = True
                 self.reports.failed(law.robot, t, error)
         notes.end()
         return self._commander(np.fromiter(wanted, float).reshape(-1, 2).T, poses)

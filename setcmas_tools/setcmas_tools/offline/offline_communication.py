@@ -8,9 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.communication_settings import (
-    Communication,
-)
+from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value
@@ -43,16 +41,7 @@ class OfflineCommunication:
     def __init__(
         self, communication: Communication, nb_robots: int, warn: Callable[[str], None]
     ) -> None:
-        """Prepare.
-
-        Args:
-            communication: Settings of the communication.
-            nb_robots: Size of the fleet.
-            warn: Shows messages about failing triggering conditions.
-
-        Raises:
-            SetcmasError: A triggering condition cannot be loaded.
-        """
+        """Load triggering conditions, or raise SetcmasError; `warn` shows when one fails."""
         robots = range(1, nb_robots + 1)
         self.is_on = not communication.is_ideal
         self.t = 0.0
@@ -82,10 +71,7 @@ class OfflineCommunication:
     def measure(self, poses: Floats, V: Floats, t: float) -> None:
         """Send the states of the robots whose conditions trigger at time t (s).
 
-        Args:
-            poses: Rows x, y in m and theta in rad, shape (3, N).
-            V: Forward speeds in m/s, shape (N,).
-            t: Time in s.
+        The states are poses (3, N) in m and rad, and forward speeds V (N,) in m/s.
         """
         if not self._event_triggered:
             self._links.send(self._all, poses, t)
@@ -114,13 +100,8 @@ class OfflineCommunication:
     def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats] | tuple[()]:
         """Return the poses that each robot knows at time t (s), and the adjacency matrix.
 
-        Args:
-            poses: The poses of all robots, shape (3, N).
-            t: Time in s.
-
-        Returns:
-            Poses by robot, NaN for robots from which it receives nothing; and the matrix. Nothing
-            if there are no links.
+        Poses (3, N) are NaN for robots from which it receives nothing. Returns nothing if there
+        are no links.
         """
         self._poses, self.t = poses, t
         if not self.is_on:
@@ -154,33 +135,26 @@ class OfflineCommunication:
         return {sender + 1: content for sender, content in contents.items()}
 
     def record(self, times: Floats) -> CommunicationRecord | None:
-        """Return the record of all messages; None if there were no links.
+        """Return the record of all messages, for robots with states at these times (s).
 
-        Args:
-            times: Times of the robots' states in s, shape (K,).
+        None if there were no links.
         """
         if not self.is_on:
             return None
         counts = self._links.counts
-        intervals = counts.mean_interval
         was_up = counts.sent > 0
         for _, receiver, sender, _ in self._changes.rows:
             was_up[receiver - 1, sender - 1] = True
+        columns = counts.sent, counts.received, counts.lost, counts.mean_interval
         links = {
-            (int(i) + 1, int(j) + 1): Counts(
-                int(counts.sent[i, j]),
-                int(counts.received[i, j]),
-                int(counts.lost[i, j]),
-                float(intervals[i, j]),
-            )
-            for i, j in zip(*np.nonzero(was_up), strict=True)
+            (i + 1, j + 1): Counts(*(column[i, j].item() for column in columns))
+            for i, j in np.argwhere(was_up).tolist()
         }
         sent = np.array(self._triggered, dtype=float).reshape(-1, self._nb_robots)
         evaluated = np.array(self._times)
-        numbers = range(1, self._nb_robots + 1)
-        robots = np.tile(np.array(numbers, dtype=float), len(evaluated))
+        robots = np.tile(np.arange(1.0, self._nb_robots + 1), len(evaluated))
         triggers = np.column_stack(
             [np.repeat(evaluated, self._nb_robots), robots, sent.reshape(-1, 1)]
         )
-        broadcasts = dict.fromkeys(numbers, times)
+        broadcasts = dict.fromkeys(range(1, self._nb_robots + 1), times)
         return record_of(links, triggers, self._changes.rows, broadcasts)

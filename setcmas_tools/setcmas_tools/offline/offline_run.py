@@ -29,14 +29,7 @@ class OfflineRun:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        """Prepare it.
-
-        Args:
-            scenario: The scenario, as from `Scenario.found`.
-
-        Raises:
-            SetcmasError: The run would be too large.
-        """
+        """Prepare the run of a scenario from `Scenario.found`; raise SetcmasError if too large."""
         self._scenario = scenario
         names = {*scenario.named('model'), *scenario.named('ctc')}
         others = [Path(name) for name in names if name.endswith('.py')]

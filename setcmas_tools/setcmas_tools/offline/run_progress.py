@@ -30,12 +30,7 @@ class RunProgress:
     """Current call and states of a run."""
 
     def __init__(self, call: memoryview | None = None, states: Floats | None = None) -> None:
-        """Use shared memory; by default, memory of this process alone.
-
-        Args:
-            call: As many bytes as CALL_SIZE.
-            states: As many numbers as `size_of` returns.
-        """
+        """Use shared memory of CALL_SIZE and `size_of`; by default, that of this process."""
         memory = memoryview(bytearray(CALL_SIZE)) if call is None else call
         self._numbers = memory[:_NAME].cast('q')
         self._name = memory[_NAME:]

@@ -100,7 +100,7 @@ class ScriptProcess(Generic[Result]):
         size: int = 1,
         memory: int | None = None,
     ) -> None:
-        """Prepare it.
+        """Prepare the process.
 
         Args:
             function: The function, which is pickled; it gets a function that shows a message.

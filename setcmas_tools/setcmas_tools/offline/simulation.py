@@ -40,8 +40,6 @@ class Simulation:
     """A scenario that can be simulated.
 
     Attributes:
-        nb_robots: Size of the fleet.
-        seed: Seed of all random numbers.
         warn: Shows messages.
         progress: Called with the time of the run so far in s; may be None.
         start: Start poses, shape (3, nb_robots).
@@ -90,13 +88,7 @@ class Simulation:
         self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 
     def run(self, tables: RunTables, laws: ErrorReports, conditions: ErrorReports | None) -> Run:
-        """Return the finished run.
-
-        Args:
-            tables: Its tables, without references.
-            laws: Failures of laws.
-            conditions: Failures of triggering conditions, if there are any.
-        """
+        """Return the finished run from its tables, and failures of laws and conditions."""
         failed_models = [robot for robot, one in enumerate(self.models, 1) if one.failed]
         condition = Path(name_of(self._found.communication.ctc) or 'by default').name
         outcome = Outcome.of_failures(

@@ -121,7 +121,11 @@ class Study:
         counted = keys.assign(runs=1, broken=self.is_broken, **numbers)
         how = {'runs': 'sum', 'broken': 'sum', **dict.fromkeys(numbers, 'median')}
         cases = counted.groupby([*keys], sort=False, dropna=False).agg(how).reset_index()
-        heads = [*names, 'runs', 'broken', *map(_head, numbers)]
+        medians = [
+            'predicted' if name.startswith('prediction_') else f'median\n{name}'
+            for name in numbers
+        ]
+        heads = [*names, 'runs', 'broken', *medians]
         rows = [list(map(shown, row)) for row in cases[[*names, *how]].itertuples(index=False)]
         table: str = tabulate(rows, heads, stralign='right', disable_numparse=True)
         return table
@@ -140,10 +144,6 @@ class Study:
     def _repr_html_(self) -> str:
         title, summary = escape(self.title), escape(self.summary)
         return f'<div><b>{title}</b><pre style="line-height:1.2">{summary}</pre></div>'
-
-
-def _head(metric: str) -> str:
-    return 'predicted' if metric.startswith('prediction_') else f'median\n{metric}'
 
 
 def table_of(plan: Plan, rows: Mapping[int, Mapping[str, Any]]) -> pd.DataFrame:

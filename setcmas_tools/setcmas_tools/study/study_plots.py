@@ -53,12 +53,15 @@ def spread(values: pd.Series, by: pd.Series) -> pd.DataFrame:
 def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
     """Draw a metric over a name: the median with a band; a line per value of a second name."""
     picture.set_size_inches(8.0, 5.0)
-    axes = picture.add_subplot(title=_title(metric), ylabel=_label(metric))
+    words, unit = _words_and_unit(metric)
+    label = f'{words} ({unit})' if unit else words
+    axes = picture.add_subplot(title=words[0].upper() + words[1:], ylabel=label)
     numbers, theory = study.numbers(metric), predicted(metric)
     values, places, is_scale = _axis(axes, study.table[by])
     split = _second(study, by)
     lines = [*study.table.groupby(split, sort=False)] if split else [('', study.table)]
-    for colour, (value, rows) in zip(_colours(len(lines)), lines, strict=True):
+    colours = colormaps[_SHADES](np.linspace(0.0, 0.85, len(lines)))
+    for colour, (value, rows) in zip(colours, lines, strict=True):
         name = f'{split} = {shown(value)}' if split else ''
         if theory in study.metrics:
             name = name or 'measured'
@@ -102,20 +105,6 @@ def _second(study: Study, by: str) -> str:
     """Return the name with one line per value; '' if there would be too many lines."""
     others = (name for name in study.names if name != by)
     return next((n for n in others if 1 < study.table[n].nunique() <= _MOST_LINES), '')
-
-
-def _colours(count: int) -> list[Any]:
-    return list(colormaps[_SHADES](np.linspace(0.0, 0.85, count)))
-
-
-def _title(metric: str) -> str:
-    words, _ = _words_and_unit(metric)
-    return words[0].upper() + words[1:]
-
-
-def _label(metric: str) -> str:
-    words, unit = _words_and_unit(metric)
-    return f'{words} ({unit})' if unit else words
 
 
 def _words_and_unit(metric: str) -> tuple[str, str]:

@@ -98,13 +98,7 @@ def made_row(
 ) -> Row:  # fmt: skip
     """Make a run in a process of its own; return its row, whatever its scripts do.
 
-    Args:
-        number: Its number.
-        scenario: Its scenario.
-        metrics: Further metrics by name.
-        files: Contents of its files by path; empty if they are on this machine.
-        timeout: Its time limit in s.
-        memory: Its memory limit in bytes.
+    Files are contents by path, empty if they are on this machine; the limits are in s and bytes.
     """
     from joblib import wrap_non_picklable_objects
 
