@@ -56,21 +56,6 @@ def test_a_missing_script_is_reported_with_the_nearest_names(folder):
     assert '\n' not in str(e.value)
 
 
-def test_faults_are_found_without_running_the_script(folder):
-    path = script(folder, 'raise SystemExit\ndef Control(a, b, c, d):\n    pass\n')
-
-    with pytest.raises(SetcmasError, match='no function control'):
-        compile_script(path)
-
-
-def test_a_folder_is_no_script(folder):
-    (folder / 'law.py').mkdir()
-
-    with pytest.raises(SetcmasError, match='not found') as caught:
-        find_script('law')
-    assert 'did you mean' not in str(caught.value)
-
-
 @pytest.mark.parametrize(
     ('text', 'encoding', 'message'),
     [
@@ -105,42 +90,29 @@ def test_any_callable_with_four_positional_arguments_will_do(folder, text):
     assert tuple(control(1, 1, None, 0.0)) == (0, 0)
 
 
-def test_a_name_too_long_for_a_file_is_not_found(folder):
-    with pytest.raises(SetcmasError, match='not found'):
-        find_script('x' * 5000)
-
-
 @pytest.mark.parametrize(
     'source', ['x = ' + '-' * 200_000 + '1', 'x = ' + '(' * 5000 + ')' * 5000]
 )
-def test_an_expression_too_deep_for_python_is_a_mistake(tmp_path, source):
-    path = tmp_path / 'law.py'
-    path.write_text(f'{source}\ndef control(i, n, p, t):\n    return 0, 0\n')
-
+def test_an_expression_too_deep_for_python_is_a_mistake(folder, source):
     with pytest.raises(SetcmasError, match=r'law\.py'):
-        load_control(path, 1)
+        load_control(script(folder, f'{source}\n{CONTROL}'), 1)
 
 
-def test_a_failure_for_one_robot_while_loading_names_the_robot(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text(
-        "if __name__.endswith('2'):\n    1 / 0\ndef control(i, n, p, t):\n    return 0, 0\n"
-    )
+def test_a_failure_for_one_robot_while_loading_names_the_robot(folder):
+    path = script(folder, f"if __name__.endswith('2'):\n    1 / 0\n{CONTROL}")
     load_control(path, 1)
 
     with pytest.raises(SetcmasError, match=r'^tb3_2: law\.py, line 2: ZeroDivisionError'):
         load_control(path, 2)
 
 
-def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text('raise KeyboardInterrupt\n\ndef control(i, n, p, t):\n    return 0, 0\n')
-    former = signal.signal(signal.SIGINT, lambda *_: None)
-    try:
-        with pytest.raises(SetcmasError, match='KeyboardInterrupt'):
-            load_control(path, 1)
-    finally:
-        signal.signal(signal.SIGINT, former)
+def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled(
+    folder, monkeypatch
+):
+    path = script(folder, f'raise KeyboardInterrupt\n{CONTROL}')
+    monkeypatch.setattr(signal, 'getsignal', lambda _: signal.SIG_IGN)
+    with pytest.raises(SetcmasError, match='KeyboardInterrupt'):
+        load_control(path, 1)
 
 
 @pytest.mark.parametrize(
@@ -148,6 +120,7 @@ def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled
     [
         ('folder', 'not found'),
         ('pipe', 'not found'),
+        ('x' * 5000, 'not found'),
         ('law.ipynb', r'is a notebook; start its cell with `%%writefile law\.py`'),
     ],
 )
@@ -160,21 +133,17 @@ def test_files_that_are_no_scripts_are_reported_as_what_they_are(tmp_path, name,
         find_script(str(tmp_path / name))
 
 
-def test_advice_for_what_scripts_cannot_do(tmp_path):
-    path = tmp_path / 'law.py'
-    for source, advice in (
-        ('from .helper import x', 'without the dot'),
-        ('raise EOFError', 'scripts have no input'),
-    ):
-        path.write_text(f'{source}\ndef control(i, n, p, t):\n    return 0, 0\n')
-        with pytest.raises(SetcmasError, match=advice):
-            load_control(path, 1)
+@pytest.mark.parametrize(
+    ('source', 'advice'),
+    [('from .helper import x', 'without the dot'), ('raise EOFError', 'scripts have no input')],
+)
+def test_advice_for_what_scripts_cannot_do(folder, source, advice):
+    with pytest.raises(SetcmasError, match=advice):
+        load_control(script(folder, f'{source}\n{CONTROL}'), 1)
 
 
-def test_odd_syntax_is_reported_once_for_all_robots(tmp_path, capsys):
-    path = tmp_path / 'law.py'
-    path.write_text('TEXT = 1 is 1\n\ndef control(i, n, p, t):\n    return 0, 0\n')
-
+def test_odd_syntax_is_reported_once_for_all_robots(folder, capsys):
+    path = script(folder, f'TEXT = 1 is 1\n{CONTROL}')
     for robot in (1, 2, 3):
         load_control(path, robot)
 

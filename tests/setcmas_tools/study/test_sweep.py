@@ -239,14 +239,6 @@ def test_more_seeds_continue_a_study(law, tmp_path, monkeypatch):
         seeded(law, tmp_path / 'grown', 2)
 
 
-def test_50_cases_get_50_rows():
-    study = sweep('consensus', 2, 1, vary={'K': '0.1:5:50'})
-
-    assert len(study.summary.splitlines()[-50:][0].split()) > 2
-    assert study.summary.splitlines()[-1].split()[0] == '5'
-    assert study.summary.splitlines()[-50].split()[0] == '0.1'
-
-
 def test_metrics_of_ones_own_are_columns(law, tmp_path):
     def spread(run):
         return run.poses[:, 0].max()  # a numpy scalar

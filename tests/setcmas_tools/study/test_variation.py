@@ -2,12 +2,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.study.variation import (
-    checked_name,
-    parse_values,
-    value_of,
-    with_values,
-)
+from setcmas_tools.study.variation import checked_name, parse_values, value_of, with_values
 
 SCRIPT = {'K', 'loss', 'PLACES'}
 
@@ -72,17 +67,7 @@ def test_lists_and_ranges(text, values):
 
 
 @pytest.mark.parametrize(
-    'text',
-    [
-        '',
-        '0,,1',
-        '0:1:0',
-        '0.2:2',
-        'log:1:2',
-        '0:1:2.5',
-        'log:0:1:3',
-        '[1',
-    ],
+    'text', ['', '0,,1', '0:1:0', '0.2:2', 'log:1:2', '0:1:2.5', 'log:0:1:3', '[1']
 )
 def test_an_invalid_variation_is_reported_in_one_line(text):
     with pytest.raises(SetcmasError, match=r"--vary K '.*' must ") as told:
