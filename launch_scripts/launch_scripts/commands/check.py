@@ -55,7 +55,7 @@ def main(args: argparse.Namespace) -> int:
         result = Check(law.marks(rubric, runs_apart(law.script, rubric, call_timeout)))
     if args.json:
         print(json.dumps(result.plain()))
-        return 0 if result.is_full else SCRIPT_FAILED
+        return 0 if result.marks.is_full else SCRIPT_FAILED
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
     print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))
@@ -64,4 +64,4 @@ def main(args: argparse.Namespace) -> int:
     if any(one.paths and one.paths[0].own for one in result.marks.scenarios):
         write_picture(result.marks, picture, args.show)
         print(f'your paths over those of the solution: {picture}')
-    return 0 if result.is_full else SCRIPT_FAILED
+    return 0 if result.marks.is_full else SCRIPT_FAILED

@@ -98,14 +98,8 @@ class Bag:
         return self._left_out + losses + [self._gap] * bool(self._gap)
 
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
-        """Yield topic, receive time (ns) and bytes of each message in the order of time.
-
-        Args:
-            chosen: The topics; None for all.
-        """
-        found = {
-            key: topic for key, topic in self._topics.items() if chosen is None or topic in chosen
-        }
+        """Yield topic, receive time (ns) and bytes of each message in the order of time."""
+        found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
         files = [file.messages(found) for file in self._files]
         last = self.start_ns
         for topic, time_ns, data in heapq.merge(*files, key=itemgetter(1)):

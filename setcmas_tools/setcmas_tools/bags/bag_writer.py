@@ -50,13 +50,9 @@ class BagWriter:
     def add_topic(
         self, name: str, msgtype: str, definition: Definition, offered_qos: Sequence[Qos]
     ) -> Connection:
-        """Add a topic if it is new; pass the result to `write`.
+        """Add a topic by its full name if it is new; pass the result to `write`.
 
-        Args:
-            name: Full name.
-            msgtype: Type of its messages.
-            definition: That of the type.
-            offered_qos: Quality of service of each publisher, for players.
+        Players use the quality of service of each publisher.
         """
         key = (name, msgtype)
         if key not in self._topics:

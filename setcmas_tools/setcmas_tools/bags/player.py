@@ -67,9 +67,7 @@ def is_command(name: str, msgtype: str) -> bool:
 def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[str]]:
     """Return the message class of each topic to play, and a line for each reason to omit topics.
 
-    Args:
-        bag: The bag.
-        own_clock: Whether the player publishes /clock.
+    With its own clock, the player publishes /clock itself.
 
     Raises:
         SetcmasError: No topic can be played.
@@ -135,12 +133,7 @@ class RobotConflict:
     """Finds other nodes that publish or command the robots of a recording."""
 
     def __init__(self, node: Node, names: Collection[str]) -> None:
-        """Start listening.
-
-        Args:
-            node: Sees the graph.
-            names: The topics to play.
-        """
+        """Take a node, which sees the graph, and the names of the topics to play."""
         self._node = node
         self._names = sorted(name for name in names if topics.robot_of(name))
         self._robots = sorted({topics.robot_of(name) or 0 for name in names} - {0})
@@ -209,14 +202,7 @@ class Player:
     def __init__(
         self, process: RosProcess, conflict: RobotConflict, rate: float, clock: Publisher | None
     ) -> None:
-        """Prepare to play.
-
-        Args:
-            process: Asks to stop.
-            conflict: Finds robots that appear.
-            rate: Playback speed; 1 is as recorded.
-            clock: Publishes the time of the recording; None to publish none.
-        """
+        """Prepare to play at a rate, 1 as recorded; None for no clock of the recording."""
         self.count = 0
         self.reason = ''
         self._process = process
@@ -289,11 +275,10 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
-    options = PlayerOptions.of(args)
     if args.bag.suffix in ('.bag', '.active'):
         raise SetcmasError(f"'{args.bag}' is a ROS 1 bag; only rosbag2 bags can be played")
     with open_bag(args.bag) as bag:
-        return _play(process, bag, options)
+        return _play(process, bag, PlayerOptions.of(args))
 
 
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:

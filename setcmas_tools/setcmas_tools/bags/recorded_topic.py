@@ -104,14 +104,7 @@ class RecordedTopic:
             self._subscribe()
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
-        """Subscribe again if the publishers' qualities of service require it.
-
-        Args:
-            profiles: Profile of each publisher, at least one.
-
-        Returns:
-            The messages received before.
-        """
+        """Subscribe again if the profiles of publishers require it; return what came before."""
         reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
         transient_local = all(one.durability == _TRANSIENT_LOCAL for one in profiles)
         if self._has_publishers:
@@ -151,17 +144,15 @@ class RecordedTopic:
             self._subscription = None
 
     def _subscribe(self) -> None:
-        self._subscription = self._node.create_subscription(
-            self._class, self.name, lambda _: None, self._qos(), raw=True
-        )
-
-    def _qos(self) -> QoSProfile:
-        """Return the profile that loses as little as the publishers allow."""
+        """Subscribe so that as little is lost as the publishers allow."""
         reliability = (
             ReliabilityPolicy.RELIABLE if self._reliable else ReliabilityPolicy.BEST_EFFORT
         )
         durability = _TRANSIENT_LOCAL if self._transient_local else DurabilityPolicy.VOLATILE
-        return QoSProfile(depth=DEPTH, reliability=reliability, durability=durability)
+        profile = QoSProfile(depth=DEPTH, reliability=reliability, durability=durability)
+        self._subscription = self._node.create_subscription(
+            self._class, self.name, lambda _: None, profile, raw=True
+        )
 
     def _is_new(self, source_ns: int) -> bool:
         if self._has_publishers:

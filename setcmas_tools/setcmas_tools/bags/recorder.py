@@ -37,13 +37,7 @@ class GraphRecorder:
     """
 
     def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
-        """Start without any topic.
-
-        Args:
-            node: Sees the graph and holds the subscriptions.
-            writer: Takes the messages.
-            chosen: Full names of the topics to record; None for all.
-        """
+        """Start without any topic; `chosen` are full names of topics, None for all."""
         self._node = node
         self._requests = PolledServices(node)
         self._writer = writer
@@ -205,7 +199,13 @@ _FLUSH_PERIOD_S = 1.0
 
 def main(argv: list[str] | None = None) -> int:
     """Record; return the exit status."""
-    return node_main(_parser(), _record_bag, argv)
+    parser = argparse.ArgumentParser(
+        prog='recorder',
+        description='Record all topics of this namespace but hidden ones (/_...) into a rosbag2 '
+        'bag, new topics as they appear, until Ctrl-C.',
+    )
+    RecorderOptions.add_to(parser)
+    return node_main(parser, _record_bag, argv)
 
 
 def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
@@ -223,18 +223,13 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
         return 1
     for name in sorted(set(chosen or []) - set(recorder.recorded)):
         print(f'{name} was never published', file=sys.stderr)
-    print(_summary(writer), flush=True)
+    if writer.count:
+        print(f'recorded {writer} to {writer.path}', flush=True)
+    else:
+        print(
+            f'nothing was recorded: no message arrived; {writer.path} is an empty bag', flush=True
+        )
     return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog='recorder',
-        description='Record all topics of this namespace but hidden ones (/_...) into a rosbag2 '
-        'bag, new topics as they appear, until Ctrl-C.',
-    )
-    RecorderOptions.add_to(parser)
-    return parser
 
 
 def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> None:
@@ -260,12 +255,6 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
             writer.flush()
         time.sleep(recorder.period)
     recorder.close()
-
-
-def _summary(writer: BagWriter) -> str:
-    if not writer.count:
-        return f'nothing was recorded: no message arrived; {writer.path} is an empty bag'
-    return f'recorded {writer} to {writer.path}'
 
 
 if __name__ == '__main__':

@@ -97,11 +97,6 @@ class Check:
         """Return a line per criterion, and hints below missed ones."""
         return '\n'.join(_lines(self.marks))
 
-    @property
-    def is_full(self) -> bool:
-        """Whether it has all points."""
-        return self.marks.is_full
-
     def plain(self) -> dict[str, Any]:
         """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
         marks = self.marks
@@ -120,7 +115,7 @@ class Check:
             return 'unfilled'
         if any(one.failure for one in self.marks.scenarios):
             return 'failed'
-        return 'right' if self.is_full else 'incomplete'
+        return 'right' if self.marks.is_full else 'incomplete'
 
     __repr__ = __str__  # in a terminal, where notebooks show HTML
 
@@ -254,9 +249,7 @@ def opened(law: str) -> Iterator[OwnLaw]:
 def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
     """Return a runner of scenarios for a trusted submission, in this process, as `simulate` does.
 
-    Args:
-        submission: What `MarkedScenario.of` takes.
-        function: Which function it is.
+    The submission is what `MarkedScenario.of` takes.
     """
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
@@ -274,13 +267,8 @@ def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
 def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
     """Return a runner of scenarios with a script in processes of their own.
 
-    Args:
-        script: The script; it can hang or die without harm.
-        rubric: Holds the scenarios.
-        call_timeout: Time in s after which a call that does not return ends a run.
-
-    Returns:
-        A runner that raises SetcmasError if the script cannot be loaded.
+    The script can hang or die without harm: a call that takes longer than `call_timeout`, in s,
+    ends a run. The runner raises SetcmasError if the script cannot be loaded.
     """
     from setcmas_tools.offline.offline_run import OfflineRun
 

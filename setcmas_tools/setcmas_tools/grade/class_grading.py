@@ -238,11 +238,7 @@ def grade(
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
-    Args:
-        submissions: The submissions.
-        rubric: Rubric for the marks.
-        folder: Folder of the grades.
-        options: Options of the grading.
+    The marks are kept in the folder of the grades.
 
     Raises:
         SetcmasError: There is no sandbox, the rubric's solution fails, or the machine has kept

@@ -52,29 +52,18 @@ def find_corrections(given: Path | None, submissions: Path, grades: Path) -> Pat
 
 
 @dataclass(frozen=True)
-class _Signature:
-    """Who corrected, when and why."""
-
-    reason: str
-    author: str
-    date: str
-
-    def correction(self, what: str, points: float, is_hidden: bool = False) -> Correction:
-        return Correction(what, points, self.reason, self.author, self.date, is_hidden)
-
-
-@dataclass(frozen=True)
 class _Change:
     """A correction of one student's marks; without a criterion, of the score.
 
     Attributes:
         key: The key of its number: points, add or total.
+        signed: Who corrected, when and why, without what and points.
     """
 
     key: str
     number: float
     criterion: tuple[str, str] | None
-    signature: _Signature
+    signed: Correction
 
 
 @dataclass(frozen=True)
@@ -86,7 +75,7 @@ class Corrections:
     """
 
     _changes: Mapping[str, Sequence[_Change]] = field(default_factory=dict)
-    _late: tuple[_Signature, Lateness] | None = None
+    _late: tuple[Correction, Lateness] | None = None
     untimed: tuple[str, ...] = ()
 
     def applied(self, marks: Marks) -> Marks:
@@ -94,21 +83,21 @@ class Corrections:
         corrections: list[Correction] = []
         score = marks.automatic
 
-        def add(signature: _Signature, what: str, points: float, is_hidden: bool = False) -> None:
+        def add(signed: Correction, what: str, points: float, hidden: bool = False) -> None:
             nonlocal score
             points = rounded(max(points, -score))  # no score is below 0
             score += points
-            corrections.append(signature.correction(what, points, is_hidden))
+            corrections.append(replace(signed, what=what, points=points, hidden=hidden))
 
         changes = self._changes.get(marks.submission, ())
         for one in changes:
             if one.key != 'total':
-                add(one.signature, *_of_criterion(one, marks))
+                add(one.signed, *_of_criterion(one, marks))
         if self._late and (taken := self._late[1].taken(marks))[1]:
             add(self._late[0], taken[0], -taken[1])
         for one in changes:
             if one.key == 'total':
-                add(one.signature, f'total {one.number:g}', one.number - score)
+                add(one.signed, f'total {one.number:g}', one.number - score)
         return replace(marks, corrections=tuple(corrections))
 
 
@@ -128,12 +117,7 @@ def _of_criterion(change: _Change, marks: Marks) -> tuple[str, float, bool]:
 def read_corrections(
     path: Path, students: Sequence[tuple[str, Student]], rubric: Rubric
 ) -> Corrections:
-    """Read the corrections of a class.
-
-    Args:
-        path: The file.
-        students: The name of each submission, and its student.
-        rubric: The rubric of the class.
+    """Read the corrections of a class; `students` are by the names of their submissions.
 
     Raises:
         SetcmasError: The file is invalid, or a student or criterion unknown; the message has
@@ -151,18 +135,12 @@ def read_corrections(
         if any(one.criterion == change.criterion for one in same):
             raise item.error(f'{change.key} of the same student and criterion is set twice')
         of_student.append(change)
-    late = _late(fields['late'], known, common) if 'late' in fields else None
-    without_time = untimed(fields['late'], late[1], students) if late else ()
-    return Corrections(changes, late, without_time)
-
-
-def _late(
-    entry: Entry, known: Students, common: Mapping[str, Entry]
-) -> tuple[_Signature, Lateness]:
-    fields = entry.fields((*LATE_KEYS, *_SIGNED))
-    return _signature(entry, fields, common, 'late submission'), read_lateness(
-        entry, fields, known
-    )
+    if 'late' not in fields:
+        return Corrections(changes)
+    entry = fields['late']
+    own = entry.fields((*LATE_KEYS, *_SIGNED))
+    signed, late = _signed(entry, own, common, 'late submission'), read_lateness(entry, own, known)
+    return Corrections(changes, (signed, late), untimed(entry, late, students))
 
 
 def _change(
@@ -188,7 +166,7 @@ def _change(
         criterion, most = _criterion(fields['criterion'], rubric)
         if key == 'points':
             Number(least=0, most=most).of(fields[key])
-    return submission, _Change(key, number, criterion, _signature(item, fields, common))
+    return submission, _Change(key, number, criterion, _signed(item, fields, common))
 
 
 def _criterion(entry: Entry, rubric: Rubric) -> tuple[tuple[str, str], float]:
@@ -207,9 +185,9 @@ def _criterion(entry: Entry, rubric: Rubric) -> tuple[tuple[str, str], float]:
     return found[0]
 
 
-def _signature(
+def _signed(
     item: Entry, fields: Mapping[str, Entry], common: Mapping[str, Entry], reason: str = ''
-) -> _Signature:
+) -> Correction:
     """Return who, when and why; author and date may be those of the whole file."""
     known = {**common, **fields}
     missing = [key for key in _SIGNED if key not in known and not (key == 'reason' and reason)]
@@ -221,4 +199,4 @@ def _signature(
     for key, text in (('reason', reason), ('author', author)):
         if not text:
             raise known[key].mistake('a text that is not empty')
-    return _Signature(reason, author, f'{read_time(known["date"]):%Y-%m-%d}')
+    return Correction('', 0.0, reason, author, f'{read_time(known["date"]):%Y-%m-%d}')

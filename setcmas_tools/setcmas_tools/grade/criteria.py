@@ -28,11 +28,7 @@ def is_plugins(name: str) -> bool:
 
 
 def figures_of(run: Run) -> dict[str, float | None]:
-    """Return the numbers of a run by name; None for missing ones.
-
-    Args:
-        run: The run; it must have the references of the solution.
-    """
+    """Return the numbers of a run by name, None for missing ones; it has the references."""
     return numbers_of(measure(run, lambda _: None)) if len(run.counted.t) else {}
 
 

@@ -7,6 +7,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 
@@ -57,16 +58,13 @@ class Students:
 def read_time(entry: Entry) -> datetime:
     """Return a date or a time without time zone, or raise SetcmasError."""
     value = entry.value
-    found = None
-    if isinstance(value, datetime):
-        found = value
-    elif isinstance(value, date):
-        found = datetime(value.year, value.month, value.day)
-    elif isinstance(value, str):
-        found = time_of(value)
-    if found is None or found.tzinfo:
+    if isinstance(value, str):
+        value = time_of(value)
+    elif type(value) is date:
+        value = datetime(value.year, value.month, value.day)
+    if not isinstance(value, datetime) or value.tzinfo:
         raise entry.mistake('a date such as 2026-11-20, or a time such as 2026-11-20 23:59')
-    return found
+    return value
 
 
 _FORMATS = (
@@ -78,10 +76,8 @@ _FORMATS = (
 def time_of(text: str) -> datetime | None:
     """Return a time as platforms write it, as on their clock; None for another text."""
     for form in _FORMATS:
-        try:
+        with suppress(ValueError):
             return datetime.strptime(text.strip(), form).replace(tzinfo=None)
-        except ValueError:
-            continue
     return None
 
 

@@ -149,16 +149,13 @@ def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
     Raises:
         OSError: They cannot be written.
     """
-    names = file_names(marks)
-    students = folder / STUDENTS
-    students.mkdir(exist_ok=True)
-    for old in students.glob('*.html'):
-        if old.stem not in names:
-            old.unlink()
-    for one, name in zip(marks, names, strict=True):
-        _write(students / f'{name}.html', student_page(one))
-    page = folder / CLASS_PAGE
-    _write(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
+    page, *students = page_paths(marks, folder)
+    (folder / STUDENTS).mkdir(exist_ok=True)
+    for old in {*(folder / STUDENTS).glob('*.html')} - {*students}:
+        old.unlink()
+    for one, path in zip(marks, students, strict=True):
+        _write(path, student_page(one))
+    _write(page, class_page(marks, [f'{STUDENTS}/{path.name}' for path in students]))
     return page
 
 

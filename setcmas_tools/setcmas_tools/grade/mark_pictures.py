@@ -30,9 +30,7 @@ _SUFFIXES = ('.png', '.pdf', '.svg')
 def draw_marks(figure: Figure, marks: Marks) -> None:
     """Draw the paths of each scenario that has some, in panels side by side.
 
-    Args:
-        figure: An empty figure, made within `plot_style`.
-        marks: What is drawn.
+    The figure is empty, and was made within `plot_style`.
     """
     scenarios = [one for one in marks.scenarios if one.paths]
     figure.set_size_inches(_PANEL_IN * max(1, len(scenarios)) + 1.6, _PANEL_IN + 0.6)
@@ -59,12 +57,7 @@ def check_picture(path: Path) -> None:
 
 
 def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
-    """Write the picture of marks to a file.
-
-    Args:
-        marks: What is drawn.
-        path: The file; its suffix, .png, .pdf or .svg, is the format.
-        in_window: Whether to open it in a window.
+    """Write the picture of marks to a file, and perhaps show it in a window.
 
     Raises:
         SetcmasError: It cannot be written, or there is no screen.
@@ -124,11 +117,8 @@ _MOST_LINES = 7  # of the grid, along a side
 def path_picture(paths: Sequence[RobotPath], title: str) -> str:
     """Return a picture of paths as SVG for a page; '' if there is nothing to draw.
 
-    It takes 5 ms, a figure of matplotlib 50 ms, and a class has hundreds.
-
-    Args:
-        paths: Paths of the robots.
-        title: Description for screen readers.
+    It takes 5 ms, a figure of matplotlib 50 ms, and a class has hundreds. Screen readers read
+    the title.
     """
     drawn = [(path.robot, _near(path.own), _near(path.wanted)) for path in paths]
     points = np.concatenate([np.empty((0, 2)), *(one for _, *each in drawn for one in each)])

@@ -34,14 +34,7 @@ _NOTHING = ScenarioRun(None)
 def mark(
     rubric: Rubric, run: LawRunner, submission: str, student: Student, is_unfilled: bool = False
 ) -> Marks:
-    """Return the marks of a submission.
-
-    Args:
-        rubric: Rubric for the marks.
-        run: Runs a scenario with the submission.
-        submission: Name of the submission.
-        student: Its student.
-        is_unfilled: Whether it is still the empty exercise, which is not run.
+    """Return the marks of a submission; an exercise that is still unfilled is not run.
 
     Raises:
         SetcmasError: The rubric's solution or a file of it cannot be used.

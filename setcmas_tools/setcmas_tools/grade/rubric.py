@@ -55,11 +55,6 @@ class MarkedScenario:
         """
         return self.base.replace(**{_PLACES[function]: submission})
 
-    @property
-    def seconds(self) -> float:
-        """Duration of its run in s."""
-        return self.base.time.duration
-
     def shown(self) -> MarkedScenario:
         """Return the scenario without hidden criteria."""
         criteria = [one for one in self.criteria if not one.hidden]
@@ -128,12 +123,8 @@ class Rubric:
         found = (one for file in [self.file, *solution, *named] for one in with_helpers(file))
         return tuple(dict.fromkeys(found))
 
-    def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
-        """Use a run as that of the model solution.
-
-        Raises:
-            SetcmasError: It lacks the metric of a criterion.
-        """
+    def _check_metrics(self, scenario: MarkedScenario, run: Run) -> None:
+        """Check that the solution's run has the metric of each criterion."""
         others = [one.metric for one in scenario.criteria if one.metric not in UNITS]
         known = figures_of(run) if others else {}
         for metric in others:
@@ -143,7 +134,6 @@ class Rubric:
                     f'its run; it must be one of setcmas list, or of plugins: '
                     f'{", ".join(sorted(known.keys() - UNITS.keys())) or "none"}'
                 )
-        self._runs[scenario.name] = run
 
     def shown(self) -> Rubric:
         """Return the rubric without hidden parts."""
@@ -154,27 +144,30 @@ class Rubric:
         """Return the run of the model solution, made once; None if there is no solution.
 
         Raises:
-            SetcmasError: The solution does not load, or fails, or its run is missing.
+            SetcmasError: The solution does not load, or fails, or its run is missing or lacks the
+                metric of a criterion.
         """
-        if self.references:
-            if scenario.name not in self._runs:
-                table = self.references[scenario.name] / FLEET.name
-                self.keep_solution(scenario, Run(read_tables(table)))
-            return self._runs[scenario.name]
-        if self.function == CONTROL and self.solution is None:
+        if self.function == CONTROL and not self.solution and not self.references:
             return None
         if scenario.name not in self._runs:
-            messages: list[str] = []
-            chosen = scenario.of(self.solution, self.function)
-            with silent():  # students would take its lines for those of their own script
-                run = simulate(chosen, warn=messages.append)
-            if run.failed_robots:
-                raise SetcmasError(
-                    f"the solution fails in scenario '{scenario.name}' of {self.file}: "
-                    f'{messages[0]}'
-                )
-            self.keep_solution(scenario, run)
+            if self.references:
+                run = Run(read_tables(self.references[scenario.name] / FLEET.name))
+            else:
+                run = self._simulated_solution(scenario)
+            self._check_metrics(scenario, run)
+            self._runs[scenario.name] = run
         return self._runs[scenario.name]
+
+    def _simulated_solution(self, scenario: MarkedScenario) -> Run:
+        messages: list[str] = []
+        chosen = scenario.of(self.solution, self.function)
+        with silent():  # students would take its lines for those of their own script
+            run = simulate(chosen, warn=messages.append)
+        if run.failed_robots:
+            raise SetcmasError(
+                f"the solution fails in scenario '{scenario.name}' of {self.file}: {messages[0]}"
+            )
+        return run
 
 
 def rubric_of_exercise(name: str) -> Rubric:
@@ -274,15 +267,7 @@ def _function_of(exercise: Path) -> str:
 
 
 def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
-    """Return the scenario of an entry of a rubric, once for each of its seeds.
-
-    Args:
-        entry: The entry.
-        function: The submissions' function.
-
-    Raises:
-        SetcmasError: The entry is invalid; the message has its line.
-    """
+    """Return the scenario of an entry of a rubric, once for each of its seeds."""
     submitted = {'algo', 'exercise'} if function == CONTROL else {'ctc', 'event_triggered'}
     fields = entry.fields((*_OWN, *(name for name in options() if name not in submitted)))
     for name in ('name', 'criteria'):
@@ -315,11 +300,7 @@ def _checked(entry: Entry, scenario: MarkedScenario) -> MarkedScenario:
 
 
 def _read_solution(entry: Entry) -> Path:
-    """Return the script of a solution: a file in the rubric's folder, or a built-in law.
-
-    Raises:
-        SetcmasError: It does not exist.
-    """
+    """Return the script of a solution: a file in the rubric's folder, or a built-in law."""
     try:
         return Path(ScenarioFolder(entry.file.parent).place_of('algo')(entry.text()))
     except SetcmasError as error:

@@ -29,12 +29,7 @@ class Similar:
 
 
 def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:
-    """Return the fingerprint of a submission.
-
-    Args:
-        sources: Its scripts.
-        given: Fingerprint of the given parts.
-    """
+    """Return the fingerprint of a submission's scripts without that of the given parts."""
     runs: set[tuple[str, ...]] = set()
     for source in sources:
         try:
@@ -46,11 +41,9 @@ def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:
 
 
 def likenesses(own: Mapping[str, Print], known: Mapping[str, Print]) -> dict[str, list[Similar]]:
-    """Return the similar scripts of each submission, most similar first.
+    """Return the scripts similar to each submission, among these and other known scripts.
 
-    Args:
-        own: Fingerprints of the submissions by name.
-        known: Fingerprints of other scripts by name.
+    The fingerprints are by name; the most similar scripts are first.
     """
     found: dict[str, list[Similar]] = {name: [] for name in own}
     for name, runs in own.items():

@@ -147,13 +147,7 @@ def script_of(notebook: PurePosixPath) -> PurePosixPath:
 
 
 def in_cells(text: str, name: str, notebook: Notebook) -> str:
-    """Return a message with cells and lines of a notebook instead of lines of its script.
-
-    Args:
-        text: The message.
-        name: Name of the notebook.
-        notebook: Its cells.
-    """
+    """Return a message with the notebook's name, its cells and lines, not lines of its script."""
     own = script_of(PurePosixPath(name)).name
     script = re.escape(own)
 

@@ -105,7 +105,12 @@ def read_submission(packed: Packed) -> Submission:
     """Unpack a submission and choose its script."""
     tops, files = dict[PurePosixPath, str](), Files()
     for top in dict.fromkeys(one.top for one in packed.files):
-        for path, content in unpacked(_of_top(packed.files, top), top).items():
+        own = {
+            PurePosixPath(one.path): one.content if one.is_read else Unread(one.content)
+            for one in packed.files
+            if one.top == top
+        }
+        for path, content in unpacked(own, top).items():
             files.pop(path, None)  # the newest comes last
             files[path], tops[path] = content, top
     newest = [path for path in files if not is_empty(path)][-MOST_FILES:]
@@ -136,14 +141,6 @@ def read_submission(packed: Packed) -> Submission:
     )  # fmt: skip
 
 
-def _of_top(files: Sequence[PackedFile], top: str) -> Files:
-    return {
-        PurePosixPath(one.path): one.content if one.is_read else Unread(one.content)
-        for one in files
-        if one.top == top
-    }
-
-
 def submitted_notebook(path: Path) -> Submission:
     """Return the submission that a notebook is, with the files near it.
 
@@ -169,13 +166,8 @@ Reader = Callable[[Sequence[Packed]], list[Submission]]
 """Reads packed submissions; for those of others, in a sandbox."""
 
 
-def read_here(packed: Sequence[Packed]) -> list[Submission]:
-    """Read submissions in this process, which only those of trusted people should be."""
-    return [read_submission(one) for one in packed]
-
-
 def find_submissions(
-    place: Path, function: str, exercise: bytes = b'', read: Reader = read_here
+    place: Path, function: str, exercise: bytes = b'', read: Reader | None = None
 ) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
@@ -186,7 +178,8 @@ def find_submissions(
         place: The folder or zip file.
         function: The function of the scripts to mark: 'control' or 'ctc'.
         exercise: Source of the exercise; empty for none.
-        read: Reads what was handed in.
+        read: Reads what was handed in; by default this process does, which is for submissions of
+            trusted people only.
 
     Raises:
         SetcmasError: There are none.
@@ -215,7 +208,8 @@ def find_submissions(
         ordered = sorted(parts, key=lambda part: part[0].number)
         files = tuple(file for _, file in ordered)
         packed.append(Packed(ordered[-1][0].student, files, function, exercise))
-    return sorted(read(packed), key=lambda one: (one.student.name.casefold(), one.name))
+    submissions = read(packed) if read else map(read_submission, packed)
+    return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
 
 
 def _of_class(files: Files, function: str) -> Files:
