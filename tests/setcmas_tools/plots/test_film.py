@@ -104,13 +104,10 @@ def test_an_mp4_where_there_is_ffmpeg(run):
     assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
 
 
-def triggers(folder, rows):
-    write_communication(record_of({}, rows, [], {}), folder / 'csv')
-
-
 def test_communications_flash_where_and_when_they_happen(run):
     folder = run(1)
-    triggers(folder, [(0.0, 1, 0), (3.0, 1, 1)])
+    sent = record_of({}, [(0.0, 1, 0), (3.0, 1, 1)], [], {})
+    write_communication(sent, folder / 'csv')
     path = animate(folder, kind='gif')
 
     with Image.open(path) as opened:
