@@ -11,7 +11,7 @@ import sys
 from tabulate import tabulate
 
 from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
-from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_there
+from setcmas_expe.doctor.machine_checks import environment_findings, missing_packages
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
@@ -59,7 +59,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _examine(options: LabOptions, ros_arguments: list[str]) -> int:
     lab = options.chosen() if options.changed() else None
-    has_ros = ros_is_there()
+    has_ros = not missing_packages()
     if lab and has_ros:
         lab.mocap.source.message_class()
     findings = environment_findings()

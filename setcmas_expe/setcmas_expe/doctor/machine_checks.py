@@ -43,11 +43,6 @@ def plugin_findings() -> list[Finding]:
     ]
 
 
-def ros_is_there() -> bool:
-    """Return whether nodes can run here."""
-    return not _missing_packages()
-
-
 def python_finding(version: tuple[int, int]) -> Finding:
     """Return whether ROS 2 Jazzy has wheels for a version of Python."""
     text = '.'.join(map(str, version))
@@ -59,8 +54,7 @@ def python_finding(version: tuple[int, int]) -> Finding:
 
 def ros_finding() -> Finding:
     """Return whether the packages of ROS 2 are installed."""
-    missing = _missing_packages()
-    if missing:
+    if missing := missing_packages():
         return Finding(PROBLEM, 'ROS 2', f'{", ".join(missing)} not found', _WHEELS)
     try:
         found = f'rclpy {metadata.version("ros-jazzy-rclpy")} from PyPI'
@@ -72,7 +66,8 @@ def ros_finding() -> Finding:
     return Finding(OK, 'ROS 2', found)
 
 
-def _missing_packages() -> list[str]:
+def missing_packages() -> list[str]:
+    """Return the packages of ROS 2 that are not there; without them no node can run."""
     return [name for name in _PACKAGES if importlib.util.find_spec(name) is None]
 
 
@@ -96,16 +91,15 @@ def domain_finding(variables: Mapping[str, str]) -> Finding:
 
 def discovery_finding(variables: Mapping[str, str]) -> Finding:
     """Return how processes and machines find each other."""
-    what = 'discovery'
     if variables.get('ROS_LOCALHOST_ONLY') == '1':
         advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and is deprecated in Jazzy'
-        return Finding(PROBLEM, what, 'ROS_LOCALHOST_ONLY=1', advice)
+        return Finding(PROBLEM, 'discovery', 'ROS_LOCALHOST_ONLY=1', advice)
     wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
     if wanted is not None and wanted not in _RANGES:
         advice = f'set ROS_AUTOMATIC_DISCOVERY_RANGE to one of {", ".join(_RANGES)}'
-        return Finding(PROBLEM, what, f'range {wanted}', advice)
+        return Finding(PROBLEM, 'discovery', f'range {wanted}', advice)
     found = f'range {wanted}' if wanted else 'this machine in simulation, SUBNET in experiments'
     for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
         if variables.get(name):
             found += f', {name}={variables[name]}'
-    return Finding(OK, what, found)
+    return Finding(OK, 'discovery', found)

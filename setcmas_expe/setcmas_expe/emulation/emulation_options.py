@@ -26,9 +26,6 @@ from setcmas_simu.robots.models import (
 )
 from setcmas_simu.simulator.simulator_options import StartPoseOptions
 
-MOCAP_RATE_HZ = 50.0
-"""Default rate of the emulated motion capture system, in Hz."""
-
 _MARGIN = 0.5  # m, between start poses and the border of the arena
 _HALF_SQUARE = 5.0  # m, of the default start poses
 
@@ -44,7 +41,7 @@ class EmulationOptions(StartPoseOptions):
         default_text='at once',
     )
     seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
-    mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
+    mocap_rate: float = option(RATE, 'rate of the motion capture system', default=50.0)
     remapped: bool = flag(
         'robots listen to their guard alone, as real ones should (default: yes)', default=True
     )

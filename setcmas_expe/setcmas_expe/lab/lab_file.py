@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable
@@ -40,6 +41,7 @@ _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 _TIMEOUT = Number(least=0.3, most=2.0, unit='s')  # commands come every 0.2 s
 _POSITIVE = Number(above=0, finite=True)
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
+_TOPIC = re.compile(r'(/[A-Za-z][A-Za-z0-9_]*)+')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
 
@@ -74,7 +76,9 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         guarded=True,
         cmd_vel_type=OneOf((AUTO, *CMD_VEL_TYPES)).of(chosen['cmd_vel_type']),
         joystick_button=Whole().of(groups['joystick']['button']),
-        joystick_topic=_checked(groups['joystick']['topic'], _is_topic, 'a topic, such as /joy'),
+        joystick_topic=_checked(
+            groups['joystick']['topic'], _TOPIC.fullmatch, 'a topic, such as /joy'
+        ),
         static_peers=tuple(
             _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
             for peer in groups['network']['static_peers'].items()
@@ -95,19 +99,18 @@ def _robots(
     by_number: dict[int, LabRobot] = {}
     for item in entry.items():
         robot = _robot(item, source)
-        for other in by_number.values():
-            _refuse_same(item, robot, other)
+        for other, key in itertools.product(by_number.values(), _ROBOT):
+            if (value := getattr(robot, key)) == getattr(other, key):
+                raise item.error(f"two robots have the {key} '{value}'; each robot needs its own")
         by_number[robot.number] = robot
     numbers = sorted(by_number)
     if not numbers or numbers[-1] != len(numbers):
-        raise SetcmasError(
-            f'{entry.file}, line {entry.line}: the robots have the numbers {numbers}; they '
-            'must be 1 to N without a gap'
+        raise entry.error(
+            f'the robots have the numbers {numbers}; they must be 1 to N without a gap'
         )
     if nb_robots and nb_robots > len(numbers):
-        raise SetcmasError(
-            f'{entry.file}, line {entry.line}: the lab has {len(numbers)} robots; '
-            f'--nb-robots {nb_robots} asks for more'
+        raise entry.error(
+            f'the lab has {len(numbers)} robots; --nb-robots {nb_robots} asks for more'
         )
     return tuple(by_number[number] for number in numbers[:nb_robots])
 
@@ -133,16 +136,6 @@ def _start(entry: Entry) -> tuple[float, float, float]:
     if len(values) != 3:
         raise entry.mistake('x, y in m and the heading in rad, such as [0.5, -1.0, 1.57]')
     return values[0], values[1], values[2]
-
-
-def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
-    for key in _ROBOT:
-        value = getattr(robot, key)
-        if value == getattr(other, key):
-            raise SetcmasError(
-                f"{entry.file}, line {entry.line}: two robots have the {key} '{value}'; "
-                'each robot needs its own'
-            )
 
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
@@ -179,8 +172,8 @@ def _custom(fields: dict[str, Entry]) -> sources.MocapSource:
 def _interval(entry: Entry) -> tuple[float, float]:
     ends = [end.number() for end in entry.items()]
     if len(ends) != 2 or ends[0] >= ends[1]:
-        raise SetcmasError(
-            f'{entry.file}, line {entry.line}: {entry.name} is {ends}; it must be two numbers '
+        raise entry.error(
+            f'{entry.name} is {ends}; it must be two numbers '
             'in m, the smaller one first, such as [-3.0, 3.0]'
         )
     return ends[0], ends[1]
@@ -202,10 +195,6 @@ def _limits(entry: Entry) -> VelocityLimits:
     if missing:
         raise entry.mistake(f'{", ".join(ROBOT_LIMITS)}, or all of {", ".join(_LIMITS)}')
     return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
-
-
-def _is_topic(text: str) -> bool:
-    return bool(re.fullmatch(r'(/[A-Za-z][A-Za-z0-9_]*)+', text))
 
 
 def _checked(entry: Entry, accepts: Callable[[str], object], expected: str) -> str:

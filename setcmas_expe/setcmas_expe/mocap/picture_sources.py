@@ -120,10 +120,8 @@ def _folder(path: Path) -> Iterator[Picture]:
 
 
 def _frames(video: cv2.VideoCapture) -> Iterator[Picture]:
-    arrived, picture = video.read()
-    while arrived:
-        yield picture
-        arrived, picture = video.read()
+    while (frame := video.read())[0]:
+        yield frame[1]
 
 
 class NewestPicture:

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import pytest
 
@@ -15,37 +15,25 @@ from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 
-
-def test_regular_messages():
-    arrivals = [10.0 + 0.02 * i for i in range(101)]
-    statistics = arrival_statistics(arrivals, [t - 0.005 for t in arrivals], 10.0, 12.0)
-
-    assert statistics.rate == pytest.approx(50.0)
-    assert statistics.jitter == pytest.approx(0.0, abs=1e-9)
-    assert statistics.largest_gap == pytest.approx(0.02)
-    assert statistics.age == pytest.approx(0.005)
+REGULAR = [1000.0 + 0.02 * i for i in range(101)]
+JITTERY = [1000.0, 1000.1, 1000.4, 1000.5]
 
 
-def test_jitter_and_a_gap():
-    statistics = arrival_statistics([0.0, 0.1, 0.4, 0.5], [0.0] * 4, 0.0, 0.5)
+@pytest.mark.parametrize(
+    ('arrivals', 'age', 'end', 'expected'),
+    [
+        (REGULAR, 0.005, 1002.0, (50.0, 0.0, 0.02, 0.005)),
+        (JITTERY, 1000.0, 1000.5, (6.0, 0.0943, 0.3, None)),
+        ([], 0.0, 1003.0, (0.0, 0.0, 3.0, None)),
+        (JITTERY[:2], 0.0, 1003.0, (10.0, 0.0, 2.9, 0.0)),
+        (JITTERY[:2], -60.0, 1001.0, (10.0, 0.0, 0.9, None)),  # the clocks differ
+        (JITTERY[:2], 60.0, 1001.0, (10.0, 0.0, 0.9, None)),
+    ],
+)
+def test_rate_jitter_gap_and_age_of_messages(arrivals, age, end, expected):
+    found = arrival_statistics(arrivals, [t - age for t in arrivals], 1000.0, end)
 
-    assert statistics.rate == pytest.approx(6.0)
-    assert statistics.largest_gap == pytest.approx(0.3)
-    assert statistics.jitter == pytest.approx(0.0943, abs=1e-3)
-
-
-def test_a_silent_source_has_a_gap_up_to_the_end():
-    statistics = arrival_statistics([], [], 0.0, 3.0)
-
-    assert (statistics.rate, statistics.age, statistics.largest_gap) == (0.0, None, 3.0)
-    assert arrival_statistics([0.0, 0.1], [0.0, 0.0], 0.0, 3.0).largest_gap == pytest.approx(2.9)
-
-
-@pytest.mark.parametrize('difference', [-60.0, 60.0])
-def test_clocks_that_differ_give_no_age(difference):
-    arrivals = [1000.0, 1000.1]
-
-    assert arrival_statistics(arrivals, [t - difference for t in arrivals], 999, 1001).age is None
+    assert astuple(found) == pytest.approx(expected, abs=1e-4)
 
 
 POSE = ['geometry_msgs/msg/PoseStamped']

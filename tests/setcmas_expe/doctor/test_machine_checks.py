@@ -10,17 +10,16 @@ from setcmas_expe.doctor.machine_checks import (
 
 
 @pytest.mark.parametrize(
-    ('version', 'level'), [((3, 9), PROBLEM), ((3, 10), OK), ((3, 13), OK), ((3, 14), PROBLEM)]
+    ('check', 'values', 'level'),
+    [
+        (python_finding, [(3, 10), (3, 13)], OK),
+        (python_finding, [(3, 9), (3, 14)], PROBLEM),
+        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('', '101')], OK),
+        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('102', '-1', 'a')], PROBLEM),
+    ],
 )
-def test_pythons(version, level):
-    assert python_finding(version).level == level
-
-
-@pytest.mark.parametrize(
-    ('domain', 'level'), [('', OK), ('101', OK), ('102', PROBLEM), ('-1', PROBLEM), ('a', PROBLEM)]
-)
-def test_domains(domain, level):
-    assert domain_finding({'ROS_DOMAIN_ID': domain}).level == level
+def test_pythons_and_domains(check, values, level):
+    assert {check(value).level for value in values} == {level}
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from setcmas_expe.mocap.mocap_presets import AMCL, WHEEL_ODOMETRY
+from setcmas_expe.mocap.mocap_presets import AMCL
 from setcmas_expe.mocap.on_board import LONGEST_S, MOST_DRIFT_M, DeadReckoning
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
@@ -107,8 +107,3 @@ def test_without_amcl_there_are_no_poses():
 
     assert read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 11)))
     assert not read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 12)))
-
-
-def test_wheel_odometry_has_a_topic_for_each_robot():
-    assert WHEEL_ODOMETRY.topic_of('tb3_3') == '/tb3_3/odom'
-    assert WHEEL_ODOMETRY.from_start

@@ -10,31 +10,32 @@ from setcmas_expe.mocap.picture_sources import FOLDER_HZ, NewestPicture, picture
 from setcmas_simu.errors import SetcmasError
 
 
-def test_a_folder_is_read_in_order_at_its_rate(tmp_path):
-    for number in range(3):
-        cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
-    shots = list(pictures(str(tmp_path), None))
+def write_folder(folder, count):
+    for number in range(count):
+        cv2.imwrite(str(folder / f'{number}.png'), np.full((4, 4), number, np.uint8))
+    return folder
+
+
+def write_video(folder, count):
+    path = folder / 'film.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 25.0, (64, 48))
+    for number in range(count):
+        writer.write(np.full((48, 64, 3), number, np.uint8))
+    writer.release()
+    return path
+
+
+@pytest.mark.parametrize(('write', 'rate'), [(write_folder, FOLDER_HZ), (write_video, 25.0)])
+def test_recorded_pictures_come_in_order_at_their_rate(tmp_path, write, rate):
+    shots = list(pictures(str(write(tmp_path, 3)), None))
 
     assert [int(picture.max()) for _, picture in shots] == [0, 1, 2]
-    assert np.diff([t for t, _ in shots]) == pytest.approx([1 / FOLDER_HZ] * 2, abs=1e-5)
-
-
-def test_a_video_is_read_at_its_rate(tmp_path):
-    path = tmp_path / 'film.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 25.0, (64, 48))
-    for _ in range(3):
-        writer.write(np.zeros((48, 64, 3), np.uint8))
-    writer.release()
-    shots = list(pictures(str(path), None))
-
-    assert np.diff([t for t, _ in shots]) == pytest.approx([0.04] * 2, abs=1e-5)
+    assert np.diff([t for t, _ in shots]) == pytest.approx([1 / rate] * 2, abs=1e-5)
 
 
 def test_a_slow_reader_gets_pictures_with_the_time_of_now(tmp_path):
-    for number in range(4):
-        cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 4), number, np.uint8))
     ages = []
-    for t, _ in pictures(str(tmp_path), None):
+    for t, _ in pictures(str(write_folder(tmp_path, 4)), None):
         ages.append(time.time() - t)
         time.sleep(0.5)
 

@@ -119,11 +119,15 @@ def test_single_bad_frames_are_left_out_without_stopping_the_robot(tracker):
         assert tracker.track.fault == ''
 
 
-def test_a_turned_body_is_a_jump(tracker):
+@pytest.mark.parametrize(
+    ('pose', 'fault'), [({'yaw': math.pi}, JUMPED), ({'x': math.nan, 'noise': 0}, NOT_FINITE)]
+)
+def test_bad_measurements_are_counted_by_reason(tracker, pose, fault):
     tracker.feed(1.0)
 
-    assert tracker.feed(0.2, yaw=math.pi) == 0
-    assert tracker.track.fault == JUMPED
+    assert tracker.feed(0.5, **pose) == 0
+    assert tracker.track.fault == fault
+    assert tracker.track.rejected == {fault: 25}
 
 
 def test_a_late_burst_is_not_a_jump(tracker):
@@ -185,14 +189,6 @@ def test_setting_the_clock_of_the_sender_is_no_lateness(tracker, step):
     tracker.feed(1.0)
 
     assert tracker.track.age(tracker.now) < 0.01
-
-
-def test_bad_measurements_are_counted_by_reason(tracker):
-    tracker.feed(0.5)
-    assert tracker.feed(0.5, x=math.nan, noise=0) == 0
-
-    assert tracker.track.rejected == {NOT_FINITE: 25}
-    assert tracker.track.fault == NOT_FINITE
 
 
 def swapped_trackers():
