@@ -15,11 +15,17 @@ RATE = 'consensus.convergence_rate_1_s'
 
 
 @pytest.mark.parametrize(
-    ('graph', 'slowest'),
-    [('complete', 0.5), ('star', 0.25), ('ring', 0.0976), ('directed_ring', 0.0732)],
+    ('graph', 'nb_robots', 'slowest'),
+    [
+        ('complete', 8, 0.5),
+        ('star', 8, 0.25),
+        ('ring', 8, 0.0976),
+        ('directed_ring', 8, 0.0732),
+        ('path', 4, 0.136),
+    ],
 )
-def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, slowest):
-    run = simulate('consensus', 8, 40.0, graph=graph, **THEORY)
+def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, nb_robots, slowest):
+    run = simulate('consensus', nb_robots, 40.0, graph=graph, **THEORY)
     comparison = run.metrics()['prediction']
     rate = comparison.figures[RATE]
 
