@@ -194,13 +194,10 @@ class MessageDefinitions:
         return found
 
     def _installed(self, msgtype: str) -> dict[str, Any]:
-        return dict(get_types_from_msg(self._text(msgtype), msgtype))
-
-    def _text(self, msgtype: str) -> str:
         for prefix in self._prefixes:
             path = prefix / 'share' / f'{msgtype}.msg'
             if path.is_file():
-                return path.read_text(encoding='utf-8')
+                return dict(get_types_from_msg(path.read_text(encoding='utf-8'), msgtype))
         raise UnknownDefinitionError(f'no file {msgtype}.msg is installed')
 
 

@@ -107,10 +107,7 @@ def _files(run: Run) -> dict[str, list[str]]:
 def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 'simple') -> str:
     """Return a row for each number of any run; numbers of each robot as their mean.
 
-    Args:
-        names: Names of the runs; the first is the reference.
-        metrics: Their metrics.
-        form: Format of `tabulate`.
+    The first run is the reference; `form` is a format of `tabulate`.
     """
     columns = [flat(_means(as_dict(one))) for one in metrics]
     rows = []

@@ -36,20 +36,9 @@ def write_pictures(
     folder: Path,
     look: PlotSettings,
 ) -> list[Path]:
-    """Write the pictures of runs, of which the first is the reference.
+    """Write the pictures of runs, or raise SetcmasError; return the files.
 
-    Args:
-        names: Names of the runs.
-        runs: The runs.
-        shifted: All but the reference, compared with it.
-        folder: Folder of the files.
-        look: Style of the plots.
-
-    Returns:
-        The files.
-
-    Raises:
-        SetcmasError: They cannot be written.
+    The first run is the reference; `shifted` has the others, compared with it.
     """
     look.check()
     paths: list[Path] = []

@@ -94,11 +94,7 @@ class Drive:
 
 
 def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
-    """Return commands and motion of the robots of a run, by their numbers.
-
-    Args:
-        path: The run: its folder or its bag, or the folder of an offline run.
-        warn: Prints losses.
+    """Return commands and motion of the robots of a run, by their numbers; `warn` prints losses.
 
     Raises:
         SetcmasError: There is no run, or its commands were not recorded.

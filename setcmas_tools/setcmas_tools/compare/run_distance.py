@@ -115,9 +115,8 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
 def departures(reference: Run, run: Run, shifted: Shifted, form: str = 'simple') -> str:
     """Return when each robot departs from its simulation, and its RMS distance, as a table.
 
-    Returns:
-        A table in a format of `tabulate`; empty unless one of the runs is an experiment and the
-        other a simulation.
+    It has a format of `tabulate`; it is empty unless one of the runs is an experiment and the
+    other a simulation.
     """
     if is_experiment(reference) == is_experiment(run):
         return ''

@@ -89,13 +89,9 @@ def compared(
 
 
 def _ratio(run: Run, solution: Run) -> float | None:
-    own, wanted = (_length(one.counted_grid) for one in (run, solution))
+    grids = (run.counted_grid, solution.counted_grid)
+    own, wanted = (float(np.nansum(np.hypot(np.diff(g.x), np.diff(g.y)))) for g in grids)
     return own / wanted if wanted else None
-
-
-def _length(grid: FleetGrid) -> float:
-    """Return the total path length of all robots in m."""
-    return float(np.nansum(np.hypot(np.diff(grid.x), np.diff(grid.y))))
 
 
 def _path_distance(run: Run, solution: Run) -> float:

@@ -83,12 +83,7 @@ class BrowserOptions(Options):
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:
-    """Return whether windows can be opened at all.
-
-    Args:
-        environment: Variables, as in os.environ.
-        platform: As sys.platform.
-    """
+    """Return whether windows can be opened at all, from `os.environ` and `sys.platform`."""
     if platform in ('win32', 'darwin'):
         return True
     return bool(environment.get('DISPLAY') or environment.get('WAYLAND_DISPLAY'))

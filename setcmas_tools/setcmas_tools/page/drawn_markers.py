@@ -30,10 +30,9 @@ _LEAST_M = 0.01
 
 
 def planar_shape(marker: Any) -> Shape | None:
-    """Return a disc or a line from above; None for other markers, or without a finite place.
+    """Return a disc or a line from above for a visualization_msgs/Marker, which is not turned.
 
-    Args:
-        marker: A visualization_msgs/Marker; it is not turned.
+    None for other markers, or without a finite place.
     """
     x, y, size = marker.pose.position.x, marker.pose.position.y, marker.scale.x
     places: list[tuple[float, ...]] = [(x, y)]

@@ -83,13 +83,9 @@ class PauseStates:
         return self._paused or now - self._paused_time > _PAUSED_TIMEOUT_S
 
     def describe(self, robot: int, lost: bool, speed: float, now: float) -> tuple[int, str]:
-        """Return the level and the state of a robot in words.
+        """Return the level and the state of a robot in words, at a speed in m/s and a time in s.
 
-        Args:
-            robot: Its number.
-            lost: Whether it is silent.
-            speed: In m/s.
-            now: Time in s.
+        `lost` tells whether it is silent.
         """
         if lost:
             return ERROR, 'lost'
@@ -122,12 +118,7 @@ class RunClock:
         self._simulated = simulated
 
     def command(self, now: float, paused: bool = False) -> None:
-        """Note that a command came at a time in s.
-
-        Args:
-            now: Time in s.
-            paused: Whether the control laws' own time is stopped.
-        """
+        """Note that a command came at a time in s, and whether the laws' own time is stopped."""
         if self._counted is None or now - self._last > _SILENCE_S:
             self._counted = 0.0
         elif not self._paused:
@@ -158,11 +149,9 @@ class Departures:
         self._since: dict[str, float] = {}
 
     def look(self, present: Collection[str], now: float) -> set[str]:
-        """Return the topics whose contents are out of date.
+        """Return the topics, given those with publishers, whose contents are out of date.
 
-        Args:
-            present: Those that have publishers.
-            now: Time in s.
+        `now` is the time in s.
         """
         for name in self._known.difference(present):
             self._since.setdefault(name, now)

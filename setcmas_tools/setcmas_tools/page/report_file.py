@@ -67,14 +67,9 @@ def write_report(
     cover: Cover = _NO_COVER,
     odometry_topic: str = '',
 ) -> None:
-    """Write the page of a run, or of two.
+    """Write the page of a run, or of two, with what students add.
 
-    Args:
-        paths: The runs.
-        page: The file.
-        warn: Shows warnings.
-        cover: Title, names and answers of students.
-        odometry_topic: Topic of a robot's odometry in bags, as for `Run.load`.
+    `odometry_topic` is that of bags, as for `Run.load`.
 
     Raises:
         SetcmasError: A run or the answers cannot be read, or the file cannot be written.

@@ -27,15 +27,7 @@ if TYPE_CHECKING:
 
 
 def show_runs(pair: Pair, browser: BrowserOptions) -> None:
-    """Serve the page of a run, or of two, until Ctrl-C.
-
-    Args:
-        pair: The runs.
-        browser: Where the page is served.
-
-    Raises:
-        SetcmasError: The page cannot be served.
-    """
+    """Serve the page of a run, or of two, until Ctrl-C, or raise SetcmasError."""
     from setcmas_tools.page.report_file import report_page  # a live page needs no matplotlib
 
     stop = threading.Event()
@@ -68,13 +60,7 @@ class LivePage:
     """Reads topics, and sends the changes to the browsers that show the page."""
 
     def __init__(self, process: RosProcess, server: PageServer, takes_actions: bool) -> None:
-        """Subscribe.
-
-        Args:
-            process: Asked whether to stop.
-            server: Of the page.
-            takes_actions: Whether its buttons command the robots.
-        """
+        """Subscribe; `takes_actions` tells whether buttons of the page command the robots."""
         self._process, self._server = process, server
         node = FleetNode('browser_view')
         self._run = LiveRun(time.monotonic())

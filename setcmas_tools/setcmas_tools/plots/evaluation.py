@@ -43,17 +43,10 @@ def evaluate(
     metrics_file: Path | None = None,
     warn: Callable[[str], None] = print,
 ) -> Evaluation:
-    """Measure and plot a run.
+    """Measure and plot a run, or raise SetcmasError.
 
-    Args:
-        run: The run.
-        folder: Folder of the plots; None draws none.
-        look: Appearance of the plots.
-        metrics_file: File of the metrics; None measures nothing.
-        warn: Shows what fails.
-
-    Raises:
-        SetcmasError: The run cannot be measured, or a file cannot be written.
+    Without a folder no plots are drawn, without a metrics file nothing is measured; `warn` shows
+    what fails.
     """
     figures: list[Path] = []
     if folder:

@@ -59,11 +59,7 @@ class FilmFrames:
     def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmSettings) -> None:
         """Draw the static parts; call within `plot_style`.
 
-        Args:
-            grid: Poses at the times of the frames.
-            trails: The same poses and further ones between them.
-            run: The run, for the limits of the plane and the times of communication.
-            look: Appearance of the film.
+        `grid` has the poses at the times of the frames, `trails` these and further ones between.
         """
         triggers = run.record.trigger_times if run.record else {}
         self._grid = grid

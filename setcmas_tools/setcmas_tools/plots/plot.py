@@ -66,16 +66,9 @@ def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
 def plot(
     run: Run, folder: Path, look: PlotSettings = _LOOK, warn: Callable[[str], None] = print
 ) -> list[Path]:
-    """Write the plots that apply to a run.
+    """Write the plots that apply to a run; return the files.
 
-    Args:
-        run: The run.
-        folder: Folder of the plots.
-        look: Appearance of the plots.
-        warn: Shows the error of a failing plot; the others continue.
-
-    Returns:
-        The files.
+    `warn` shows the error of a failing plot; the others continue.
 
     Raises:
         SetcmasError: An option is invalid, the plots cannot be written, or there is no screen to
@@ -107,10 +100,7 @@ def drawn_plots(
 ) -> Iterator[tuple[str, Figure]]:
     """Draw and yield the plots that apply to a run by name; call within `plot_style`.
 
-    Args:
-        run: The run.
-        warn: Shows the error of a failing plot; the others continue.
-        new: Creates an empty figure.
+    `warn` shows the error of a failing plot; the others continue. `new` creates an empty figure.
     """
     for name, draw in plots_of(run, warn).items():
         figure = new()
@@ -158,14 +148,7 @@ def window() -> Any:
 
 
 def show(folder: Path) -> None:
-    """Open the figures of `window`, and wait until the user closes them.
-
-    Args:
-        folder: Folder of the plots, for the error message.
-
-    Raises:
-        SetcmasError: There is no screen.
-    """
+    """Open the figures of `window` until the user closes them; SetcmasError without a screen."""
     from matplotlib import pyplot
 
     if pyplot.get_backend().lower() == 'agg':

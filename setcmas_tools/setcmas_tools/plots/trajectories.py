@@ -51,11 +51,7 @@ def draw_robot_lines(
 ) -> None:
     """Draw one column of a table over time, with a line per robot.
 
-    Args:
-        axes: Axes to draw in.
-        table: The fleet's motion.
-        name: Name of the column.
-        change: Applied to each robot's values first.
+    `change` is applied to the values of each robot first.
     """
     curves = {}
     for robot in table.robots:
@@ -68,13 +64,9 @@ def draw_robot_lines(
 
 
 def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any]]:
-    """Return line styles for curves: coinciding curves alternate in dashes.
+    """Return line styles for curves (times, values): coinciding ones alternate in dashes.
 
-    Args:
-        curves: Times and values of each, with NaN in gaps.
-
-    Returns:
-        Keyword arguments for each curve; none for a curve without coinciding ones.
+    Each style is keyword arguments; a curve without coinciding ones has none.
     """
     known = np.concatenate([values for _, values in curves])
     near = _NEAR * float(np.ptp(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0
@@ -151,15 +143,9 @@ DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2
 
 
 def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
-    """Draw the references of a run, as its task draws them.
+    """Draw the references of a run, as its task draws them; return entries for the legend.
 
-    Args:
-        plot: The plot, as for `Task.draw`.
-        axes: Axes to draw in.
-        run: The run.
-
-    Returns:
-        Entries for the legend.
+    `plot` is as for `Task.draw`.
     """
     if not (known := task_of(run, ignore)):
         return []

@@ -110,13 +110,9 @@ def record_of(
     changes: Iterable[tuple[float, int, int, float]],
     broadcasts: Mapping[int, Floats],
 ) -> CommunicationRecord:
-    """Return the record of a run.
+    """Return the record of a run from the counts of its links, with rows in any order.
 
-    Args:
-        links: Counts of each link.
-        triggers: Rows in any order.
-        changes: Rows in any order.
-        broadcasts: Times in s at which each robot sent its state, if periodic.
+    `broadcasts` are the times in s at which each robot sent its state, if periodic.
     """
     rows = _sorted(triggers, 3)
     if len(rows):

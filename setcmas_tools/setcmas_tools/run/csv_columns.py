@@ -103,15 +103,9 @@ class CsvFile:
         return _header(self.columns)
 
     def write(self, path: Path, rows: Iterable[Sequence[Any]], further: bool = False) -> None:
-        """Write rows, whole or not at all; equal rows give equal files.
+        """Write rows, whole or not at all, or raise OSError; equal rows give equal files.
 
-        Args:
-            path: The file.
-            rows: The values of each row, in the order of the columns.
-            further: Whether the rows have the further columns.
-
-        Raises:
-            OSError: The file cannot be written.
+        Values are in the order of the columns; `further` tells whether rows have the further ones.
         """
         columns = self.columns + (self.further if further else ())
         line = ','.join(f'{{:{column.cells.form}}}' for column in columns) + '\n'

@@ -81,11 +81,7 @@ def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Float
 
 
 def fleet_table(rows: ArrayLike) -> FleetTable:
-    """Return the table of rows in any order.
-
-    Args:
-        rows: A row of t, robot, x, y, theta, v, omega for each sample, shape (rows, 7).
-    """
+    """Return the table of rows t, robot, x, y, theta, v, omega in any order, shape (rows, 7)."""
     values = np.asarray(rows, dtype=float).reshape(-1, len(fields(FleetTable)))
     t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
     known = (np.where(np.abs(column) <= LARGEST, column, np.nan) for column in rest)
@@ -121,11 +117,9 @@ _USUAL = 0.9  # share of steps that are no resets
 
 
 def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
-    """Return the longest drive of a robot in m; a longer jump is a reset.
+    """Return the longest drive in m of a robot with a largest speed (m/s) and a time in s.
 
-    Args:
-        speed: Largest speed in its odometry in m/s; the limit is twice that.
-        seconds: Duration in s.
+    A longer jump is a reset; the limit of the speed is twice that in its odometry.
     """
     return _NOISE_M + max(_LEAST_M_S, 2 * speed) * seconds
 
@@ -242,12 +236,7 @@ class FleetGrid:
 
 
 def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
-    """Interpolate a table linearly at multiples of a period, but over no gap.
-
-    Args:
-        table: At least one row.
-        rate: Samples a second.
-    """
+    """Interpolate a table with rows linearly at multiples of 1/rate (Hz), but over no gap."""
     first, last = np.ceil(table.t[0] * rate), np.floor(table.t[-1] * rate)
     t = np.arange(first, last + 1) / rate if first <= last else table.t[:1]
     robots = table.robots

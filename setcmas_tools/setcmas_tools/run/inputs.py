@@ -69,11 +69,8 @@ def _read(file: Path) -> bytes:
 def inputs_of(scenario: Scenario) -> list[RunInput]:
     """Return the scripts and files that a scenario names, each with the robots that it is for.
 
-    Args:
-        scenario: With absolute paths, as `Scenario.found` returns it.
-
-    Raises:
-        SetcmasError: A file cannot be read.
+    The scenario has absolute paths, as from `Scenario.found`; SetcmasError is raised for a file
+    that cannot be read.
     """
     return [
         RunInput(name, Path(path), robots)
@@ -86,22 +83,17 @@ def inputs_of(scenario: Scenario) -> list[RunInput]:
 def kept_record(scenario: Scenario, inputs: Iterable[RunInput]) -> dict[str, Any]:
     """Return the record of a scenario, which names its files where the folder of a run has them.
 
-    Args:
-        scenario: With absolute paths, as `Scenario.found` returns it.
-        inputs: Its files.
+    The scenario has absolute paths, as `Scenario.found` returns it.
     """
     kept = {(one.option, str(one.path)): f'{one.folder}/{one.path.name}' for one in inputs}
     return scenario.located(lambda name: lambda text: kept.get((name, text), text)).record()
 
 
 def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]:
-    """Return the inputs that the folder of a run keeps; those that are missing are left out.
+    """Return the inputs that the folder of a run keeps, for the scenario in its run.yaml.
 
-    A stranger's run.yaml may name any file: it must be a small one in inputs/, without links.
-
-    Args:
-        folder: The folder.
-        record: The scenario in its run.yaml.
+    Those that are missing are left out. A stranger's run.yaml may name any file: it must be a
+    small one in inputs/, without links.
     """
     found = []
     for name in OF_FILES:

@@ -78,10 +78,7 @@ class RunSource:
 
 
 def find_run(path: Path) -> RunSource:
-    """Return the files of a run.
-
-    Args:
-        path: The folder of a run, the folder of its CSV files, a fleet.csv, or a bag.
+    """Return the files of a run: of its folder or that of its CSV files, a fleet.csv, or a bag.
 
     Raises:
         SetcmasError: There is no run, or the folder cannot be read.

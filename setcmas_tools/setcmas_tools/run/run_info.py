@@ -131,11 +131,7 @@ class Origin:
 
 @functools.cache
 def this_origin(modules: frozenset[str] = frozenset()) -> Origin:
-    """Return the origin of runs of this process.
-
-    Args:
-        modules: Installed modules that its scripts import.
-    """
+    """Return the origin of runs of this process, whose scripts import these installed modules."""
     packages = [*_PACKAGES, *sorted(map(_package_of, modules))]
     found = {name: version for name in packages if (version := _version(name))}
     return Origin(

@@ -46,11 +46,7 @@ class FleetSamples:
     """
 
     def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
-        """Choose the topics.
-
-        Args:
-            bag_topics: Names and types of the topics that have messages.
-        """
+        """Choose the topics among those that have messages, by names and types."""
         self._rows = array('d')
         self._odometry: dict[int, str] = {}
         for name, msgtype in sorted(bag_topics):
@@ -240,15 +236,9 @@ class RunSamples:
     """
 
     def __init__(self, bag_topics: Sequence[BagTopic], odometry_topic: str = '') -> None:
-        """Choose the topics.
+        """Choose the topics among those that have messages, or raise SetcmasError.
 
-        Args:
-            bag_topics: The topics that have messages.
-            odometry_topic: Topic of a robot's odometry if it is not `/tb3_i/odom`, see
-                `names_here`.
-
-        Raises:
-            SetcmasError: There is no such topic.
+        `odometry_topic` is that of robots if it is not `/tb3_i/odom`, see `names_here`.
         """
         names = [topic.name for topic in bag_topics]
         self.names = names_here(names, odometry_topic) if odometry_topic else {}
@@ -357,12 +347,7 @@ class RunSamples:
 
 
 def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') -> RunTables:
-    """Return the tables of a bag.
-
-    Args:
-        path: The bag.
-        warn: Prints losses.
-        odometry_topic: Topic of a robot's odometry, see `names_here`.
+    """Return the tables of a bag; `warn` prints losses, `odometry_topic` is as for `names_here`.
 
     Raises:
         SetcmasError: The bag cannot be read, or holds no odometry of robots.
