@@ -138,37 +138,21 @@ def test_a_process_that_dies_takes_no_other_submission_along(tmp_path):
     assert all(marks.is_full for _, marks in rest)
 
 
-def test_a_solution_that_fails_is_the_teachers_mistake(tmp_path):
-    solution = tmp_path / 'solution.py'
-    solution.write_text('def control(i, n, poses, t):\n    return 1 / 0, 0\n')
-    rubric = replace(RUBRIC, solution=solution, _runs={})
-
-    with pytest.raises(SetcmasError, match='the solution fails'):
-        class_grading.grade(submissions(good=GOOD), rubric, tmp_path, GradeOptions())
-
-
 SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})
 LAW = 'from gains import K\ndef control(i, n, poses, t):\n    return 0, 0\n'
 
 
-@pytest.fixture
-def marks(tmp_path):
-    """A function that opens the marks that are kept for a solution with a module beside it."""
+def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_changed(
+    tmp_path, monkeypatch
+):
     (tmp_path / 'law.py').write_text(LAW)
     (tmp_path / 'gains.py').write_text('K = 1\n')
     rubric = replace(rubric_of_exercise('consensus'), solution=tmp_path / 'law.py')
-    grader = Grader(rubric, Times(), is_confined=True)
 
-    def opened():
-        return KeptMarks(tmp_path / 'grades', grader)
+    def marks():
+        return KeptMarks(tmp_path / 'grades', Grader(rubric, Times(), is_confined=True))
 
-    opened().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
-    return opened
-
-
-def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_changed(
-    marks, tmp_path, monkeypatch
-):
+    marks().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
     assert marks().found(SUBMISSION).score == 0
     with monkeypatch.context() as patch:
         patch.setattr(class_grading, '_SANDBOX', 1)

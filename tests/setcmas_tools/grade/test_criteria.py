@@ -4,15 +4,7 @@ import math
 
 import pytest
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.yaml_entries import read_entries
-from setcmas_tools.grade.criteria import (
-    Bounds,
-    Criterion,
-    points_text,
-    read_criteria,
-    rounded,
-)
+from setcmas_tools.grade.criteria import Bounds, Criterion, points_text, rounded
 
 AT_MOST = Bounds(high=0.1, none_above=0.5)
 BELOW = Bounds(high=0.1, strict=True)
@@ -68,11 +60,3 @@ def test_points_are_linear_between_two_thresholds(bounds, number, points):
 def test_points_are_rounded_as_people_do(points, text):
     assert points_text(points) == text
     assert rounded(points) == float(text)
-
-
-def test_points_of_a_rubric_are_in_hundredths_so_that_those_shown_add_up(tmp_path):
-    file = tmp_path / 'criteria.yaml'
-    file.write_text('- {metric: disagreement, at_most: 1, points: 3.333}\n')
-
-    with pytest.raises(SetcmasError, match='it must be a number with at most two'):
-        read_criteria(read_entries(file))

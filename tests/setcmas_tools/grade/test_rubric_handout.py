@@ -96,15 +96,15 @@ def test_runs_that_are_missing_are_reported(rubric, tmp_path):
         read_rubric(theirs)
 
 
-def test_nothing_is_handed_out_if_all_is_hidden(rubric):
-    rubric.write_text(RUBRIC.replace('    nb_robots: 5', '    nb_robots: 5\n    hidden: true'))
+@pytest.mark.parametrize(
+    ('old', 'new', 'message'),
+    [
+        ('nb_robots: 5', 'hidden: true', 'students can check nothing'),
+        ('path_error', 'answer_error', 'answer_error and direction_error need the solution'),
+    ],
+)
+def test_what_would_be_of_no_use_or_show_the_solution_is_not_handed_out(rubric, old, new, message):
+    rubric.write_text(RUBRIC.replace(old, new))
 
-    with pytest.raises(SetcmasError, match='students can check nothing'):
-        handout(read_rubric(rubric))
-
-
-def test_tables_cannot_replace_a_solution_whose_answers_are_compared(rubric):
-    rubric.write_text(RUBRIC.replace('metric: path_error', 'metric: answer_error'))
-
-    with pytest.raises(SetcmasError, match='answer_error and direction_error need the solution'):
+    with pytest.raises(SetcmasError, match=message):
         handout(read_rubric(rubric))

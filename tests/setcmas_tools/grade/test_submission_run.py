@@ -7,7 +7,7 @@ from sandboxes import SHORT, needs_sandbox, run
 from setcmas_ctrl import network
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
-from setcmas_tools.grade.rubric import CTC
+from setcmas_tools.grade.rubric import CONTROL, CTC
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -15,7 +15,11 @@ pytestmark = needs_sandbox
 
 FLEET = Scenario.of('', nb_robots=5, duration=8.0)
 LOSSY = FLEET.replace(graph='ring', loss=0.2, noise=0.01)
-LAWS = ('consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation')
+TRIGGERED = FLEET.replace(algo='consensus', event_triggered=True)
+LAWS = (
+    'consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation',
+    'leader_follower_distance_formation',
+)  # fmt: skip
 
 
 def same(one, other):
@@ -23,28 +27,38 @@ def same(one, other):
     return all(np.array_equal(*pair) for pair in pairs)
 
 
-@pytest.mark.parametrize('law', [*LAWS, 'leader_follower_distance_formation'])
-def test_a_law_in_a_sandbox_drives_as_it_does_offline_to_the_last_bit(law):
-    file = ALGORITHMS.file(law)
+DRAWING = """
+import random
+import numpy as np
+from setcmas_ctrl import network
+K = 1
+rng = np.random.default_rng()
+other = random.Random()
+def control(i, n, poses, t):
+    vx = 0.1 * rng.random() * other.random()
+    return vx, K * len(network.neighbours()) * poses[0, i - 1]
+"""
+CONDITION = 'def ctc({}):\n    return abs(pos - last_pos).sum() > 0.2\n'
+SAME = {
+    **{name: (ALGORITHMS.file(name).read_text(), FLEET, CONTROL) for name in LAWS},
+    'random numbers, links and settings': (
+        DRAWING, LOSSY.replace(seed=3, set={'K': -0.1}), CONTROL
+    ),
+    'condition': (CONDITION.format('pos, last_pos, t'), TRIGGERED, CTC),
+    'with velocities': (CONDITION.format('pos, vit, last_pos, last_vit, t'), TRIGGERED, CTC),
+}  # fmt: skip
 
-    done = run(file.read_bytes(), FLEET)
 
-    assert same(done.run, simulate(FLEET, algo=file))
+@pytest.mark.parametrize('name', SAME)
+def test_a_script_in_a_sandbox_does_as_it_does_offline_to_the_last_bit(tmp_path, name):
+    source, scenario, function = SAME[name]
+    (tmp_path / 'law.py').write_text(source)
+
+    done = run(source, scenario, function=function)
+
+    place = 'algo' if function == CONTROL else 'ctc'
+    assert same(done.run, simulate(scenario, **{place: tmp_path / 'law.py'}))
     assert done.failure is None
-
-
-def test_a_law_in_a_sandbox_hears_and_draws_as_it_does_offline(tmp_path):
-    source = b'import random\nimport numpy as np\nfrom setcmas_ctrl import network\nK = 1\n'
-    source += b'rng = np.random.default_rng()\nother = random.Random()\n'
-    source += b'def control(i, n, poses, t):\n'
-    source += b'    vx = 0.1 * rng.random() * other.random()\n'
-    source += b'    return vx, K * len(network.neighbours()) * poses[0, i - 1]\n'
-    (tmp_path / 'law.py').write_bytes(source)
-    scenario = LOSSY.replace(seed=3, set={'K': -0.1})
-
-    own = simulate(scenario, algo=tmp_path / 'law.py')
-
-    assert same(run(source, scenario).run, own)
 
 
 TALKING = """
@@ -106,18 +120,6 @@ def test_random_numbers_repeat_and_differ_between_robots():
 
     assert same(first, again)
     assert not np.array_equal(first.table.of(1).v, first.table.of(2).v)
-
-
-@pytest.mark.parametrize('speeds', [False, True])
-def test_a_condition_in_a_sandbox_triggers_as_it_does_offline(tmp_path, speeds):
-    arguments = 'pos, vit, last_pos, last_vit, t' if speeds else 'pos, last_pos, t'
-    source = f'def ctc({arguments}):\n    return abs(pos - last_pos).sum() > 0.2\n'
-    (tmp_path / 'law.py').write_text(source)
-    scenario = FLEET.replace(algo='consensus', event_triggered=True)
-
-    own = simulate(scenario, ctc=tmp_path / 'law.py')
-
-    assert same(run(source, scenario, function=CTC).run, own)
 
 
 def test_an_endless_loop_is_reported_with_its_line():

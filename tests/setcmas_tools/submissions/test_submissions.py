@@ -3,13 +3,17 @@ import shutil
 import zipfile
 
 import pytest
-from hostile_submissions import archive
+from hostile_submissions import archive, nested
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions import submitted_files
 from setcmas_tools.submissions.submissions import find_submissions
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
+WITH_TEST = {
+    'law.py': LAW,
+    'test_law.py': b'from law import control\n\ndef test_it():\n    control()\n',
+}
 IMPORTING = b'from maths import f\n' + LAW
 MOODLE = 'cid_1_assignsubmission_file_'
 CANVAS = 'kinga_LATE_12_'
@@ -89,12 +93,22 @@ def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
         ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),
+        ({'law.py': b'def control(:\n', 'gains.py': b''}, 'law.py, line 1: SyntaxError'),
+        ({'report.pdf': b''}, 'no Python file, only report.pdf'),
+        # several laws are named, and none is guessed
+        (WITH_TEST | {'law_old.py': LAW}, 'law.py and law_old.py both have'),
+        (WITH_TEST | {'consensus.py': LAW}, 'consensus.py and law.py both have'),
+        ({'a.py': LAW, 'b.py': LAW, 'v2/c.py': LAW}, 'a.py and b.py and v2/c.py all have'),
+        ({'a.py': LAW, 'b.py': LAW}, 'leave only the one to be marked in the submission'),
     ],
 )
 def test_a_submission_without_a_law_says_why(tmp_path, files, problem):
     handed_in = {f'ada/{name}': file for name, file in files.items()}
 
-    assert problem in found(tmp_path, {**handed_in, 'bob.py': LAW})['ada'].problem
+    ada = found(tmp_path, {**handed_in, 'bob.py': LAW})['ada']
+
+    assert problem in ada.problem
+    assert (ada.script, ada.file) == ('', '')
 
 
 def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
@@ -102,26 +116,6 @@ def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
 
     assert submission.student.name == 'kinga'
     assert submission.problem == 'no Python file, only report.pdf'
-
-
-@pytest.mark.parametrize(
-    ('names', 'problem'),
-    [
-        (['law.py', 'law_old.py', 'test_law.py'], 'law.py and law_old.py both have'),
-        (['consensus.py', 'law.py'], 'consensus.py and law.py both have'),
-        (['a.py', 'b.py', 'test_law.py', 'v2/c.py'], 'a.py and b.py and v2/c.py all have'),
-    ],
-)
-def test_several_laws_are_named_and_none_is_guessed(tmp_path, names, problem):
-    sources = dict.fromkeys(names, LAW)
-    sources['test_law.py'] = b'from law import control\n\ndef test_it():\n    control()\n'
-    files = {f'ada/{name}': source for name, source in sources.items()}
-
-    ada = found(tmp_path, {**files, 'bob.py': LAW})['ada']
-
-    assert ada.problem.startswith(problem)
-    assert 'leave only the one to be marked in the submission' in ada.problem
-    assert (ada.script, ada.file) == ('', '')
 
 
 @pytest.mark.parametrize(
@@ -139,12 +133,6 @@ def test_each_submission_names_the_file_to_mark(tmp_path, files, file):
     one, *_ = found(tmp_path, {**files, 'bob.py': LAW}).values()
 
     assert one.file == file
-
-
-def test_a_syntax_error_is_named_if_no_other_script_has_the_function(tmp_path):
-    files = {'ada/law.py': b'def control(:\n', 'ada/gains.py': b'', 'bob.py': LAW}
-
-    assert 'law.py, line 1: SyntaxError' in found(tmp_path, files)['ada'].problem
 
 
 def test_links_are_not_followed(tmp_path):
@@ -172,12 +160,6 @@ def test_a_student_cannot_pass_for_a_folder_of_grades(tmp_path):
     files = {'ada/law.py': LAW, f'ada/marks/{"a" * 64}.json': b'{}', 'bob.py': LAW}
 
     assert list(found(tmp_path, files)) == ['ada', 'bob.py']
-
-
-def nested(depth, content):
-    for _ in range(depth):
-        content = archive({'inner.zip': content})
-    return content
 
 
 def branched(depth):
