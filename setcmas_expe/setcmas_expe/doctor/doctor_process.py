@@ -30,11 +30,11 @@ def _other_fleets(ros_arguments: list[str]) -> Finding:
 def _examine_lab(lab: Lab, name: str, ros_arguments: list[str]) -> list[Finding]:
     """Print the table of a lab's robots, and return the findings."""
     from setcmas_expe.doctor.lab_checks import COLUMNS
-    from setcmas_expe.doctor.lab_examination import examine, watched_lab
+    from setcmas_expe.doctor.lab_examination import examine
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:
-        rows, findings = examine(watched_lab(process, lab))
+        rows, findings = examine(process, lab)
         print(f'\nrobots of {name}')
         print(tabulate(rows, COLUMNS, disable_numparse=True), flush=True)
         if findings:

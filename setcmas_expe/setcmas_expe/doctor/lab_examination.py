@@ -66,7 +66,7 @@ class LabWatch(FleetNode):
 
     def __init__(self, lab: Lab) -> None:
         super().__init__('doctor')
-        self.lab = lab
+        self._arena = lab.arena
         self.robots = [
             RobotWatch(robot, PoseTrack(lab.arena, lab.limits), GuardWatch(self, robot.namespace))
             for robot in lab.robots
@@ -124,7 +124,7 @@ class LabWatch(FleetNode):
         watch.arrivals.append(time.time())
         watch.stamps.append(sample.stamp)
         watch.track.take(sample, time.monotonic())
-        watch.fault = fault_of(sample, self.lab.arena) or watch.fault
+        watch.fault = fault_of(sample, self._arena) or watch.fault
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
         watch.battery = watch.scale.percent(message.percentage)
@@ -167,8 +167,8 @@ def _by_odometry(node: Node) -> dict[str, set[int]]:
     return senders
 
 
-def watched_lab(process: RosProcess, lab: Lab) -> LabWatch:
-    """Return a watch that has listened for a while, once it found all robots or waited enough."""
+def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Finding]]:
+    """Watch a lab for a while; return the rows of the table of robots, and the findings."""
     watch = LabWatch(lab)
     process.add(watch)
 
@@ -178,18 +178,13 @@ def watched_lab(process: RosProcess, lab: Lab) -> LabWatch:
     process.spin_until(is_found, _DISCOVERY_S)
     watch.restart_statistics()
     process.spin_until(lambda: False, _WATCH_S)
-    return watch
-
-
-def examine(watch: LabWatch) -> tuple[list[list[str]], list[Finding]]:
-    """Return the rows of the table of robots, and the findings."""
     watch.take_guards()
     watch.mocap.look_around()
     checks = [watch.check(one) for one in watch.robots]
     bodies = watch.mocap.bodies()
-    findings = [found for check in checks for found in check.findings(watch.lab, bodies)]
+    findings = [found for check in checks for found in check.findings(lab, bodies)]
     if not bodies:
-        findings += other_presets(watch.get_topic_names_and_types(), watch.lab.mocap.preset)
+        findings += other_presets(watch.get_topic_names_and_types(), lab.mocap.preset)
     if watch.runs_experiment():
         findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
     return [check.row() for check in checks], findings

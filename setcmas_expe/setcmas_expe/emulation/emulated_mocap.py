@@ -18,9 +18,7 @@ LATENCY_S = 0.01
 POSITION_NOISE = 2e-4
 """Standard deviation of a coordinate, in m."""
 
-HEADING_NOISE = 2e-3
-"""Standard deviation of a heading, in rad."""
-
+_HEADING_NOISE = 2e-3  # rad
 _LATE_S = 1.0
 _JUMP = 1.0  # m
 _HEIGHT = 0.19  # m, of the markers on a Burger
@@ -70,7 +68,7 @@ class EmulatedMocap:
     def capture(self, poses: Floats, now: float) -> None:
         """Take a frame at a time (s) of true poses: rows x, y in m, theta in rad, shape (3, N)."""
         self._faults = {key: span for key, span in self._faults.items() if span[1] > now}
-        sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))
+        sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (_HEADING_NOISE,))
         seen = self._misplaced(poses, now) + self._rng.normal(0.0, sigmas, poses.shape)
         for index, (x, y, theta) in enumerate(seen.T.tolist()):
             sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)

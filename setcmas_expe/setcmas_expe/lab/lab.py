@@ -34,8 +34,7 @@ class Battery:
         return float(percentage if self._in_percent else 100.0 * percentage)
 
 
-FILTER_MARGIN_M = 0.05
-"""Distance in m that the filter keeps between robots beyond that at which they stop."""
+_FILTER_MARGIN_M = 0.05  # between robots, beyond the distance at which they stop
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ class Lab:
         return replace(
             others,
             filter=self.filter,
-            min_separation=self.min_separation + FILTER_MARGIN_M,
+            min_separation=self.min_separation + _FILTER_MARGIN_M,
             arena=self.arena,
             obstacles=str(self.obstacles) or None,
             accel=self.accel if self.accel < math.inf else None,

@@ -49,9 +49,7 @@ class StampClock:
 SLOWEST_HZ = 10.0
 """Rate of measurements below which users are warned, in Hz."""
 
-LONGEST_GAP_S = 0.25
-"""Longest gap in s between measurements; two longer gaps in a row are too slow to steer."""
-
+_LONGEST_GAP_S = 0.25  # two longer gaps in a row are too slow to steer
 _REMEMBERED = 20
 
 
@@ -82,18 +80,14 @@ class Arrivals:
     @property
     def are_slow(self) -> bool:
         """Whether the last two gaps were too long."""
-        return self.gap > LONGEST_GAP_S
+        return self.gap > _LONGEST_GAP_S
 
     def _gaps(self) -> list[float]:
         return [later - earlier for earlier, later in itertools.pairwise(self._times)]
 
 
-NOISE_M = 0.03
-"""Largest distance in m between poses of a robot at rest: noise, and loose markers."""
-
-BLIND_S = 0.8
-"""Time in s after which an unseen robot has stopped."""
-
+_NOISE_M = 0.03  # largest distance between poses of a robot at rest: noise, and loose markers
+_BLIND_S = 0.8  # after which an unseen robot has stopped
 _NOISE_RAD = 0.25
 _LATE_S = 0.1  # largest lateness of one pose compared with another
 _FASTER = 1.1  # than its limits: the radii of wheels vary
@@ -113,8 +107,8 @@ class Reach:
 
     def of(self, seconds: float) -> float:
         """Return how far in m the robot can have moved in a time."""
-        step = min(max(0.0, seconds), BLIND_S) + _LATE_S
-        return _FASTER * self._limits.V_max * step + NOISE_M
+        step = min(max(0.0, seconds), _BLIND_S) + _LATE_S
+        return _FASTER * self._limits.V_max * step + _NOISE_M
 
     def add(self, pose: Pose, measured: float) -> None:
         """Note a good pose."""
@@ -135,7 +129,7 @@ class Reach:
     def _near(self, then: float, old: Pose, pose: Pose, measured: float) -> bool:
         seconds = measured - then
         turned = abs(float(wrap_angle(pose[2] - old[2])))
-        turn = self._limits.omega_max * (min(max(0.0, seconds), BLIND_S) + _LATE_S)
+        turn = self._limits.omega_max * (min(max(0.0, seconds), _BLIND_S) + _LATE_S)
         return (
             math.hypot(pose[0] - old[0], pose[1] - old[1]) <= self.of(seconds)
             and turned <= _FASTER * turn + _NOISE_RAD
@@ -150,12 +144,8 @@ STAMPS = 'constant stamps'
 
 _JUMPED_TROUBLE = 'it jumped (if you carried it: pause for a second, then start)'
 
-FROZEN_S = 0.4
-"""Time in s after which equal poses of a robot that should move mean that it is lost."""
-
-LIFTED_M = 0.05
-"""Difference in m from the usual height at which a robot is off the floor."""
-
+_FROZEN_S = 0.4  # after which equal poses of a robot that should move mean that it is lost
+_LIFTED_M = 0.05  # from the usual height: the robot is off the floor
 _FROZEN_FRAMES = 4
 _FLOOR_S = 10.0  # time constant of the usual height: floors slope, calibrations too
 _BAD_FOR_S = 0.1  # single bad frames are ignored
@@ -217,7 +207,7 @@ class PoseTrack:
         if self.fault == SLOW:
             return (
                 f'two gaps of {self.arrivals.gap:.2f} s or more in a row (limit '
-                f'{LONGEST_GAP_S:g} s): check the network and the rate of motion capture'
+                f'{_LONGEST_GAP_S:g} s): check the network and the rate of motion capture'
             )
         return _JUMPED_TROUBLE if self.fault == JUMPED else self.fault
 
@@ -283,7 +273,7 @@ class PoseTrack:
         return SLOW if self.arrivals.are_slow else None
 
     def _is_lifted(self) -> bool:
-        return self.height is not None and abs(self._z - self.height) > LIFTED_M
+        return self.height is not None and abs(self._z - self.height) > _LIFTED_M
 
     def _note_height(self, z: float, gap: float) -> None:
         """Follow the floor, slowly."""
@@ -300,7 +290,7 @@ class PoseTrack:
         if self._paused:  # the operator has looked
             self._frozen = False
         since = max(self._same_since, self._moving_since)
-        if now - since >= FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
+        if now - since >= _FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
             self._frozen = True  # as long as poses are equal, although the robot now stops
         return self._frozen
 
@@ -348,5 +338,5 @@ def _took_place(track: PoseTrack, other: PoseTrack) -> bool:
     assert track.jumped_to is not None
     assert other.pose is not None
     x, y, _ = track.jumped_to
-    reach = track._reach.of(math.inf) + 2 * NOISE_M
+    reach = track._reach.of(math.inf) + 2 * _NOISE_M
     return math.hypot(x - other.pose[0], y - other.pose[1]) <= reach

@@ -51,9 +51,7 @@ NO_ROTATION = 'orientation that is not a unit quaternion'
 TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
 FAR_AWAY = 'far outside the arena'
 
-FAR_M = 1.0
-"""Distance from the arena in m at which a pose is rejected."""
-
+_FAR_M = 1.0  # from the arena
 _FILLER = 1e5  # m: no lab is that large
 _NORM_TOLERANCE = 0.02
 _LARGEST_TILT = math.radians(45)
@@ -100,7 +98,7 @@ def fault_of(sample: Sample, arena: Arena) -> str | None:
         return NO_ROTATION
     if _tilt(sample.orientation) > _LARGEST_TILT:
         return TILTED
-    return FAR_AWAY if arena.distance(x, y) > FAR_M else None
+    return FAR_AWAY if arena.distance(x, y) > _FAR_M else None
 
 
 def _tilt(orientation: tuple[float, float, float, float]) -> float:

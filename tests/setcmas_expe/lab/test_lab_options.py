@@ -57,14 +57,6 @@ def test_an_arena_of_nan_is_a_mistake_in_python():
         LabOptions(arena=Arena(math.nan, 1, 0, 1))
 
 
-def test_a_rate_at_which_robots_would_stop_between_commands_is_refused():
-    lab = parsed().chosen()
-
-    lab.check_rate(2.1)
-    with pytest.raises(SetcmasError, match='--rate is 2; it must be above 2 Hz in this lab'):
-        lab.check_rate(2.0)
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
