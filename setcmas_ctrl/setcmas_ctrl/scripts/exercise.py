@@ -14,12 +14,9 @@ _FILLED_IN = ('control', 'ctc')
 
 
 def exercise_of(script: Path) -> str:
-    """Return the exercise that a script solves; '' if none.
+    """Return the exercise that a script solves, '' if none; raise SetcmasError if unreadable.
 
     The script names it in a line such as exercise = 'consensus', or by its file name.
-
-    Raises:
-        SetcmasError: The script cannot be read.
     """
     name = plain_values(script).get('exercise', script.stem)
     return name if isinstance(name, str) and name in EXERCISES else ''

@@ -21,11 +21,7 @@ _COUNTS = {2: 'two', 3: 'three', 4: 'four'}
 
 
 def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
-    """Check that a script defines the expected function, as far as possible without running it.
-
-    Raises:
-        SetcmasError: The function is missing.
-    """
+    """Raise SetcmasError unless a script defines a function, as far as seen without running it."""
     name = expected.partition('(')[0]
     if all({name, '*'}.isdisjoint(_defined(node)) for node in ast.walk(tree)):
         raise SetcmasError(
@@ -36,10 +32,9 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
 def checked_function(
     function: Any, path: Path, expected: str = CONTROL, result: str = 'vx, vy'
 ) -> Control:
-    """Return a script's function if it takes the expected arguments; `result` is for messages.
+    """Return a script's function if it takes the expected arguments, or raise SetcmasError.
 
-    Raises:
-        SetcmasError: It cannot be called with these arguments.
+    `result` is what it returns, for messages.
     """
     name, _, parameters = expected.partition('(')
     if not callable(function):
@@ -52,9 +47,6 @@ def checked_function(
         )
     checked: Control = function
     count = parameters.count(',') + 1
-    code = getattr(function, '__code__', None)
-    if code and (code.co_argcount, code.co_kwonlyargcount) == (count, 0):
-        return checked  # the usual case
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # some callables written in C have no signature
@@ -80,11 +72,7 @@ def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
 
 
 def plain_values(script: Path) -> dict[str, Any]:
-    """Return the plain values that a script assigns at its top level, without running it.
-
-    Raises:
-        SetcmasError: The script cannot be read, or is not Python.
-    """
+    """Return the plain values of a script's top level, or raise SetcmasError; do not run it."""
     try:
         return dict(literals(ast.parse(script.read_bytes(), script.name)))
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:

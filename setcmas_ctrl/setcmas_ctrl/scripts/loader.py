@@ -39,13 +39,10 @@ _MOST_COMPILED = 500  # more than one diagnosis of a mistake loads, again for ea
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
-    """Return the script for `--algo NAME`.
+    """Return the script for `--algo NAME`, or raise SetcmasError with similar names.
 
     In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
     a control law, built in or of a plugin.
-
-    Raises:
-        SetcmasError: There is no such script; the message suggests similar names.
     """
     for path in (Path(name), Path(f'{name}.py')):
         with contextlib.suppress(OSError):  # such as a name that is too long
@@ -115,12 +112,9 @@ def names_to_set(path: Path) -> list[str]:
 def compile_script(
     path: Path, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.CodeType:
-    """Compile a script without running it, and check that it defines the expected function.
+    """Compile a script that defines the expected function, or raise SetcmasError; do not run it.
 
     The settings replace values of the script (`--set`).
-
-    Raises:
-        SetcmasError: It cannot be read or parsed, or lacks the function or a name of `settings`.
     """
     source = _read(path)
     key = path, source, expected, repr(settings)
@@ -173,13 +167,10 @@ def _read(path: Path) -> str:
 def load_script(
     path: Path, robot: int, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.ModuleType:
-    """Run a script in a fresh module for one robot and return the module.
+    """Run a script in a fresh module for a robot; return the module, or raise SetcmasError.
 
     Helper modules in its folder are fresh for every robot too, because scripts keep their state in
     module globals. Arguments as for `compile_script`.
-
-    Raises:
-        SetcmasError: The script cannot be read, or raises while it loads.
     """
     settings = settings or {}
     code = compile_script(path, expected, settings)

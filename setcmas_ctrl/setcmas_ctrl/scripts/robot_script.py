@@ -58,11 +58,7 @@ class ScriptRobot(RobotModel):
     shape = BURGER_SHAPE
 
     def __init__(self, path: Path, robot: int, warn: Callable[[str], None]) -> None:
-        """Load the script for a robot; `warn` shows messages when it fails.
-
-        Raises:
-            SetcmasError: The script does not load, or lacks a function.
-        """
+        """Load the script, or raise SetcmasError; `warn` shows messages when it fails later."""
         self._path = path.resolve()
         self._robot = robot
         functions = vars(load_script(self._path, robot, STEP))
@@ -85,11 +81,7 @@ class ScriptRobot(RobotModel):
         seed_scripts(seed)
 
     def start(self, poses: Floats) -> Floats:
-        """Return the state (3 + 3 or more, 1) of the robot at rest at a pose (3, 1).
-
-        Raises:
-            SetcmasError: The script's `start` fails.
-        """
+        """Return the state (3 + 3 or more, 1) at rest at a pose (3, 1), or raise SetcmasError."""
         state = super().start(poses)
         if 'start' not in self._own:
             return state

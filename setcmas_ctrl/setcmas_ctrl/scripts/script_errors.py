@@ -8,7 +8,7 @@ import traceback
 import types
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +139,7 @@ def safe_text(describe: Callable[[Any], str], value: Any) -> str:
     )
 
 
+@dataclass(eq=False)
 class ControlError(Exception):
     """A call of a script failed.
 
@@ -148,20 +149,13 @@ class ControlError(Exception):
         place: File and line of the error, if known.
     """
 
-    def __init__(
-        self,
-        message: str,
-        key: object,
-        consequence: str = '',
-        place: tuple[Path, int | None] | None = None,
-    ) -> None:
-        super().__init__(message, key)
-        self.key = key
-        self.consequence = consequence
-        self.place = place
+    message: str
+    key: object
+    consequence: str = ''
+    place: tuple[Path, int | None] | None = None
 
     def __str__(self) -> str:
-        return str(self.args[0])
+        return self.message
 
 
 def failure_of(error: BaseException, path: Path) -> ControlError:
@@ -191,10 +185,9 @@ class ErrorReports:
         on_new: Callable[[int, str], None] = lambda *_: None,
         function: Function = Function.CONTROL,
     ) -> None:
-        """Report errors of a function of scripts by `warn`.
+        """Report errors of a function of scripts by `warn`, with what follows for the robot.
 
-        `consequence` says what happens to a robot whose script fails; `on_new` is called with
-        robot and message for each error that is new to the robot.
+        `on_new` is called with robot and message for each error that is new to the robot.
         """
         self.failures: list[ScriptFailure] = []
         self._function = function
@@ -249,8 +242,7 @@ class ErrorReports:
     def _close(self, robot: int, t: float) -> None:
         if robot in self._open:
             number, _ = self._open.pop(robot)
-            ended = replace(self.failures[number], until=round(t, 3))
-            self.failures[number] = ended
+            self.failures[number] = replace(self.failures[number], until=round(t, 3))
 
     @property
     def failed_robots(self) -> list[int]:

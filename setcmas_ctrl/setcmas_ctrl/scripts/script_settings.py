@@ -44,11 +44,7 @@ _Loader.add_implicit_resolver('tag:yaml.org,2002:float', _NUMBER, list('-+.01234
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
-    """Return the name and the value of a text such as 'kp=1.2'.
-
-    Raises:
-        SetcmasError: It has another form.
-    """
+    """Return the name and the value of a text such as 'kp=1.2', or raise SetcmasError."""
     name, equals, value = text.partition('=')
     if not (equals and name.strip().isidentifier() and value.strip()):
         raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
@@ -137,11 +133,7 @@ def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script
 
 
 def converted(name: str, own: Any, value: Any, script: str) -> Any:
-    """Convert a new value to the type of the script's own value.
-
-    Raises:
-        SetcmasError: It is of another kind, such as a string for a number.
-    """
+    """Convert a value to the type of the script's own, or raise SetcmasError for other kinds."""
     wanted, given = _kind(own), _kind(value)
     if wanted is None:
         raise SetcmasError(

@@ -68,11 +68,7 @@ class Mistake:
 
 
 def read_mistakes(entry: Entry, solution: Path | None) -> tuple[Mistake, ...]:
-    """Read the mistakes in a list of a rubric.
-
-    Raises:
-        SetcmasError: One is invalid, or changes what the solution lacks; the message has its line.
-    """
+    """Read the mistakes in a list of a rubric, or raise SetcmasError with the line of one."""
     return tuple(_mistake(item, solution) for item in entry.items())
 
 
@@ -252,10 +248,7 @@ def calls_of(
 ) -> Calls | None:
     """Return the calls of a submission's run; altered solutions that differ are out from now on.
 
-    None if the run cannot be repeated.
-
-    Raises:
-        SetcmasError: A script does not load.
+    None if the run cannot be repeated. Raises SetcmasError if a script does not load.
     """
     rows = _recorded(run, is_condition, base.nb_robots)
     if not rows or len({len(one) for one in rows}) > 1 or not len(rows[0]):

@@ -70,13 +70,9 @@ class FleetLaws:
         received: Iterable[Floats] | None = None,
         adjacency: Floats | None = None,
     ) -> Commanded:
-        """Return the wanted velocities and the commands.
+        """Return the wanted velocities and the commands, for poses (3, N) at time t (s).
 
-        Args:
-            poses: Rows x, y in m and theta in rad, shape (3, N).
-            t: Time in s.
-            received: Poses for each law instead; None is the same for all.
-            adjacency: Adjacency matrix; None is the complete graph.
+        `received` are the poses for each law instead; the default graph is the complete one.
         """
         wanted: list[float] = []
         notes = self._progress

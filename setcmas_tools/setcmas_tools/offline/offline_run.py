@@ -51,13 +51,8 @@ class OfflineRun:
     ) -> Run:
         """Simulate; return the run, or what was simulated until a script ended it.
 
-        Args:
-            call_timeout: Time in s after which a call that does not return ends the run.
-            warn: Shows a message to the user.
-            on_state: Called now and then with the number of complete states.
-
-        Raises:
-            SetcmasError: The scenario or a script is invalid.
+        A call that does not return in time (s) ends it; `on_state` is called now and then with the
+        number of complete states. Raises SetcmasError if the scenario or a script is invalid.
         """
         self._begin = time.perf_counter()
 

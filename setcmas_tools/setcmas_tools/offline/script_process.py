@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from math import inf
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -62,6 +63,7 @@ class StartError(SetcmasError):
     """A process for scripts does not start; the scripts are not the cause."""
 
 
+@dataclass(eq=False)
 class ScriptEndedError(Exception):
     """A script has ended its process, or has not returned in time, or broke what it ran in.
 
@@ -73,12 +75,11 @@ class ScriptEndedError(Exception):
         line: The line there; 0 if unknown.
     """
 
-    def __init__(
-        self, reason: str, robot: int, function: Function, file: str = '', line: int = 0
-    ) -> None:
-        super().__init__(reason, robot, function, file, line)
-        self.reason, self.robot, self.function = reason, robot, function
-        self.file, self.line = file, line
+    reason: str
+    robot: int
+    function: Function
+    file: str = ''
+    line: int = 0
 
     def __str__(self) -> str:
         return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason

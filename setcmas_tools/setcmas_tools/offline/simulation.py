@@ -59,11 +59,7 @@ class Simulation:
         warn: Callable[[str], None] = print,
         progress: Callable[[float], object] | None = None,
     ) -> None:
-        """Check that the scenario can be simulated, before a script is loaded.
-
-        Raises:
-            SetcmasError: It cannot be simulated.
-        """
+        """Raise SetcmasError unless the scenario can be simulated, before a script is loaded."""
         self.scenario = scenario
         self.nb_robots = scenario.nb_robots
         self.seed = scenario.seed
@@ -130,13 +126,10 @@ def _by_script(names: Sequence[str], robots: Sequence[int]) -> dict[str, list[in
 
 
 def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
-    """Return the table of a fleet's states.
+    """Return the table of a fleet's states: poses (K, 3, N) in m and rad, as simulated.
 
-    Args:
-        t: Times in s, shape (K,).
-        poses: Rows x, y in m and theta in rad as simulated, shape (K, 3, N).
-        V: Forward speeds over the step that led to each state in m/s, shape (K, N).
-        omega: Turn rates over that step in rad/s, shape (K, N).
+    Forward speeds V in m/s and turn rates in rad/s, shape (K, N), are those over the step that led
+    to each state.
     """
     times, robots = _rows(t, poses.shape[2])
     x, y, theta = through_quaternion(poses.transpose(1, 0, 2).reshape(3, -1))

@@ -103,8 +103,7 @@ def prepare(
 ) -> None:
     """Create the folder of a study with its files, or check that it holds the same one.
 
-    Raises:
-        SetcmasError: The folder holds something else, and not a study to `overwrite`.
+    Raises SetcmasError if it holds something else, and not a study to `overwrite`.
     """
     wanted = replace(info, origin=this_origin())
     if overwrite and (folder / FILE_NAME).is_file():

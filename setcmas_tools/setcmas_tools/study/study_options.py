@@ -18,11 +18,10 @@ from setcmas_tools.run.run_folder import RunOptions
 def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
     from setcmas_tools.study.variation import OPTIONS, names_of_scripts
 
+    names = [*OPTIONS]
     with suppress(SetcmasError):
-        return [
-            f'{name}=' for name in (*OPTIONS, *names_of_scripts(getattr(parsed_args, 'algo', '')))
-        ]
-    return [f'{name}=' for name in OPTIONS]
+        names += names_of_scripts(getattr(parsed_args, 'algo', ''))
+    return [f'{name}=' for name in names]
 
 
 def _columns(**_: Any) -> Iterable[str]:

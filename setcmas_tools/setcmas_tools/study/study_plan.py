@@ -106,11 +106,7 @@ def make_plan(
     seeds: int = 1,
     metrics: Mapping[str, Metric] | None = None,
 ) -> Plan:
-    """Return the plan of a study; arguments are as for `sweep`.
-
-    Raises:
-        SetcmasError: A name, value or file is unknown, or values contradict each other.
-    """
+    """Return the plan of a study, with arguments as for `sweep`, or raise SetcmasError."""
     labelled = {name: _labelled(name, values) for name, values in vary.items()}
     laws, functions = labelled.get('algo', ([base.law.algo], {}))
     texts = [law for law in laws if isinstance(law, str) and law not in functions]

@@ -87,11 +87,9 @@ def sweep(
 def carry_out(
     plan: Plan, folder: Path | None, options: SweepOptions, overwrite: bool = False
 ) -> Study:
-    """Make the missing runs of a study in a folder; None is a temporary one.
+    """Make the missing runs of a study in a folder, or raise SetcmasError.
 
-    Raises:
-        SetcmasError: The folder holds something else or cannot be written, or the cluster does
-            not answer.
+    The folder None is a temporary one.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
     with written(place):

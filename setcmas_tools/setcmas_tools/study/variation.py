@@ -45,11 +45,7 @@ def plain(name: str) -> str:
 
 
 def checked_name(name: str, script_names: Collection[str]) -> str:
-    """Return a varied name with _ for - in options.
-
-    Raises:
-        SetcmasError: It is neither an option nor a variable of the script, or both.
-    """
+    """Return a varied name with _ for - in options, or raise SetcmasError if unknown or both."""
     own = plain(name)
     option = own.replace('-', '_')
     if option in OPTIONS and not name.startswith(SETTING):
