@@ -83,21 +83,16 @@ def test_a_frozen_pose_is_the_last_one_bit_by_bit_with_a_new_stamp():
     assert after[1].position != before[1].position
 
 
-def test_a_jump_stays_in_the_arena():
+@pytest.mark.parametrize(
+    ('kind', 'robot', 'seen'),
+    [(faults.JUMP, 1, [0.0, -1.0, 0.5]), (faults.SWAP, 3, [0.5, -1.0, 1.0])],
+)
+def test_a_jump_in_the_arena_and_swapped_names(kind, robot, seen):
     system = mocap()
-    system.begin(Fault(faults.JUMP, 1), 0.0)
-
-    assert frame(system)[0].position[0] == pytest.approx(0.0, abs=0.01)
-
-
-def test_swapped_names():
-    system = mocap()
-    system.begin(Fault(faults.SWAP, 3), 0.0)
+    system.begin(Fault(kind, robot), 0.0)
     sightings = frame(system)
 
-    assert sightings[0].position[0] == pytest.approx(0.5, abs=0.01)
-    assert sightings[2].position[0] == pytest.approx(1.0, abs=0.01)
-    assert sightings[1].position[0] == pytest.approx(-1.0, abs=0.01)
+    assert [sightings[i].position[0] for i in range(3)] == pytest.approx(seen, abs=0.01)
 
 
 def test_late_poses_come_a_second_late():

@@ -58,10 +58,6 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(SetcmasError, match='line 1: tags has no height; add it'):
         load_cameras(path)
 
-    path.write_text('tags: {size: 0.12, height: 0.2}\n')
-    with pytest.raises(SetcmasError, match='there is no camera; begin with'):
-        load_cameras(path)
-
 
 def test_a_file_may_wait_for_its_calibration(tmp_path):
     path = tmp_path / 'camera.yaml'

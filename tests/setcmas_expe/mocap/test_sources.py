@@ -29,18 +29,18 @@ def test_sources_make_sense(name):
         assert not source.may_name('')
 
 
+OF_A_BODY = r'must be the full name of a topic with \{name\}'
+NO_TOPICS = ('', 'a/{name}', '/a', '/{name}/', '/a//{name}', '/a b/{name}', '/a-b/{name}')
+
+
 @pytest.mark.parametrize(
-    'topic', ['', 'a/{name}', '/a', '/{name}/', '/a//{name}', '/a b/{name}', '/a-b/{name}']
+    ('per_body', 'topic', 'reason'),
+    [(True, topic, OF_A_BODY) for topic in NO_TOPICS]
+    + [(False, topic, 'of all bodies') for topic in ('', 'poses', '/{name}', '/')],
 )
-def test_topics_of_a_body_that_are_none_are_refused(topic):
-    with pytest.raises(SetcmasError, match=r'must be the full name of a topic with \{name\}'):
-        check_topic(topic, per_body=True)
-
-
-@pytest.mark.parametrize('topic', ['', 'poses', '/{name}', '/'])
-def test_topics_of_all_bodies_that_are_none_are_refused(topic):
-    with pytest.raises(SetcmasError, match='of all bodies'):
-        check_topic(topic, per_body=False)
+def test_topics_that_are_none_are_refused(per_body, topic, reason):
+    with pytest.raises(SetcmasError, match=reason):
+        check_topic(topic, per_body)
 
 
 @pytest.mark.parametrize(
