@@ -58,11 +58,9 @@ def unfilled_note(script: Path) -> str:
 
 def _functions(source: bytes) -> list[str]:
     tree = ast.parse(source)
-    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
-    return [_dumped(function) for function in functions if function.name in _FILLED_IN]
-
-
-def _dumped(function: ast.FunctionDef) -> str:
-    if ast.get_docstring(function) is not None:
-        function.body = function.body[1:]
-    return ast.dump(function)
+    nodes = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    functions = [node for node in nodes if node.name in _FILLED_IN]
+    for function in functions:
+        if ast.get_docstring(function) is not None:
+            del function.body[0]
+    return [ast.dump(function) for function in functions]

@@ -101,13 +101,10 @@ class ScriptProcess(Generic[Result]):
         size: int = 1,
         memory: int | None = None,
     ) -> None:
-        """Prepare the process.
+        """Prepare a function, which is pickled, and gets a function that shows a message.
 
-        Args:
-            function: The function, which is pickled; it gets a function that shows a message.
-            scripts: The scripts that it runs; messages name places in their folders.
-            size: How many numbers it may keep as states, as from `size_of`.
-            memory: Most memory that it may take, in bytes.
+        Messages name places in the folders of its scripts. It may keep as many numbers as states
+        as `size_of` says, and take that many bytes of memory.
         """
         self._scripts = [path.resolve() for path in scripts]
         call, states = _context.RawArray('B', CALL_SIZE), _context.RawArray('d', size)
@@ -133,13 +130,9 @@ class ScriptProcess(Generic[Result]):
         timeout: float = inf,
         look: Callable[[], object] = int,
     ) -> Result:
-        """Run the function; return its result.
+        """Run the function; return its result. Call `look` now and then meanwhile.
 
-        Args:
-            warn: Shows a message to the user.
-            call_timeout: Time in s after which a call of a script that does not return ends it.
-            timeout: Time in s after which it is ended.
-            look: Called now and then meanwhile.
+        It is ended when a call of a script, or all of it, takes longer than its limit in s.
 
         Raises:
             SetcmasError: The function raises it: the user's mistake.

@@ -139,10 +139,8 @@ def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
 def commands(t: Floats, velocities: Floats) -> Commands:
     """Return the commands of a fleet, in single precision as cmd_cart_vel carries them.
 
-    Args:
-        t: Times in s at which the laws were called, shape (C,).
-        velocities: Wanted velocities after saturation: rows vx, vy in m/s, shape (C, 2, N); with
-            a filter also the allowed velocities and its verdicts, shape (C, 5, N).
+    Velocities (C, 2, N) in m/s are those wanted, after saturation; with a filter, (C, 5, N), also
+    the allowed ones and its verdicts.
     """
     times, robots = _rows(t, velocities.shape[2])
     carried = velocities.astype(np.float32).astype(float)

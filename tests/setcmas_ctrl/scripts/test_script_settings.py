@@ -1,10 +1,9 @@
 import ast
-import textwrap
 
 import numpy as np
 import pytest
 
-from setcmas_ctrl.scripts.loader import compile_script, load_script
+from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_settings import apply_settings, parse_setting
 from setcmas_simu.errors import SetcmasError
 
@@ -34,10 +33,15 @@ def control(robotNo, nbRobots, poses, t):
 
 @pytest.fixture
 def load(tmp_path):
+    """A function that loads a script with settings for robot 1."""
     (tmp_path / 'names_to_set.py').write_text('STARRED = 1\nGAIN = 1\n')
     path = tmp_path / 'law.py'
-    path.write_text(textwrap.dedent(SCRIPT))
-    return lambda *texts: load_script(path, 1, settings=dict(map(parse_setting, texts)))
+
+    def load(*texts, script=SCRIPT):
+        path.write_text(script)
+        return load_script(path, 1, settings=dict(map(parse_setting, texts)))
+
+    return load
 
 
 @pytest.mark.parametrize(
@@ -79,13 +83,12 @@ def test_names_are_set_however_they_are_given_their_value(load):
     assert (module.FAST, module.TWICE) == (False, 0)
 
 
-def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text(
+def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(load):
+    script = (
         'K = 1\nK += 1\nBOTH = [K * i for i in (1, K)]\nfor N in (1, 2):\n    LAST = N\n'
         'def control(i, n, p, t):\n    global K\n    K = K + 1\n    return K, N\n'
     )
-    module = load_script(path, 1, settings=dict(map(parse_setting, ['K=5', 'N=7'])))
+    module = load('K=5', 'N=7', script=script)
 
     assert (module.K, module.BOTH, module.LAST) == (5, [5, 25], 2)
     assert [module.control(1, 1, None, 0) for _ in range(2)] == [(6, 7), (7, 7)]
@@ -137,12 +140,9 @@ def test_a_name_that_the_script_assigns_only_sometimes_is_refused_once_it_did_no
         load('TWICE=1')
 
 
-def test_literals_are_compared_before_the_script_runs(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text('K = 0.5\nraise SystemExit\ndef control(i, n, p, t):\n    return 0, 0\n')
-
+def test_literals_are_compared_before_the_script_runs(load):
     with pytest.raises(SetcmasError, match='it must be a number'):
-        compile_script(path, settings={'K': 'fast'})
+        load('K=fast', script='K = 0.5\nraise SystemExit\ndef control(i, n, p, t): pass\n')
 
 
 def test_a_value_that_python_cannot_make_is_left_to_the_script():

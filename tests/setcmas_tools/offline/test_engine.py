@@ -19,6 +19,11 @@ def test_shapes_and_times():
     assert run.V.shape == run.omega.shape == (21, 3)
     np.testing.assert_allclose(run.control_t, np.arange(10) / 5)
     assert run.velocities.shape == (10, 2, 3)
+    table = run.table
+    np.testing.assert_array_equal(table.robot, [1, 2, 3] * 21)
+    np.testing.assert_array_equal(table.of(3).x, run.poses[:, 0, 2])
+    np.testing.assert_array_equal(table.of(3).theta, run.poses[:, 2, 2])
+    np.testing.assert_array_equal(table.of(2).omega, run.omega[:, 1])
 
 
 @pytest.mark.parametrize(
@@ -43,17 +48,6 @@ def test_between_two_states_of_the_robots_laws_see_the_older_one_and_command_the
 
     # The states are 0 m, 0.01 m (at t = 0.1 s), 0.02 m, 0.03 m, 0.08 m (at t = 0.4 s), ...
     assert seen == [(0.0, 0.0), (0.15, 0.01), (0.3, 0.03), (0.45, 0.08)]
-
-
-def test_the_table_has_a_row_for_each_robot_at_each_time():
-    run = simulate('consensus', nb_robots=4, duration=1.0)
-    table = run.table
-
-    assert len(table.t) == 11 * 4
-    np.testing.assert_array_equal(table.robot[:4], [1, 2, 3, 4])
-    np.testing.assert_array_equal(table.of(3).x, run.poses[:, 0, 2])
-    np.testing.assert_array_equal(table.of(3).theta, run.poses[:, 2, 2])
-    np.testing.assert_array_equal(table.of(2).omega, run.omega[:, 1])
 
 
 def test_start_poses_limits_and_gains():

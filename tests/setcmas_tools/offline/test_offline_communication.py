@@ -171,17 +171,6 @@ def test_arguments_that_make_no_sense_are_refused(options, message):
         simulate('consensus', 3, 1.0, **options)
 
 
-def test_a_thousand_robots_in_a_ring():
-    def law(robotNo, nbRobots, poses, t):
-        return 0.1 * np.nanmean(poses[0] - poses[0, robotNo - 1]), 0.0
-
-    run = simulate(law, 1000, 1.0, graph='ring', loss=0.1)
-
-    assert np.isfinite(run.poses).all()
-    assert not run.failed_robots
-    assert len(run.record.links) == 2000
-
-
 def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():
     received = {}
 
