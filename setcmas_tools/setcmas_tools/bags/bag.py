@@ -118,12 +118,9 @@ class Bag:
         zero_ns: int,
         shown: Progress | None = None,
     ) -> list[str]:
-        """Decode the messages of some topics, and hand them to functions.
+        """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.
 
-        Args:
-            takers: The functions by topic; a topic without any is not decoded.
-            zero_ns: The receive time that is t = 0.
-            shown: Shows the progress.
+        A topic without functions is not decoded.
 
         Returns:
             A line for each topic with messages that cannot be decoded.

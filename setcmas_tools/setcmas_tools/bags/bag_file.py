@@ -155,7 +155,8 @@ def _opened(file: Path, stack: ExitStack) -> BagFile:
     source = file
     if file.suffix == _PACKED:
         source = _decompressed(file, _place(stack) / file.stem)
-    if kind == '.db3' and _has_journal(source):  # rosbags ignores it
+    if kind == '.db3' and any(Path(f'{source}{ending}').exists() for ending in _JOURNALS):
+        # The file was not closed: its journal, which rosbags ignores, has some of its content.
         return _copied(file, source, stack)
     try:
         return _bag_file(file, _reader(source, stack))
@@ -190,11 +191,6 @@ def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader) -> BagFile:
     nb_lost = reader.message_count - sum(connection.msgcount for connection in reader.connections)
     loss = f"'{file}' is damaged: {nb_lost:,} messages belong to no topic"
     return BagFile(file, reader, [loss] if nb_lost else [])
-
-
-def _has_journal(database: Path) -> bool:
-    """Return whether a .db3 file was not closed: its journal has some of its content."""
-    return any(Path(f'{database}{ending}').exists() for ending in _JOURNALS)
 
 
 def _reader(file: Path, stack: ExitStack) -> Ros1Reader | Ros2Reader:

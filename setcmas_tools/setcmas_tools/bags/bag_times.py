@@ -30,13 +30,7 @@ class ArrivalTimes:
         system_ns: Callable[[], int] = time.time_ns,
         steady_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Start the clock.
-
-        Args:
-            pace: Converts a time in ns to that of the bag.
-            system_ns: The system's clock, in ns.
-            steady_ns: A clock that is never set, in ns.
-        """
+        """Start; `pace` converts a time in ns to that of the bag, a steady clock is never set."""
         self._pace = pace
         self._system_ns = system_ns
         self._steady_ns = steady_ns
@@ -46,9 +40,7 @@ class ArrivalTimes:
     def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
         """Yield messages with their times, in order; those yielded are taken from the list.
 
-        Args:
-            messages: The messages that arrived and are not written yet.
-            complete: Whether these are the last: hold none back.
+        Where they are complete, none is held back.
         """
         del complete
         now = self._system_ns()

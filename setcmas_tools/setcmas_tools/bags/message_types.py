@@ -95,7 +95,10 @@ class BagTypes:
         except (TypesysError, SyntaxError, ValueError) as error:
             store = get_typestore(release)
             if name not in store.fielddefs:
-                raise UnresolvedTypeError(_reason(connection, error)) from error
+                reason = f'its definition is damaged ({one_line(error)})'
+                if not connection.msgdef.data:
+                    reason = 'the bag holds no definition of it'
+                raise UnresolvedTypeError(reason) from error
         store.get_msgdef(name)
         deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
@@ -133,24 +136,13 @@ def _parsed(connection: Connection) -> dict[str, Any]:
     return definitions
 
 
-def _reason(connection: Connection, error: Exception) -> str:
-    if not connection.msgdef.data:
-        return 'the bag holds no definition of it'
-    return f'its definition is damaged ({one_line(error)})'
-
-
 class UnknownDefinitionError(Exception):
     """A message type with no definition on this machine."""
 
 
 @dataclass(frozen=True)
 class Definition:
-    """Definition of a type, as a bag stores it.
-
-    Attributes:
-        text: The definition, followed by those of its parts.
-        digest: The hash of both, as in RIHS01_....
-    """
+    """Definition of a type and its parts, as a bag stores it, and its hash, RIHS01_...."""
 
     text: str
     digest: str

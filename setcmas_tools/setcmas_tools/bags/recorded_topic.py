@@ -27,21 +27,21 @@ DEPTH = 1000
 
 def stored_qos(profiles: list[QoSProfile]) -> list[Qos]:
     """Return the different profiles of a topic's publishers in the terms of rosbags."""
-    return list(dict.fromkeys(_stored(profile) for profile in profiles))
-
-
-def _stored(profile: QoSProfile) -> Qos:
-    return Qos(
-        QosHistory[profile.history.name],
-        profile.depth,
-        QosReliability[profile.reliability.name],
-        QosDurability[profile.durability.name],
-        _time(profile.deadline),
-        _time(profile.lifespan),
-        QosLiveliness[profile.liveliness.name],
-        _time(profile.liveliness_lease_duration),
-        profile.avoid_ros_namespace_conventions,
-    )
+    stored = [
+        Qos(
+            QosHistory[profile.history.name],
+            profile.depth,
+            QosReliability[profile.reliability.name],
+            QosDurability[profile.durability.name],
+            _time(profile.deadline),
+            _time(profile.lifespan),
+            QosLiveliness[profile.liveliness.name],
+            _time(profile.liveliness_lease_duration),
+            profile.avoid_ros_namespace_conventions,
+        )
+        for profile in profiles
+    ]
+    return list(dict.fromkeys(stored))
 
 
 def _time(duration: Duration) -> QosTime:

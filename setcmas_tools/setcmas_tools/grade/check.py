@@ -119,24 +119,17 @@ class Check:
 
     __repr__ = __str__  # in a terminal, where notebooks show HTML
 
-    def picture(self) -> Any:
-        """Return a figure of the paths over those of the solution."""
+    def picture_url(self) -> str:
+        """Return a picture of the paths over those of the solution, as the data URL of a PNG."""
         from setcmas_tools.grade.mark_pictures import draw_marks
         from setcmas_tools.plots.plot import Picture
         from setcmas_tools.plots.style import plot_style
 
+        content = io.BytesIO()
         with plot_style():
             figure = Picture()
             draw_marks(figure, self.marks)
-        return figure
-
-    def picture_url(self) -> str:
-        """Return the picture as the data URL of a PNG."""
-        from setcmas_tools.plots.style import plot_style
-
-        content = io.BytesIO()
-        with plot_style():
-            self.picture().savefig(content, format='png', dpi=_DPI)
+            figure.savefig(content, format='png', dpi=_DPI)
         return f'data:image/png;base64,{base64.b64encode(content.getvalue()).decode("ascii")}'
 
     def _repr_html_(self) -> str:

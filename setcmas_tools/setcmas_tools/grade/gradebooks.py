@@ -30,19 +30,18 @@ _CANVAS_HEADER: list[Cell] = ['Student', 'ID', 'SIS User ID', 'SIS Login ID', 'S
 
 def tables_of(marks: Sequence[Marks]) -> dict[str, bytes]:
     """Return the tables of a class with at least one submission: contents by name."""
-    rows = (_grades(marks), [_MOODLE_HEADER, *map(_moodle_row, marks)], _canvas(marks))
-    texts = map(csv_text, rows)
-    return {name: text.encode(errors='replace') for name, text in zip(TABLES, texts, strict=True)}
+    tables = (_grades(marks), [_MOODLE_HEADER, *map(_moodle_row, marks)], _canvas(marks))
+    return {name: _csv(rows) for name, rows in zip(TABLES, tables, strict=True)}
 
 
-def csv_text(rows: Iterable[Iterable[Cell]]) -> str:
-    """Return rows as CSV; texts that a spreadsheet would evaluate begin with an apostrophe."""
+def _csv(rows: Iterable[Iterable[Cell]]) -> bytes:
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerows(map(_safe, row) for row in rows)
-    return _UTF_8 + text.getvalue()
+    return f'{_UTF_8}{text.getvalue()}'.encode(errors='replace')
 
 
 def _safe(cell: Cell) -> Cell:
+    """Return a cell; a text that a spreadsheet would evaluate begins with an apostrophe."""
     if not isinstance(cell, str):
         return f'{cell:.6g}'
     plain = ' '.join(''.join(c if c.isprintable() else ' ' for c in cell).split())
@@ -56,12 +55,12 @@ def _grades(marks: Sequence[Marks]) -> list[list[Cell]]:
     for name, mark in _criteria(marks[0]):
         unit = f' ({mark.unit})' if mark.unit else ''
         header += [name, f'{name}: reached{unit}']
-    rows = [header, *(_grades_row(one, names) for one in marks)]
+    rows = [_grades_row(one, names) for one in marks]
     if any(one.corrections for one in marks):
-        further: list[list[Cell]] = [[one.automatic, _corrections(one)] for one in marks]
-        further.insert(0, ['automatic', 'corrections'])
-        rows = [[*row, *more] for row, more in zip(rows, further, strict=True)]
-    return rows
+        header += ['automatic', 'corrections']
+        for row, one in zip(rows, marks, strict=True):
+            row += [one.automatic, _corrections(one)]
+    return [header, *rows]
 
 
 def _grades_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:

@@ -45,13 +45,7 @@ def _safe(name: str) -> str:
 
 
 class CriterionFigures(NamedTuple):
-    """Results of a class for one criterion.
-
-    Attributes:
-        share: Mean share of its points, from 0 to 1.
-        full: Number of submissions with all points.
-        hidden: Whether students only see its points.
-    """
+    """Results of a class for one criterion: mean share of its points, number of full marks."""
 
     scenario: str
     name: str

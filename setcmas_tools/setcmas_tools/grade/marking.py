@@ -63,7 +63,9 @@ def _hinted(
     """
     pairs = list(zip(rubric.scenarios, runs, strict=True))
     known = [
-        (one.name, one.base, done.run) for one, done in pairs if done.run and _is_shown(one, done)
+        (one.name, one.base, done.run)
+        for one, done in pairs
+        if done.run and done.is_complete and not done.failure and not one.hidden
     ]
     names = [name for name, *_ in known]
     for place, scenario in enumerate(marks):
@@ -77,15 +79,9 @@ def _hinted(
     return tuple(marks)
 
 
-def _is_shown(scenario: MarkedScenario, done: ScenarioRun) -> bool:
-    return done.is_complete and not done.failure and not scenario.hidden
-
-
 def _with_hint(scenario: ScenarioMark, name: str, text: str) -> ScenarioMark:
-    criteria = [
-        replace(one, hint=text or one.hint) if one.name == name else one
-        for one in scenario.criteria
-    ]
+    hinted = {name: text} if text else {}
+    criteria = (replace(one, hint=hinted.get(one.name, one.hint)) for one in scenario.criteria)
     return replace(scenario, criteria=tuple(criteria))
 
 

@@ -189,9 +189,8 @@ def find_submissions(
         top = path.parts[0]
         is_file = len(path.parts) == 1
         identity = identity_of(top, path.stem if is_file else PurePosixPath(top).stem)
-        if is_file and not identity.group and path.suffix not in _SUFFIXES:
-            continue  # no student's, such as a list of the class
-        if is_empty(path) and is_file:
+        is_of_student = identity.group or path.suffix in _SUFFIXES  # not a list of the class
+        if is_file and (is_empty(path) or not is_of_student):
             continue
         own = path.relative_to(top)
         if is_file and path.suffix != '.zip':  # what is in a zip file has paths of its own
@@ -205,9 +204,8 @@ def find_submissions(
         )
     packed = []
     for parts in found.values():
-        ordered = sorted(parts, key=lambda part: part[0].number)
-        files = tuple(file for _, file in ordered)
-        packed.append(Packed(ordered[-1][0].student, files, function, exercise))
+        identities, files = zip(*sorted(parts, key=lambda part: part[0].number), strict=True)
+        packed.append(Packed(identities[-1].student, files, function, exercise))
     submissions = read(packed) if read else map(read_submission, packed)
     return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
 
