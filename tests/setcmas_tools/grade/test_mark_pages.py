@@ -10,7 +10,6 @@ from setcmas_tools.grade.mark_pages import (
     class_page,
     file_names,
     hardest_first,
-    has_failed,
     marks_table,
     remark,
     student_page,
@@ -19,13 +18,10 @@ from setcmas_tools.grade.mark_pages import (
 from setcmas_tools.grade.marks import Correction
 
 
-def test_figures_of_a_class():
-    marks = graded_class()
-
-    assert [one.name for one in hardest_first(marks)] == [
+def test_criteria_of_a_class_begin_with_the_hardest():
+    assert [one.name for one in hardest_first(graded_class())] == [
         'They settle', 'SECRET bound', 'All meet', 'SECRET',
     ]  # fmt: skip
-    assert [has_failed(one) for one in marks] == [False, False, True, False]
 
 
 def test_names_are_safe_and_unique_on_systems_that_ignore_case():
@@ -89,19 +85,13 @@ def test_a_page_of_a_student_who_is_not_there_any_more_goes(pages):
     ]
 
 
-def test_a_bonus_beyond_all_points_is_as_good_as_all_points():
+def test_a_bonus_fills_the_bar_of_a_page_at_most_and_ends_the_remark_on_a_failure():
     bonus = Correction('bonus', 10.0, 'neat code', 'A. Assistant', '2026-11-22')
-    page = student_page(replace(graded_class()[0], corrections=(bonus,)))
+    full, _, failed, _ = (replace(one, corrections=(bonus,)) for one in graded_class())
 
-    assert '<i class="good" style="width:100.0%">' in page
-
-
-def test_a_remark_begins_with_what_failed_and_ends_with_what_was_corrected():
-    bonus = Correction('bonus', 0.5, 'too hard', 'A. Assistant', '2026-11-22')
-    failed = replace(graded_class()[2], corrections=(bonus,))
-
+    assert '<i class="good" style="width:100.0%">' in student_page(full)
     assert remark(failed, {}).startswith('ValueError')
-    assert remark(failed, {}).endswith('bonus +0.5: too hard (A. Assistant, 2026-11-22)')
+    assert remark(failed, {}).endswith('bonus +10: neat code (A. Assistant, 2026-11-22)')
 
 
 def test_pages_name_the_file_within_the_submission_not_its_folder_again():

@@ -35,7 +35,7 @@ K = 1
 rng = np.random.default_rng()
 other = random.Random()
 def control(i, n, poses, t):
-    vx = 0.1 * rng.random() * other.random()
+    vx = 0.1 * rng.random() * other.random() * random.random()
     return vx, K * len(network.neighbours()) * poses[0, i - 1]
 """
 CONDITION = 'def ctc({}):\n    return abs(pos - last_pos).sum() > 0.2\n'
@@ -111,15 +111,6 @@ def test_a_condition_in_a_sandbox_gets_values(tmp_path):
 
     assert same(done.run, own)
     assert done.run.record.robots[1].sent < done.run.record.robots[2].sent
-
-
-def test_random_numbers_repeat_and_differ_between_robots():
-    source = 'import random\ndef control(i, n, poses, t):\n    return random.random(), 0\n'
-
-    first, again = (run(source).run for _ in range(2))
-
-    assert same(first, again)
-    assert not np.array_equal(first.table.of(1).v, first.table.of(2).v)
 
 
 def test_an_endless_loop_is_reported_with_its_line():

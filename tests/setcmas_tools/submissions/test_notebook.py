@@ -2,9 +2,6 @@
 
 import json
 
-import pytest
-
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
 from setcmas_tools.submissions.notebook import in_cells, read_notebook
 from setcmas_tools.submissions.submissions import find_submissions
@@ -59,11 +56,6 @@ def test_a_notebook_is_a_submission_and_its_written_scripts_are_files(tmp_path):
 
     assert (ada.file, ada.script, ada.problem) == ('ada.ipynb', 'ada_ipynb.py', '')
     assert (bob.file, bob.script, bob.notebook) == ('bob/law.py', 'law.py', None)
-
-
-def test_a_file_that_is_no_notebook_is_named(tmp_path):
-    with pytest.raises(SetcmasError, match='not a notebook of Jupyter'):
-        read_notebook(b'[' * 100_000)
 
 
 RUBRIC = """\

@@ -3,7 +3,7 @@ import shutil
 import zipfile
 
 import pytest
-from hostile_submissions import archive, nested
+from hostile_submissions import PACKED, archive
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions import submitted_files
@@ -94,7 +94,6 @@ def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
         ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),
         ({'law.py': b'def control(:\n', 'gains.py': b''}, 'law.py, line 1: SyntaxError'),
-        ({'report.pdf': b''}, 'no Python file, only report.pdf'),
         # several laws are named, and none is guessed
         (WITH_TEST | {'law_old.py': LAW}, 'law.py and law_old.py both have'),
         (WITH_TEST | {'consensus.py': LAW}, 'consensus.py and law.py both have'),
@@ -171,7 +170,7 @@ def branched(depth):
 
 
 BOMBS = {
-    'depth': (lambda: nested(9, LAW), '3 zip files in each other'),
+    'depth': (lambda: PACKED['depth.zip'][0], '3 zip files in each other'),
     'files': (lambda: branched(2), '1,000 files'),
     'bytes': (
         lambda: archive({f'{k}.py': bytes(1 << 20) for k in range(99)}, zipfile.ZIP_DEFLATED),
