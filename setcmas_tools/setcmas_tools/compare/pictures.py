@@ -80,7 +80,12 @@ def _paths(names: Sequence[str], runs: Sequence[Run]) -> Figure:
     }
     for run in runs:
         trajectories.fit_plane(axes, run.counted)
-    legend(axes, [*robot_handles(robots), *marks.values(), *_run_handles(names)])
+    look = {'color': '0.3', 'linewidth': rcParams['lines.linewidth']}
+    handles = [
+        Line2D([], [], label=as_written(name), **look, **_style(number))
+        for number, name in enumerate(names)
+    ]
+    legend(axes, [*robot_handles(robots), *marks.values(), *handles])
     return figure
 
 
@@ -105,11 +110,3 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
 
 def _style(number: int) -> dict[str, Any]:
     return {'linestyle': _STYLES[number % len(_STYLES)]}
-
-
-def _run_handles(names: Sequence[str]) -> list[Line2D]:
-    look = {'color': '0.3', 'linewidth': rcParams['lines.linewidth']}
-    return [
-        Line2D([], [], label=as_written(name), **look, **_style(number))
-        for number, name in enumerate(names)
-    ]

@@ -58,24 +58,14 @@ def robots_rows(parts: Mapping[str, Measured]) -> list[list[str]]:
             for robot in robots
         ]
     else:
-        summaries: dict[str, Callable[[list[float]], float]] = {
-            'least': min,
-            'mean': lambda values: float(np.mean(values)),
-            'largest': max,
-        }
-        rows = [
-            [name, *(_text(_summary(values, of), form) for form, values in columns.values())]
-            for name, of in summaries.items()
-        ]
+        rows = [[name] for name in ('least', 'mean', 'largest')]
+        for form, values in columns.values():
+            known = [value for value in values.values() if value is not None]
+            of_all = (min(known), float(np.mean(known)), max(known)) if known else (None,) * 3
+            for row, value in zip(rows, of_all, strict=True):
+                row.append(_text(value, form))
     first = f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot'
     return [[first, *columns], *rows]
-
-
-def _summary(
-    values: Mapping[int, float | None], of: Callable[[list[float]], float]
-) -> float | None:
-    known = [value for value in values.values() if value is not None]
-    return of(known) if known else None
 
 
 def _text(value: float | None, form: str = '.2f') -> str:

@@ -72,14 +72,10 @@ class BrowserOptions(Options):
     read_only: bool = flag('no buttons that start, pause, stop or reset robots')
 
     @property
-    def is_local(self) -> bool:
-        """Whether the page is for this machine only."""
-        return self.host in ('127.0.0.1', 'localhost', '::1')
-
-    @property
     def needs_token(self) -> bool:
         """Whether only people with the whole address, and its token, may open the page."""
-        return not (self.is_local or self.read_only)
+        is_local = self.host in ('127.0.0.1', 'localhost', '::1')
+        return not (is_local or self.read_only)
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

@@ -84,19 +84,15 @@ class LiveTopics:
         wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
         for name in self._robots.keys() - wanted.keys():
             self._robots.pop(name).close()
-        self._follow_runs(Odometry in wanted.values())
+        if Odometry not in wanted.values():
+            self._run.ended = self._run.ended or bool(self._run.robots)
+        elif self._run.ended:  # it stays as it was until another one begins
+            self._run.begin()
         if not self._run.ended:
             self._drop_what_is_gone(set(wanted))
         for name in wanted.keys() - self._robots.keys():
             self._robots[name] = self._subscribed(name, wanted[name])
         self._look_for_commands()
-
-    def _follow_runs(self, robots_present: bool) -> None:
-        """Keep an ended run as it was until another one begins."""
-        if robots_present and self._run.ended:
-            self._run.begin()
-        elif not robots_present and self._run.robots:
-            self._run.ended = True
 
     def _drop_what_is_gone(self, present: set[str]) -> None:
         """Forget markers and the communication graph of publishers that are gone."""

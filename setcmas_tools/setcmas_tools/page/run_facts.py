@@ -141,15 +141,11 @@ def _listing(run: Run, given: RunInput, file: Path, content: bytes) -> Listing:
     ]
     lines = content.decode(errors='replace').splitlines() or ['']
     marked = [
-        (line, marks_of([one for one in failures if one.line == number and _quotes(one, line)]))
-        for number, line in enumerate(lines, 1)
+        # `--watch` loads other versions: a failure is shown at the line that it quotes.
+        (line, marks_of([one for one in failures if one.line == n and line.strip() in one.text]))
+        for n, line in enumerate(lines, 1)
     ]
     return Listing(file.name, f'{what}{robots}', marked)
-
-
-def _quotes(failure: ScriptFailure, line: str) -> bool:
-    """Return whether a failure arose in this version of a line: `--watch` loads others."""
-    return not line.strip() or line.strip() in failure.text
 
 
 def marks_of(failures: list[ScriptFailure]) -> list[Mark]:

@@ -119,12 +119,12 @@ class FilmFrames:
         )  # fmt: skip
         for lines in (self._edges, self._trails, self._robots):
             self._axes.add_collection(lines, autolim=False)
+        self._above: list[Artist] = [self._robots, self._clock]
+        if len(self._all_triggers):
+            self._above.insert(0, self._flashes)
         drawn = self._drawn.trails, self._drawn.markers
-        for artist in (*drawn, self._edges, self._trails, *self._above()):
+        for artist in (*drawn, self._edges, self._trails, *self._above):
             artist.set_animated(True)
-
-    def _above(self) -> list[Artist]:
-        return [*([self._flashes] if len(self._all_triggers) else []), self._robots, self._clock]
 
     def _draw_trails(self, k: int) -> None:
         self._drawn.show(self._grid.t[k], since=self._grid.t[k - 1] if k else -np.inf)
@@ -150,7 +150,7 @@ class FilmFrames:
         ])  # fmt: skip
         self._clock.set_text(self._caption(now))
         self._set_flashes(k, now)
-        for artist in self._above():
+        for artist in self._above:
             self._axes.draw_artist(artist)
 
     def _set_flashes(self, k: int, now: float) -> None:
