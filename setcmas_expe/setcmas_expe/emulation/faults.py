@@ -77,11 +77,7 @@ class Fault:
 
 
 def parse_fault(text: str) -> Fault:
-    """Return the fault in a text such as 'dropout 2 3.0'.
-
-    Raises:
-        SetcmasError: The text has another form.
-    """
+    """Return the fault in a text such as 'dropout 2 3.0', or raise SetcmasError."""
     words = text.split()
     if not 2 <= len(words) <= 3 or words[0] not in PURPOSES or not _ROBOT.fullmatch(words[1]):
         raise SetcmasError(f"fault '{text}' is not understood; {_FORM}")

@@ -18,11 +18,7 @@ _SENDING_S = 2.0
 
 
 def inject(fault: Fault) -> None:
-    """Send a fault to the emulated lab in this ROS domain.
-
-    Raises:
-        SetcmasError: There is none.
-    """
+    """Send a fault to the emulated lab in this ROS domain, or raise SetcmasError."""
     with ros_process() as process:
         node = FleetNode('inject_fault')
         process.add(node)

@@ -100,11 +100,7 @@ class Camera:
 
     @cached_property
     def placed(self) -> CameraPose:
-        """Its pose.
-
-        Raises:
-            SetcmasError: It is unknown.
-        """
+        """Its pose; SetcmasError if it is unknown."""
         if self.pose is None:
             raise SetcmasError(
                 f"camera '{self.name}' has no pose: run setcmas camera with --calibrate floor"
@@ -186,11 +182,7 @@ def load_cameras(path: Path, least: int = 1) -> CameraFile:
 
 
 def write_cameras(content: CameraFile, path: Path) -> None:
-    """Write a camera file, whole or not at all.
-
-    Raises:
-        SetcmasError: It cannot be written.
-    """
+    """Write a camera file, whole or not at all, or raise SetcmasError."""
     written = asdict(content)
     distances = content.floor_distances.items()
     written['floor_distances'] = {f'{a}-{b}': distance for (a, b), distance in distances}

@@ -34,11 +34,7 @@ class CameraNode(FleetNode):
     """Publishes the pose of each robot whose tag is seen, stamped with the exposure."""
 
     def __init__(self, file: CameraFile) -> None:
-        """Open the cameras.
-
-        Raises:
-            SetcmasError: One is not calibrated.
-        """
+        """Open the cameras, or raise SetcmasError if one is not calibrated."""
         super().__init__('camera')
         self._poses = CameraPoses(file, FIRST_FLOOR_TAG - 1)
         self._height = file.tags.height

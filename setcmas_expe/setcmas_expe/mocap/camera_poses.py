@@ -118,11 +118,7 @@ class CameraPoses:
     """
 
     def __init__(self, file: CameraFile, nb_robots: int) -> None:
-        """Find the robots 1 to N.
-
-        Raises:
-            SetcmasError: A camera has no pose.
-        """
+        """Find the robots 1 to N, or raise SetcmasError if a camera has no pose."""
         self.reasons: dict[str, dict[int, str]] = {}
         self.nb_tags: dict[str, int] = {}
         self._tags = file.tags

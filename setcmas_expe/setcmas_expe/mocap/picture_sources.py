@@ -135,11 +135,7 @@ class NewestPicture:
         threading.Thread(target=self._read, args=(source,), daemon=True).start()
 
     def take(self) -> Shot | None:
-        """Return the newest picture, once; None if there is no new one.
-
-        Raises:
-            SetcmasError: The source failed.
-        """
+        """Return the newest picture, once, else None; SetcmasError if the source failed."""
         if self._error:
             raise self._error
         shot, self._newest = self._newest, None

@@ -46,11 +46,7 @@ class PictureTopic:
 
 
 def listen(name: str) -> Iterator[Shot]:
-    """Yield the pictures of a topic, for a program that is no node.
-
-    Raises:
-        SetcmasError: No picture arrives for a while.
-    """
+    """Yield the pictures of a topic, without a node; SetcmasError if none arrives for a while."""
     with ros_process() as process:
         topic = PictureTopic(FleetNode('camera_pictures'), name)
         since = time.monotonic()
@@ -65,11 +61,7 @@ def listen(name: str) -> Iterator[Shot]:
 
 
 def decoded(message: Any) -> Picture:
-    """Return the picture of a sensor_msgs/Image or CompressedImage.
-
-    Raises:
-        SetcmasError: Its encoding is not known.
-    """
+    """Return the picture of a sensor_msgs/Image or CompressedImage, or raise SetcmasError."""
     data = np.frombuffer(message.data, np.uint8)
     if hasattr(message, 'format'):
         picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None

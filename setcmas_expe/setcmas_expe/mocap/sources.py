@@ -113,11 +113,7 @@ class MocapSource:
         return samples
 
     def message_class(self) -> Any:
-        """Return the class of the messages.
-
-        Raises:
-            SetcmasError: Its package is not installed.
-        """
+        """Return the class of the messages; SetcmasError if its package is not installed."""
         try:
             return message_class(self.message_type)
         except NoPythonTypeError:
@@ -163,11 +159,7 @@ def per_body(topic: str, kind: str, driver: str = '', from_start: bool = False) 
 
 
 def checked_source(thing: object) -> MocapSource:
-    """Return a plugin as a source.
-
-    Raises:
-        InvalidPluginError: It is not a source.
-    """
+    """Return a plugin as a source, or raise InvalidPluginError."""
     if not isinstance(thing, MocapSource):
         raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a MocapSource')
     try:

@@ -46,11 +46,7 @@ def largest_size(paper: str) -> float:
 
 
 def write_sheets(path: Path, pages: Iterator[Figure]) -> int:
-    """Write pages as a PDF file, whole or not at all, and return their number.
-
-    Raises:
-        SetcmasError: The file cannot be written.
-    """
+    """Write a PDF file, whole or not at all; return the number of pages, or raise SetcmasError."""
     part = path.with_name(f'.{path.name}.part')
     try:
         with PdfPages(part) as pdf:
