@@ -54,11 +54,6 @@ class CriterionFigures(NamedTuple):
     hidden: bool
 
 
-def has_failed(marks: Marks) -> bool:
-    """Return whether a script failed in a scenario, or could not run."""
-    return bool(marks.failure or any(one.failure for one in marks.scenarios))
-
-
 def share(points: float, most: float) -> float:
     """Return a share of points, at most 1; 1 if there are none."""
     return min(points / most, 1.0) if most else 1.0
@@ -169,10 +164,11 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
     names = names_of(marks)
     rows = list(zip(marks, links, strict=True))
     scores = [one.score for one in marks]
+    failed = [one for one in marks if one.failure or any(each.failure for each in one.scenarios)]
     return _page(
         'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
         median=statistics.median(scores), full=sum(one.is_full for one in marks),
-        failed=sum(map(has_failed, marks)), criteria=hardest_first(marks),
+        failed=len(failed), criteria=hardest_first(marks),
     )  # fmt: skip
 
 

@@ -281,22 +281,19 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     base = Scenario.read(replace(entry, value=given), base)
     hidden = 'hidden' in fields and fields['hidden'].flag()
     criteria = read_criteria(fields['criteria'])
-    if 'seeds' not in fields:
-        return [_checked(entry, MarkedScenario(name, criteria, base, hidden))]
-    seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
-    if 'seed' in fields or not seeds:
-        raise entry.error('seeds must be a non-empty list, without a separate seed')
-    seeded = ((f'{name}, seed {seed}', base.replace(seed=seed)) for seed in seeds)
-    return [_checked(entry, MarkedScenario(own, criteria, one, hidden)) for own, one in seeded]
+    named = [(name, base)]
+    if 'seeds' in fields:
+        seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
+        if 'seed' in fields or not seeds:
+            raise entry.error('seeds must be a non-empty list, without a separate seed')
+        named = [(f'{name}, seed {seed}', base.replace(seed=seed)) for seed in seeds]
+    with entry.located():
+        for _, one in named:
+            one.start_poses()
+    return [MarkedScenario(own, criteria, one, hidden) for own, one in named]
 
 
 _EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ..., at_most: ...}]'}
-
-
-def _checked(entry: Entry, scenario: MarkedScenario) -> MarkedScenario:
-    with entry.located():
-        scenario.base.start_poses()
-    return scenario
 
 
 def _read_solution(entry: Entry) -> Path:

@@ -184,9 +184,7 @@ def _readable(path: Path) -> PurePosixPath:
 def unpacked(files: Files, name: str) -> Files:
     """Return the files of a student with those in zip files, or why they are too much.
 
-    Args:
-        files: Files as `handed_in` returns them; a path without a name is the submission itself.
-        name: Name of the submission.
+    A path without a name is the submission itself, which has this name.
     """
     limit = _Limit(*_MOST_OF_STUDENT)
     try:
