@@ -64,12 +64,9 @@ class BagFile:
     def messages(
         self, topics: Mapping[tuple[str, str], Topic]
     ) -> Iterator[tuple[Topic, int, bytes]]:
-        """Yield topic, receive time (ns) and bytes of each message in the order of time.
+        """Yield topic, receive time (ns) and bytes of each message of topics, in order of time.
 
-        It ends at the first damage, which gets a notice.
-
-        Args:
-            topics: The topics by their names and types.
+        The topics are by their names and types. It ends at the first damage, which gets a notice.
         """
         own = [c for c in self.reader.connections if (c.topic, c.msgtype) in topics]
         of_id = {c.id: topics[c.topic, c.msgtype] for c in own}

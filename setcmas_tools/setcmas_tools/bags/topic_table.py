@@ -156,10 +156,7 @@ def row_of(store: Typestore, msgtype: str) -> Row:
     """Return the row of a message type such as `nav_msgs/msg/Odometry`.
 
     Of a message with a pose, a transform or an orientation it ends with a column `yaw` in rad.
-
-    Args:
-        store: Holds the definitions of the type and its parts.
-        msgtype: Name of the type.
+    The store holds the definitions of the type and its parts.
     """
     fields = list(_fields_of(store, msgtype))
     if orientation := _orientation(store, msgtype):

@@ -48,10 +48,7 @@ def identity_of(name: str, stem: str) -> Identity:
 
     Moodle uses 'Ada Lovelace_12345_assignsubmission_file_', followed by the file name if it makes
     no folders; Canvas uses 'lovelaceada_LATE_123_4567_law-1.py'. Other names are used as they are.
-
-    Args:
-        name: The name.
-        stem: The same without a file's suffix.
+    The stem is the name without a file's suffix.
     """
     if found := _MOODLE.fullmatch(name):
         group = f'{found["name"]}_{found["id"]}'  # two students with one number stay two
