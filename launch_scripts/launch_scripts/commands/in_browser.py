@@ -26,7 +26,6 @@ from setcmas_ctrl.scripts.script_errors import (
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
 from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.call_limit import LateCallError, limited_calls
@@ -168,10 +167,7 @@ def _late(error: LateCallError, limit: float) -> str:
     """Return the message on a call that took longer than a limit in s."""
     file, line = script_place(error, Path())
     notes, place = run_progress.current, described_place(file, line, file)
-    if notes.function is Function.LOADING:
-        what = f'{file.name} has been loading for {limit:g} s'
-    else:
-        what = f'{notes.function.value} has not returned for {limit:g} s'
+    what = notes.function.late(file.name, limit)
     return f'{robot_name(notes.robot)}: {what}; it is at {place}{quoted_line(file, line)}'
 
 

@@ -162,14 +162,9 @@ class CallWatch:
         places = places_in(traceback.walk_stack(frame), call.path) if frame else []
         file, line = places[0] if places else (call.path, None)
         place = described_place(file, line, call.path)
-        late = (
-            f'{call.path.name} has been loading'
-            if call.function is Function.LOADING
-            else f'{call.function.value} has not returned'
-        )
         self._launcher.report(Stuck(described, place))
         self._warn(
-            f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
+            f'{robot_name(call.robot)}: {call.function.late(call.path.name, self._stuck_s)}; '
             f'it is at {place}{quoted_line(file, line)}\n'
             '    the robots of this process get no commands until it returns; Ctrl-C stops'
         )

@@ -16,6 +16,12 @@ class Function(enum.Enum):
     LOADING = 'loading'
     STEP = 'step'
 
+    def late(self, script: str, seconds: float) -> str:
+        """Return that a call of a script has lasted some time, as text."""
+        if self is Function.LOADING:
+            return f'{script} has been loading for {seconds:g} s'
+        return f'{self.value} has not returned for {seconds:g} s'
+
 
 @dataclass(frozen=True)
 class ScriptCall:

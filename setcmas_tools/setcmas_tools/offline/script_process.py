@@ -149,11 +149,13 @@ class ScriptProcess(Generic[Result]):
             if progress.calls != calls or not progress.robot:
                 calls, since, warned = progress.calls, now, False
             elif now - since > call_timeout:
-                raise self._ended(f'{self._late(call_timeout)} (--call-timeout)')
+                late = progress.function.late(progress.script, call_timeout)
+                raise self._ended(f'{late} (--call-timeout)')
             elif now - since > STUCK_S and not warned:
                 warned = True
                 place = self._described(self._place(), '; it is at ')
-                warn(f'{robot_name(progress.robot)}: {self._late(STUCK_S)}{place}')
+                late = progress.function.late(progress.script, STUCK_S)
+                warn(f'{robot_name(progress.robot)}: {late}{place}')
         self.end()
         kind, value = answer
         if kind == 'mistake':
@@ -216,11 +218,6 @@ class ScriptProcess(Generic[Result]):
         else:
             return kind, value
         return None
-
-    def _late(self, seconds: float) -> str:
-        if self.progress.function is Function.LOADING:
-            return f'{self.progress.script} has been loading for {seconds:g} s'
-        return f'{self.progress.function.value} has not returned for {seconds:g} s'
 
     def _death(self) -> str:
         status = self._process.exitcode
