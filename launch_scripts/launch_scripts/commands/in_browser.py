@@ -195,11 +195,7 @@ def _simulated(asked: Answer, page: _Page) -> Answer:
 
 
 def _scenario(asked: Answer) -> Scenario:
-    """Return the scenario of a request.
-
-    Raises:
-        SetcmasError: A value is invalid.
-    """
+    """Return the scenario of a request, or raise SetcmasError if a value is invalid."""
     given = asked.get('scenario') or {}
     values = {
         name: _value(name, value) for name, value in given.items() if value not in (None, '')
@@ -230,11 +226,7 @@ def _setting(name: str, value: Any) -> tuple[str, Any]:
 
 
 def _file_of(folder: str, name: str) -> Path:
-    """Return the YAML file with a name in a folder, or in a folder of that name.
-
-    Raises:
-        SetcmasError: There is none.
-    """
+    """Return the YAML file NAME.yaml, or that in the folder NAME, or raise SetcmasError."""
     places = Path(folder), Path(folder, Path(name).name)
     named = [file for one in places for file in one.glob(f'{Path(name).name}.yaml')]
     found = [*named, *sorted(places[1].glob('*.yaml'))]
@@ -244,11 +236,7 @@ def _file_of(folder: str, name: str) -> Path:
 
 
 def _written(asked: Answer) -> Path:
-    """Write the script of a request to its file; return the file.
-
-    Raises:
-        SetcmasError: Its name is no file of Python.
-    """
+    """Write the script of a request, or raise SetcmasError; return its file."""
     name = str(asked.get('name') or 'my_law.py')
     if not (name.endswith('.py') and name.removesuffix('.py').isidentifier()):
         raise SetcmasError(

@@ -76,15 +76,12 @@ def main(args: argparse.Namespace) -> int:
 
 
 def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: str = '') -> Files:
-    """Return the files of the page, by path.
+    """Return the files of the page, by path, or raise SetcmasError.
 
     Args:
         exercises: Names of exercises, or paths of rubrics; all shipped exercises if empty.
         scenarios: Scenario files.
         place: Folder or address of Pyodide; '' is that of jsDelivr.
-
-    Raises:
-        SetcmasError: One is not there, or has a mistake.
     """
     from setcmas_simu import __version__
     from setcmas_tools.grade.rubric_handout import archive
@@ -130,11 +127,7 @@ class Pyodide:
 
 
 def _pyodide(place: str) -> Pyodide:
-    """Return the source of Pyodide at an address, or in a folder.
-
-    Raises:
-        SetcmasError: It is neither, or the folder lacks a file or has another version.
-    """
+    """Return the source of Pyodide at an address, or in a folder, or raise SetcmasError."""
     known = json.loads(
         (resources.files('setcmas_tools') / 'page/templates/site/pyodide.json').read_text()
     )
@@ -288,11 +281,7 @@ def _packed_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
 
 
 def _check_folder(folder: Path, overwrite: bool) -> None:
-    """Check that a page can be written to a folder, before it is made.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
+    """Check that a page can be written to a folder, before it is made, or raise SetcmasError."""
     if not folder.absolute().parent.is_dir():
         raise SetcmasError(f"there is no folder '{folder.absolute().parent}'; create it")
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
@@ -304,11 +293,7 @@ def _check_folder(folder: Path, overwrite: bool) -> None:
 
 
 def _write(folder: Path, files: Files) -> None:
-    """Write a folder whole; it replaces the page that is there.
-
-    Raises:
-        SetcmasError: It cannot be written.
-    """
+    """Write a folder whole, in place of the page that is there, or raise SetcmasError."""
     target = folder.absolute()
     try:
         with tempfile.TemporaryDirectory(prefix='.site-', dir=target.parent) as name:

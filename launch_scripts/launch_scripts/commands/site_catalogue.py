@@ -26,21 +26,23 @@ _OFFERED = (
 
 
 def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
-    """Return what a page offers, as JSON has it.
+    """Return what a page offers, as JSON has it, or raise SetcmasError.
 
     Args:
         scenarios: Scenario files.
         rubrics: Rubrics; only their shown parts are described.
-
-    Raises:
-        SetcmasError: A file has a mistake.
     """
-    exercises = (name for name in _names(EXERCISES) if _has_rubric(name))
+    files = {name: EXERCISES.file(name) for name in _names(EXERCISES)}
+    marked = (name for name, file in files.items() if file.with_suffix('.yaml').is_file())
+    template = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
     return {
         'laws': [_law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS)],
-        'exercises': [_exercise(name, rubric_of_exercise(name)) for name in exercises],
+        'exercises': [
+            {**_law(name, files[name]), **_rubric(name, rubric_of_exercise(name))}
+            for name in marked
+        ],
         'rubrics': [_rubric(one.stem, read_rubric(one)) for one in rubrics],
-        'template': _template(),
+        'template': {'name': 'my_law.py', 'text': template.read_text(encoding='utf-8')},
         'scenarios': [_scenario(one) for one in scenarios],
         'options': _options(),
     }
@@ -54,20 +56,12 @@ def _names(group: ScriptGroup) -> list[str]:
     return [*names.values()]
 
 
-def _has_rubric(name: str) -> bool:
-    return EXERCISES.file(name).with_suffix('.yaml').is_file()
-
-
 def _law(name: str, file: Path) -> dict[str, Any]:
     return {
         'name': name,
         'text': file.read_text(encoding='utf-8'),
         'settings': [one for one in names_to_set(file) if one.isupper()],  # others are state
     }
-
-
-def _exercise(name: str, rubric: Rubric) -> dict[str, Any]:
-    return {**_law(name, EXERCISES.file(name)), **_rubric(name, rubric)}
 
 
 def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
@@ -79,11 +73,6 @@ def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
         'function': shown.function,
         'points': shown.max_score,
     }
-
-
-def _template() -> dict[str, str]:
-    file = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
-    return {'name': 'my_law.py', 'text': file.read_text(encoding='utf-8')}
 
 
 def _scenario(file: Path) -> dict[str, Any]:
@@ -103,12 +92,13 @@ def _options() -> list[dict[str, Any]]:
 def _option(one: Field[Any]) -> dict[str, Any]:
     option: Option = one.metadata['option']
     kind = option.kind
+    default = plain(default_of(one))
     return {
         'name': one.name,
         'help': option.help,
         'must_be': kind.must_be,
         'input': _input(option),
-        'default': _finite(plain(default_of(one))),
+        'default': None if default == math.inf else default,  # as JSON has no limit
         'default_text': option.default_text,
         'unit': getattr(kind, 'unit', ''),
         'choices': [*(MODELS.plugins() if one.name == 'model' else kind.choices)],
@@ -125,8 +115,3 @@ def _input(option: Option) -> str:
     if isinstance(option.kind, Whole):
         return 'whole'
     return 'choice' if option.kind.choices else 'text'
-
-
-def _finite(value: Any) -> Any:
-    """Return a value as JSON has it: no limit is None."""
-    return None if isinstance(value, float) and math.isinf(value) else value

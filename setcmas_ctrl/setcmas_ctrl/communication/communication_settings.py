@@ -103,11 +103,7 @@ class CommunicationOptions(Options):
             raise ClashError('{} has its own threshold; remove {}', 'ctc', 'threshold')
 
     def found(self, exercise: bool = False) -> CommunicationOptions:
-        """Return the same with the file of the script, or of the exercise, that `ctc` names.
-
-        Raises:
-            SetcmasError: There is no such script.
-        """
+        """Return the same with the file that `ctc` names, or raise SetcmasError."""
         if not isinstance(self.ctc, (str, Path)):
             return self
         return replace(self, ctc=find_condition(str(self.ctc), exercise))
@@ -121,12 +117,9 @@ class CommunicationOptions(Options):
 
 
 def find_condition(name: str, exercise: bool = False) -> Path:
-    """Return the script that `--ctc NAME` means.
+    """Return the script that `--ctc NAME` means, or raise SetcmasError.
 
     In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise.
-
-    Raises:
-        SetcmasError: There is none.
     """
     for path in (Path(name), Path(f'{name}.py')):
         if path.is_file():
@@ -189,11 +182,7 @@ class Communication:
         return Links(receivers, self.channel, self.seed)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
-        """Return the object that decides when a robot sends its state.
-
-        Raises:
-            SetcmasError: The condition does not load.
-        """
+        """Return the object that decides when a robot sends its state, or raise SetcmasError."""
         if script := self.condition_script:
             return Broadcast.of_script(robot, script, reports)
         condition = self._condition or further_than(self.threshold)
@@ -206,11 +195,7 @@ class Communication:
 def chosen_communication(
     nb_robots: int, options: CommunicationOptions | None = None, seed: int = 0
 ) -> Communication:
-    """Return the communication of a fleet; without options it is ideal.
-
-    Raises:
-        SetcmasError: The graph does not suit the fleet, or the condition does not exist.
-    """
+    """Return the communication of a fleet, ideal by default, or raise SetcmasError."""
     chosen = options or CommunicationOptions()
     description = graph_description(chosen.graph)
     reach = math.inf if chosen.range is None else chosen.range
@@ -225,11 +210,7 @@ def chosen_communication(
 
 
 def check_communication(options: CommunicationOptions, nb_robots: int | None) -> None:
-    """Check options of communication before anything starts; the fleet's size may be unknown.
-
-    Raises:
-        SetcmasError: An option is invalid.
-    """
+    """Check options, also for a fleet of unknown size, or raise SetcmasError."""
     condition = options.found().ctc
     if isinstance(condition, (str, Path)):
         compile_script(Path(condition), expected=CTC)
@@ -239,11 +220,7 @@ def check_communication(options: CommunicationOptions, nb_robots: int | None) ->
 
 
 def graph_description(graph: Graph) -> GraphDescription:
-    """Return the graph of a preset's name, a graph file or an adjacency matrix.
-
-    Raises:
-        SetcmasError: The preset or file does not exist, or the file is malformed.
-    """
+    """Return the graph of a preset, a file or an adjacency matrix, or raise SetcmasError."""
     if not isinstance(graph, (str, Path)):
         build = partial(checked_adjacency, graph)
         return GraphDescription(False, [], [('', math.inf, build)])

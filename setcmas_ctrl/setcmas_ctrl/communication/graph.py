@@ -91,8 +91,7 @@ def with_known_rows(weights: Floats, adjacency: Floats) -> Floats:
 
     Weights are NaN in the rows of other processes' robots.
     """
-    result: Floats = np.where(np.isnan(weights), adjacency, weights)
-    return result
+    return np.where(np.isnan(weights), adjacency, weights)
 
 
 def neighbours(adjacency: Floats, robot: int) -> list[int]:
@@ -108,8 +107,7 @@ def laplacian(adjacency: Floats) -> Floats:
     Args:
         adjacency: Weights, shape (N, N); a_ij is the weight that robot i gives robot j.
     """
-    result: Floats = np.diag(adjacency.sum(axis=1)) - adjacency
-    return result
+    return np.diag(adjacency.sum(axis=1)) - adjacency
 
 
 def reachable(adjacency: ArrayLike) -> NDArray[np.bool_]:

@@ -70,11 +70,7 @@ class GraphDescription:
 
 
 def load_graph(path: Path) -> GraphDescription:
-    """Read a graph file.
-
-    Raises:
-        SetcmasError: The file cannot be read, or is malformed; the message has the line.
-    """
+    """Read a graph file, or raise SetcmasError with file and line."""
     return _Parser().parse(read_entries(path))
 
 

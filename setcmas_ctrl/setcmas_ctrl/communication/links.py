@@ -52,8 +52,7 @@ class LinkCounts:
     def mean_interval(self) -> Floats:
         """Mean time between arrivals in s; NaN for fewer than two."""
         intervals = np.where(self.received > 1, self.received - 1, np.nan)
-        result: Floats = (self.last - self.first) / intervals
-        return result
+        return (self.last - self.first) / intervals
 
 
 Indices = NDArray[np.intp]

@@ -141,11 +141,7 @@ class Broadcast:
 
     @classmethod
     def of_script(cls, robot: int, path: Path, reports: ErrorReports) -> Broadcast:
-        """Load the condition of a robot from a script.
-
-        Raises:
-            SetcmasError: The script does not load, or has no `ctc` in one of the two forms.
-        """
+        """Load the condition of a robot from a script, or raise SetcmasError."""
         script = load_script(path, robot, expected=CTC)
         return cls(robot, vars(script).get('ctc'), path, reports)
 

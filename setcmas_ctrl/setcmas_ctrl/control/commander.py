@@ -77,11 +77,7 @@ class Commander:
                 )
 
     def use(self, models: Sequence[RobotModel]) -> None:
-        """Set the models of the R robots.
-
-        Raises:
-            SetcmasError: The filter cannot handle the motion of some robots.
-        """
+        """Set the models of the R robots, or raise SetcmasError."""
         if list(models) != self._models:
             self._models = list(models)
             self._model = fleet_model(models)

@@ -69,11 +69,7 @@ class ControlLaw:
 
     @classmethod
     def of_function(cls, control: Callable[..., Any], robot: int, nb_robots: int) -> ControlLaw:
-        """Return a control law that calls a function `control` for a robot.
-
-        Raises:
-            SetcmasError: The function does not take four arguments.
-        """
+        """Return a law that calls a function with four arguments, or raise SetcmasError."""
         law = cls.__new__(cls)
         code = getattr(control, '__code__', None)
         law.path = Path(code.co_filename if code else 'control')

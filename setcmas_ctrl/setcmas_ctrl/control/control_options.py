@@ -101,11 +101,7 @@ class LawOptions(GainOptions):
     )
 
     def scripts(self) -> LawScripts:
-        """Return the control scripts, which can be compiled.
-
-        Raises:
-            SetcmasError: One is missing or has a mistake, or no script has a name of --set.
-        """
+        """Return the control scripts, which can be compiled, or raise SetcmasError."""
         return LawScripts(str(self.algo), self.exercise, self.set)
 
     @property
@@ -120,22 +116,14 @@ class LawOptions(GainOptions):
             raise SetcmasError('set is for scripts; a function takes none')
 
     def check_laws(self, nb_robots: int | None) -> None:
-        """Check that scripts exist, can be compiled, and are there for each robot.
-
-        Raises:
-            SetcmasError: They are not.
-        """
+        """Raise SetcmasError if a robot has no script, or one that cannot be compiled."""
         if self.is_scripts:
             scripts = LawScripts(str(self.algo), self.exercise)
             if nb_robots is not None:
                 scripts.check(nb_robots)
 
     def check_settings(self) -> None:
-        """Check that the scripts have the names of `set`.
-
-        Raises:
-            SetcmasError: They have not.
-        """
+        """Check that the scripts have the names of `set`, or raise SetcmasError."""
         if self.is_scripts and self.set:
             self.scripts()
 
@@ -178,11 +166,7 @@ class FleetOptions(Options):
     )
 
     def controlled(self, nb_robots: int) -> list[int]:
-        """Return the robots that a process controls, of a fleet of nb_robots.
-
-        Raises:
-            SetcmasError: --robots names a robot that is not in the fleet.
-        """
+        """Return the controlled robots; raise SetcmasError if one is not in the fleet."""
         robots = list(self.robots or range(1, nb_robots + 1))
         check_in_fleet(robots, nb_robots, f"--robots '{format_robots(robots)}'")
         return robots

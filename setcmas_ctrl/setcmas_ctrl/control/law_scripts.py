@@ -68,11 +68,7 @@ class LawScripts:
         return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
 
     def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
-        """Check that exactly the robots of the fleet, except others, have a script.
-
-        Raises:
-            SetcmasError: A robot has no script, or a script is for a robot outside the fleet.
-        """
+        """Raise SetcmasError unless exactly the robots of the fleet, except others, have one."""
         if self._by_robot is None:
             return
         check_in_fleet(self._by_robot, nb_robots, '--algo')
@@ -89,11 +85,7 @@ class LawScripts:
         return self._by_robot[robot] if self._by_robot else self.paths[0]
 
     def law(self, robot: int, nb_robots: int) -> ControlLaw:
-        """Return the control law of a robot, with its own state.
-
-        Raises:
-            SetcmasError: The script does not load.
-        """
+        """Return the control law of a robot, with its own state, or raise SetcmasError."""
         path = self.script(robot)
         return ControlLaw(path, robot, nb_robots, self._settings[path])
 

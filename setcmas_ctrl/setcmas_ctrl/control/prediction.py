@@ -46,8 +46,7 @@ class Conditions:
     @property
     def laplacian(self) -> Floats:
         """L = diag(sum_j a_ij) - A, shape (N, N)."""
-        laplacian: Floats = np.diag(self.adjacency.sum(axis=1)) - self.adjacency
-        return laplacian
+        return np.diag(self.adjacency.sum(axis=1)) - self.adjacency
 
 
 @dataclass(frozen=True)

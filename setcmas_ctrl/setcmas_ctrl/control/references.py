@@ -181,11 +181,7 @@ def _is_value(value: Any, levels: int = 3) -> bool:
 
 
 def number(value: Any) -> float:
-    """Check that a reference is a finite number.
-
-    Raises:
-        ValueError: It is not; the message says what it must be.
-    """
+    """Return a finite number, or raise ValueError."""
     try:
         result = float(value)
     except (TypeError, ValueError):
@@ -196,11 +192,7 @@ def number(value: Any) -> float:
 
 
 def points(value: Any) -> list[list[float]]:
-    """Check that a reference is a non-empty list of points in the plane.
-
-    Raises:
-        ValueError: It is not; the message says what it must be.
-    """
+    """Return a non-empty list of points in the plane, or raise ValueError."""
     try:
         result = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -216,11 +208,7 @@ def points(value: Any) -> list[list[float]]:
 
 
 def robots(value: Any) -> list[int]:
-    """Check that a reference is a list of numbers of robots.
-
-    Raises:
-        ValueError: It is not; the message says what it must be.
-    """
+    """Return a list of numbers of robots, or raise ValueError."""
     if isinstance(value, (list, tuple)) and all(type(one) is int for one in value):
         return list(value)
     raise ValueError('it must be numbers of robots [1, 2, ...]')

@@ -205,8 +205,7 @@ def nearest_points(points: Floats, start: Floats, end: Floats) -> Floats:
     """Return the points (2, N) of a segment between two ends (2,) closest to points (2, N)."""
     along = end - start
     share = along @ (points - start[:, None]) / (along @ along)
-    nearest: Floats = start[:, None] + along[:, None] * np.clip(share, 0.0, 1.0)
-    return nearest
+    return start[:, None] + along[:, None] * np.clip(share, 0.0, 1.0)
 
 
 _ROUNDING_M = 1e-6

@@ -69,8 +69,7 @@ def _rotated(vectors: Floats, angles: Floats) -> Floats:
 
 
 def _sinc(angles: Floats) -> Floats:
-    sinc: Floats = np.sinc(angles / np.pi)
-    return sinc
+    return np.sinc(angles / np.pi)
 
 
 _FASTEST_TURN = 2.6
@@ -78,11 +77,7 @@ _FASTEST_TURN = 2.6
 
 
 def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
-    """Check that the filter can handle the motion of robots.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
+    """Check that the filter can handle the motion of robots, or raise SetcmasError."""
     pairs = zip(robots, models, strict=True)
     others = [robot for robot, model in pairs if model.motion is Motion.OTHER]
     if others:
@@ -139,8 +134,7 @@ class ControlPoints:
 
     def points(self, poses: Floats) -> Floats:
         """Return the control points (2, N) at poses (3, N)."""
-        points: Floats = poses[:2] + self.ahead * along(poses[2])
-        return points
+        return poses[:2] + self.ahead * along(poses[2])
 
     def driven(self, commands: Floats, poses: Floats) -> Floats:
         """Return the velocities (2, R) of the R robots' centres under commands (3, R)."""

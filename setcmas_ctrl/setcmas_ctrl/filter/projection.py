@@ -27,11 +27,7 @@ class Projection:
     """
 
     def __init__(self) -> None:
-        """Begin without a previous period.
-
-        Raises:
-            SetcmasError: The solver is missing.
-        """
+        """Begin without a previous period, or raise SetcmasError."""
         with needs('filter'):
             import daqp  # noqa: F401
         self._pairs: Indices = np.zeros(0, dtype=np.intp)

@@ -128,8 +128,7 @@ class Camera:
         directions = cv2.convertPointsToHomogeneous(rays).reshape(-1, 3) @ self._turn
         x, y, z = self.placed.position
         fall = np.where(directions[:, 2] < 0, directions[:, 2], np.nan)
-        meets: Floats = (x, y) + ((height - z) / fall)[:, None] * directions[:, :2]
-        return meets
+        return (x, y) + ((height - z) / fall)[:, None] * directions[:, :2]
 
     def sees(self, point: Floats) -> bool:
         """Return whether a point x, y, z in m is inside the picture."""

@@ -57,8 +57,7 @@ class Car(RobotModel):
 
 def _steered(V: Floats, omega: Floats) -> Floats:
     most = np.abs(V) / SMALLEST_RADIUS
-    steered: Floats = np.clip(omega, -most, most)
-    return steered
+    return np.clip(omega, -most, most)
 
 
 CAR = Car()

@@ -29,8 +29,7 @@ class Omnidirectional(RobotModel):
         vx, vy = np.where(known, velocities, 0.0)
         theta = np.where(known, poses[2], 0.0)
         cos, sin = np.cos(theta), np.sin(theta)
-        commands: Floats = np.stack([cos * vx + sin * vy, cos * vy - sin * vx, np.zeros_like(vx)])
-        return commands
+        return np.stack([cos * vx + sin * vy, cos * vy - sin * vx, np.zeros_like(vx)])
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period later, the heading first, as for the unicycle."""

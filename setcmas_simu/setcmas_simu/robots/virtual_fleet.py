@@ -39,14 +39,12 @@ class VirtualFleet:
     @property
     def poses(self) -> Floats:
         """Rows x, y in m and theta in rad, shape (3, N)."""
-        poses: Floats = self.states[POSE]
-        return poses
+        return self.states[POSE]
 
     @property
     def twists(self) -> Floats:
         """Forward and leftward speeds (m/s) and turn rates (rad/s) of the last step, (3, N)."""
-        twists: Floats = self.states[TWIST]
-        return twists
+        return self.states[TWIST]
 
     def use(self, model: RobotModel, cmd_timeout: float) -> None:
         """Change the robot model, for one with the same states, and the command time-out."""

@@ -269,8 +269,7 @@ def _factor(calls: Calls, direction: Floats, start: Floats | None = None) -> flo
 
 def _cross(first: Floats, second: Floats) -> Floats:
     """Return the cross products of vectors, shape (..., 2)."""
-    products: Floats = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
-    return products
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
 def _are_equal(factors: Sequence[float], others: Sequence[float]) -> bool:

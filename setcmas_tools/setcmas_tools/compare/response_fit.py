@@ -51,8 +51,7 @@ class HeldCommand:
         if lag != self._lag:
             self._lag, self._speeds = lag, self._lagging(lag)
         ways = [self._way(times - delay) for times in (begin, end)]
-        means: Floats = (ways[1] - ways[0]) / (end - begin)
-        return means
+        return (ways[1] - ways[0]) / (end - begin)
 
     def _way(self, times: Floats) -> Floats:
         k = np.maximum(np.searchsorted(self._t, times, side='right') - 1, 0)
@@ -127,8 +126,7 @@ class Measured:
     def predicted(self, response: Response) -> Floats:
         """Return the mean speeds of a model, shape (K,)."""
         means = self.command.means(self.begin, self.end, response.lag, response.delay)
-        predicted: Floats = response.gain * means
-        return predicted
+        return response.gain * means
 
 
 def fitted(measured: Measured, lag: float | None = None) -> Fit:

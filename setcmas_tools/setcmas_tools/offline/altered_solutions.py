@@ -233,14 +233,12 @@ class Calls:
 def saturated(velocities: Floats, limit: float) -> Floats:
     """Return velocities, shape (..., 2), scaled down to a largest speed in m/s."""
     speed = np.maximum(_lengths(velocities), 1e-12)
-    scaled: Floats = velocities * np.minimum(1.0, limit / speed)[..., None]
-    return scaled
+    return velocities * np.minimum(1.0, limit / speed)[..., None]
 
 
 def _lengths(vectors: Floats) -> Floats:
     """Return the lengths of vectors, shape (..., 2)."""
-    lengths: Floats = np.hypot(vectors[..., 0], vectors[..., 1])
-    return lengths
+    return np.hypot(vectors[..., 0], vectors[..., 1])
 
 
 def calls_of(
