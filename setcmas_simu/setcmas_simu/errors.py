@@ -35,6 +35,15 @@ def needs(extra: str) -> Iterator[None]:
         raise SetcmasError(f'{missing}; this installs it: {install_command(extra)}') from error
 
 
+@contextmanager
+def file_errors(what: str) -> Iterator[None]:
+    """Raise SetcmasError for an OSError inside; `what` is such as "'a.csv' cannot be read"."""
+    try:
+        yield
+    except OSError as error:
+        raise SetcmasError(f'{what}: {error.strerror}') from error
+
+
 def nearest(name: object, known: Iterable[str], most: int = 1) -> list[str]:
     """Return the known names that are most like a name, whatever their case."""
     by_case = {one.lower(): one for one in known}

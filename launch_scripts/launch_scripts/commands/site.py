@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 
 CDN = 'https://cdn.jsdelivr.net/pyodide/v{version}/full/'
 
@@ -295,15 +295,15 @@ def _check_folder(folder: Path, overwrite: bool) -> None:
 def _write(folder: Path, files: Files) -> None:
     """Write a folder whole, in place of the page that is there, or raise SetcmasError."""
     target = folder.absolute()
-    try:
-        with tempfile.TemporaryDirectory(prefix='.site-', dir=target.parent) as name:
-            new, old = Path(name) / 'new', Path(name) / 'old'
-            for path, content in files.items():
-                (new / path).parent.mkdir(parents=True, exist_ok=True)
-                (new / path).write_bytes(content)
-            if target.exists():
-                target.rename(old)
-            new.rename(target)
-            shutil.rmtree(old, ignore_errors=True)
-    except OSError as error:
-        raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
+    with (
+        file_errors(f"'{folder}' cannot be written"),
+        tempfile.TemporaryDirectory(prefix='.site-', dir=target.parent) as name,
+    ):
+        new, old = Path(name) / 'new', Path(name) / 'old'
+        for path, content in files.items():
+            (new / path).parent.mkdir(parents=True, exist_ok=True)
+            (new / path).write_bytes(content)
+        if target.exists():
+            target.rename(old)
+        new.rename(target)
+        shutil.rmtree(old, ignore_errors=True)

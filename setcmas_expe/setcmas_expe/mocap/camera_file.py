@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 
 with needs('camera'):
@@ -185,10 +185,8 @@ def write_cameras(content: CameraFile, path: Path) -> None:
     written = asdict(content)
     distances = content.floor_distances.items()
     written['floor_distances'] = {f'{a}-{b}': distance for (a, b), distance in distances}
-    try:
+    with file_errors(f"'{path}' cannot be written"):
         write_yaml(written, path)
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
 
 
 def _camera(entry: Entry, tag_height: float) -> Camera:

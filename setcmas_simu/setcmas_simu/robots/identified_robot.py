@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.options.kinds import MAX_RATE_HZ, Number, OneOf
 from setcmas_simu.robots import unicycle
@@ -166,10 +166,8 @@ def write_model_file(content: ModelFile, path: Path, remark: str) -> None:
     if content.others:
         entries[OTHERS] = _entries(content.others)
     text = yaml.safe_dump(entries, sort_keys=False, default_flow_style=None)
-    try:
+    with file_errors(f"'{path}' cannot be written"):
         path.write_text(f'# {remark}\n{text}', encoding='utf-8')
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
 
 
 def _entries(robot: IdentifiedRobot) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from rosbags.interfaces import Connection, Qos
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet import topics
 from setcmas_tools.bags.bag_file import BagFile, open_files
 from setcmas_tools.bags.message_types import (
@@ -203,10 +203,8 @@ def open_bag(path: Path) -> Iterator[Bag]:
         SetcmasError: There is no such path, it is not a bag, or no message in it can be read.
     """
     with contextlib.ExitStack() as stack:
-        try:
+        with file_errors(f"bag '{path}' cannot be read"):
             bag = Bag(path, open_files(path, stack))
-        except OSError as error:
-            raise SetcmasError(f"bag '{path}' cannot be read: {error.strerror}") from error
         yield bag
 
 

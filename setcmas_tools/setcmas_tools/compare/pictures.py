@@ -10,7 +10,7 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import file_errors
 from setcmas_tools.compare.run_distance import Shifted
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_settings import PlotSettings
@@ -42,13 +42,11 @@ def write_pictures(
     """
     look.check()
     paths: list[Path] = []
-    try:
+    with file_errors(f"'{folder}' cannot be written"):
         folder.mkdir(parents=True, exist_ok=True)
         with plot_style(look.palette, look.paper):
             for name, figure in drawn_pictures(names, runs, shifted).items():
                 paths += save_in(look.formats, figure, folder / name)
-    except OSError as error:
-        raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
     return paths
 
 

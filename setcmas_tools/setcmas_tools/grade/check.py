@@ -17,7 +17,7 @@ from setcmas_ctrl.scripts.exercise import exercise_of, is_unfilled
 from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_ctrl.scripts.output import folded_output
-from setcmas_simu.errors import SetcmasError, did_you_mean, needs
+from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
@@ -225,10 +225,8 @@ def opened(law: str) -> Iterator[OwnLaw]:
     with needs('grade'):
         from setcmas_tools.submissions.notebook import in_cells
         from setcmas_tools.submissions.submissions import submitted_notebook
-    try:
+    with file_errors(f"'{law}' cannot be read"):
         submission = submitted_notebook(path)
-    except OSError as error:
-        raise SetcmasError(f"'{law}' cannot be read: {error.strerror}") from error
     with submission.unpacked() as script:
         try:
             yield OwnLaw(path.name, script, submission)

@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from setcmas_ctrl.control.references import TASKS
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
@@ -205,11 +205,8 @@ def as_dict(metrics: Metrics) -> dict[str, Any]:
 def write_yaml(metrics: Metrics, path: Path) -> None:
     """Write metrics with 6 significant digits, or raise SetcmasError."""
     text = yaml.dump(as_dict(metrics), Dumper=_Dumper, sort_keys=False, width=98)
-    try:
-        with written_whole(path) as file:
-            file.write(text)
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
+    with file_errors(f"'{path}' cannot be written"), written_whole(path) as file:
+        file.write(text)
 
 
 def _rounded(value: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import written_whole
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
@@ -75,11 +75,8 @@ def write_report(
         SetcmasError: A run or the answers cannot be read, or the file cannot be written.
     """
     text = report_page(loaded_pair(paths, warn, odometry_topic), cover)
-    try:
-        with written_whole(page) as file:
-            file.write(text.encode(errors='replace').decode())
-    except OSError as error:
-        raise SetcmasError(f"'{page}' cannot be written: {error.strerror}") from error
+    with file_errors(f"'{page}' cannot be written"), written_whole(page) as file:
+        file.write(text.encode(errors='replace').decode())
 
 
 def loaded_pair(

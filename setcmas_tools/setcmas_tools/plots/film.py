@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_tools.plots.plot_settings import FILMS, FilmSettings, check_style
 from setcmas_tools.plots.style import as_written, legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
@@ -249,12 +249,9 @@ def animate(
             f'{math.ceil(100 * look.speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
             'or write mp4'
         )
-    with plot_style(look.palette):
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            _write(kind, path, FilmFrames(grid, trails, run, look), look, progress)
-        except OSError as error:
-            raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
+    with plot_style(look.palette), file_errors(f"'{path}' cannot be written"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write(kind, path, FilmFrames(grid, trails, run, look), look, progress)
     return path
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.scripts.imports import MOST_BYTES, with_helpers
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import read_limited
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, robots_by_text
@@ -60,10 +60,8 @@ class RunInput:
 
 
 def _read(file: Path) -> bytes:
-    try:
+    with file_errors(f"'{file}' cannot be read"):
         return read_limited(file, MOST_BYTES)
-    except OSError as error:
-        raise SetcmasError(f"'{file}' cannot be read: {error.strerror}") from error
 
 
 def inputs_of(scenario: Scenario) -> list[RunInput]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from setcmas_ctrl.scripts.imports import imported_packages
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Number, PathTo
 from setcmas_simu.reports.script_calls import ScriptFailure
@@ -83,10 +83,8 @@ def find_run(path: Path) -> RunSource:
     Raises:
         SetcmasError: There is no run, or the folder cannot be read.
     """
-    try:
+    with file_errors(f"'{path}' cannot be read"):
         return _found(path)
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
 
 
 def _found(path: Path) -> RunSource:

@@ -19,7 +19,7 @@ from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors
 from setcmas_simu.fleet.per_robot import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
 from setcmas_simu.options.group import ClashError, Option, Options, option, plain
@@ -290,10 +290,8 @@ class Scenario:
         target = Path(path)
         folder = ScenarioFolder(target.parent)
         content = {name: _written(name, value, folder) for name, value in self.changed().items()}
-        try:
+        with file_errors(f"'{target}' cannot be written"):
             write_yaml({'version': VERSION, **content}, target)
-        except OSError as error:
-            raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
         return target
 
 
