@@ -116,8 +116,7 @@ def test_names_of_laws_mean_those_that_ship_wherever_the_command_is_typed(
 ):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'consensus.py').write_text('mine = True')
-    rubric = read('mine.py', 'consensus')
-    assert rubric.solution == ALGORITHMS.file('consensus')
+    assert read('mine.py', 'consensus').solution == ALGORITHMS.file('consensus')
 
 
 def test_a_metric_that_the_solution_has_not_is_the_teachers_to_mend(read):

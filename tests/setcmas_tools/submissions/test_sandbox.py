@@ -11,6 +11,7 @@ import threading
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+import msgspec
 import psutil
 import pytest
 from hostile_submissions import (
@@ -31,6 +32,8 @@ from setcmas_tools import simulate
 from setcmas_tools.grade.class_grading import read_apart
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions import sandbox
+from setcmas_tools.submissions.confined_program import RUN
+from setcmas_tools.submissions.confined_script import RunWork
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import Packed, PackedFile
@@ -134,10 +137,6 @@ def test_it_works_without_the_sandbox(worked_without, name):
     assert name in worked_without
 
 
-def same(one, other):
-    return (one.poses == other.poses).all()
-
-
 def is_named(body, message, times=None):
     """Check that a submission is reported, and that nothing of it is left."""
     before = psutil.Process().children(recursive=True)
@@ -190,7 +189,7 @@ def test_what_a_submission_forges_in_its_process_changes_it_alone():
         'vars(np).update(hypot=None, maximum=None)\ns.saturate = sys.stdout = None\n'
     )
 
-    assert same(run(script + STILL).run, simulate(SHORT, algo=still))
+    assert (run(script + STILL).run.poses == simulate(SHORT, algo=still).poses).all()
 
 
 def test_nothing_of_a_run_is_left_for_the_next():
@@ -205,22 +204,13 @@ def test_nothing_of_a_run_is_left_for_the_next():
 
 
 def test_a_confined_process_ends_with_the_grader():
-    with ConfinedProcess(True, sleeping()) as process:
+    waiting = RunWork('law.py', {}, False, 1, 0, {}, 60)
+    with ConfinedProcess(True, RUN + msgspec.msgpack.encode(waiting)) as process:
         before = psutil.Process(process._process.pid).children(recursive=True)
         assert before
         process._process.kill()
         left = psutil.wait_procs(before, timeout=5)[1]
         assert {one.status() for one in left} <= {psutil.STATUS_ZOMBIE}
-
-
-def sleeping():
-    """Return work that waits for a request."""
-    import msgspec
-
-    from setcmas_tools.submissions.confined_program import RUN
-    from setcmas_tools.submissions.confined_script import RunWork
-
-    return RUN + msgspec.msgpack.encode(RunWork('law.py', {}, False, 1, 0, {}, 60))
 
 
 def packed(name, content):
