@@ -28,16 +28,6 @@ def nudged(places, seed=0):
     return [*(np.transpose(places) + offsets), np.zeros(len(places))]
 
 
-def test_a_triangle_with_equal_sides_is_formed_at_the_rate_of_the_theory():
-    angles = 2 * np.pi * np.arange(3) / 3
-    starts = nudged(2 * np.column_stack([np.cos(angles), np.sin(angles)]))
-    settings = {'K': 0.005, 'SLOW': 0.0}
-    run = simulate('distance_formation', 3, 40.0, poses=starts, set=settings, **THEORY)
-    sides = run.poses[:, :2] - np.roll(run.poses[:, :2], 1, axis=2)
-
-    assert decay(run.t, np.sum(sides**2, axis=1) - 12) == pytest.approx(3 * 0.005 * 12, rel=0.01)
-
-
 def test_a_minimally_rigid_formation_has_the_rate_of_its_rigidity_matrix(tmp_path):
     links = np.array([[0, 1], [1, 2], [2, 3], [0, 3], [0, 2]])
     options = {**braced(tmp_path), 'poses': nudged(SQUARE), 'set': {'K': 0.005, 'SLOW': 0.0}}
@@ -134,15 +124,6 @@ def test_robots_outside_the_box_drive_into_it():
 
     assert np.abs(run.poses[-1, :2]).max() < 6
     assert run.metrics()['coverage'].largest_rise_percent == 0
-
-
-@pytest.mark.parametrize('law', ['distance_formation', 'bearing_formation', 'coverage'])
-def test_unicycles_form_a_shape_and_rest(law):
-    run = simulate(law, 5, 90.0)
-
-    assert np.abs(run.omega[-50:]).max() == 0.0
-    if law == 'distance_formation':
-        assert run.metrics()['distances'].distance_error_final_largest_m < 0.05
 
 
 def test_too_few_points_are_reported(capsys):

@@ -17,7 +17,6 @@ from launch_scripts.cli import main
 from setcmas_tools.offline.engine import simulate
 
 SIZES = [(1366, 768), (1920, 1080), (390, 844)]
-NEEDS_CHROMIUM = pytest.mark.skipif(not shutil.which('chromium'), reason='chromium is missing')
 
 
 @pytest.fixture(scope='session')
@@ -95,6 +94,8 @@ def test_mistakes_are_reported_in_one_line(runs, arguments, message):
 
 @pytest.fixture(scope='module')
 def browser():
+    if not shutil.which('chromium'):
+        pytest.skip('chromium is missing')
     with open_browser(1366, 768) as opened:
         opened.execute_cdp_cmd('Network.enable', {})
         yield opened
@@ -118,7 +119,6 @@ def numbers(browser):
     return [row.replace('\N{MINUS SIGN}', '-').split() for row in rows]
 
 
-@NEEDS_CHROMIUM
 def test_a_browser_shows_the_run_at_any_time(folder, browser):
     text = (folder / 'failed' / 'csv' / 'fleet.csv').read_text()
     table = list(csv.DictReader(text.splitlines()))
@@ -169,7 +169,6 @@ def test_a_browser_shows_the_run_at_any_time(folder, browser):
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
 def test_a_selected_robot_is_described_and_space_plays(folder, browser):
     show(browser, folder)
     browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
@@ -190,7 +189,6 @@ return document.querySelector('.zoom').getBoundingClientRect().top < plane.botto
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
 def test_on_a_phone_fingers_hit_every_control_and_none_covers_a_robot(folder, browser):
     resized(browser, 390, 844)
     show(browser, folder)
@@ -201,7 +199,6 @@ def test_on_a_phone_fingers_hit_every_control_and_none_covers_a_robot(folder, br
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
 def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
     behaviour = {'behavior': 'allow', 'downloadPath': str(tmp_path)}
     browser.execute_cdp_cmd('Page.setDownloadBehavior', behaviour)
@@ -239,7 +236,6 @@ return [...document.querySelectorAll('body *')].filter(one => one.offsetParent
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
 def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser):
     show(browser, folder)
     browser.execute_script(WATCH_PRINT)
@@ -259,7 +255,6 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
 def test_the_last_message_of_a_law_is_shown(tmp_path, browser):
     options = ['--algo=leader_election', '--nb-robots=3', '--graph=path', '--set=NUMBERS=[5,1,9]']
     run_here('offline', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)

@@ -73,6 +73,8 @@ def test_hidden_parts_of_rubrics_stay_out(given):
     assert 'secret' not in text
     assert 'secret' not in files['catalogue.json'].decode()
     assert (offered['first'], offered['exercises']) == ('rubric:lab', [])
+    [lab] = offered['rubrics']
+    assert (lab['title'], lab['exercise'], lab['points']) == ('My rubric', 'consensus', 2)
     assert 'consensus' not in [one['name'] for one in offered['laws']]
 
 

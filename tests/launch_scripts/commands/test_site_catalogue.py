@@ -1,8 +1,6 @@
-import json
 from pathlib import Path
 
 import pytest
-from page_of_laws import RUBRIC
 
 from launch_scripts.commands.site_catalogue import catalogue
 from setcmas_simu.errors import SetcmasError
@@ -60,17 +58,6 @@ def test_scenarios_have_their_values_and_scripts(tmp_path):
     assert own['values'] == {'nb_robots': 4, 'loss': 0.5}
     assert own['script'] == {'name': 'law.py', 'text': law}
     assert (shipped['algo'], shipped['script']) == ('consensus', None)
-
-
-def test_hidden_parts_of_rubrics_are_not_there(tmp_path):
-    (tmp_path / 'lab.yaml').write_text(RUBRIC)
-    offered = catalogue(rubrics=[tmp_path / 'lab.yaml'])
-
-    assert by_name(offered['rubrics'])['lab'] == {
-        'name': 'lab', 'title': 'My rubric', 'exercise': 'consensus', 'function': 'control',
-        'points': 2,
-    }  # fmt: skip
-    assert 'secret' not in json.dumps(offered)
 
 
 def test_a_scenario_with_a_mistake_is_refused(tmp_path):

@@ -17,6 +17,14 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run import Run
 
+pytestmark = pytest.mark.nightly
+
+
+def write(files, folder):
+    for path, content in files.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(content)
+
 
 @pytest.fixture(scope='module')
 def chromium(tmp_path_factory):
@@ -30,13 +38,8 @@ def chromium(tmp_path_factory):
     (folder / 'law.py').write_text(LAW)
     (folder / 'square.yaml').write_text(SCENARIO)
     downloads = folder / 'downloads'
-    for path, content in site(
-        ['consensus', 'nav_wp', str(folder / 'lab.yaml')],
-        [folder / 'square.yaml'],
-        str(pyodide_folder()),
-    ).items():
-        (folder / 'web' / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / 'web' / path).write_bytes(content)
+    rubrics = ['consensus', 'nav_wp', str(folder / 'lab.yaml')]
+    write(site(rubrics, [folder / 'square.yaml'], str(pyodide_folder())), folder / 'web')
     asked = []
     with served(folder / 'web', asked) as address, open_browser(1400, 950) as browser:
         allow = {'behavior': 'allow', 'downloadPath': str(downloads)}
@@ -49,7 +52,6 @@ def page(chromium):
     return chromium.clean()
 
 
-@pytest.mark.nightly
 def test_a_law_with_an_error_is_marked_and_mended(page):
     page.write('x = 1\ny = =\n')
     page.run()
@@ -73,7 +75,6 @@ def test_a_law_with_an_error_is_marked_and_mended(page):
     assert page.browser.find_elements(By.CSS_SELECTOR, '#printed b') == []
 
 
-@pytest.mark.nightly
 def test_the_run_is_played_and_scrubbed(page):
     page.write(LAW)
     page.set('nb_robots', '3')
@@ -104,8 +105,7 @@ def test_the_run_is_played_and_scrubbed(page):
     assert widths[0] >= max(widths[1:]) > 200
 
 
-@pytest.mark.nightly
-def test_an_exercise_is_checked_with_points_and_a_hint(page):
+def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
     law = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
     Select(page.find('#source')).select_by_value('exercise:consensus')
     page.write(law)
@@ -116,9 +116,7 @@ def test_an_exercise_is_checked_with_points_and_a_hint(page):
     assert 'as if K were 1, not 0.5' in page.text('#check-marks .note')
     assert page.find('#check-marks img').get_attribute('src').startswith('data:image/png')
 
-
-@pytest.mark.nightly
-def test_a_rubric_shows_its_visible_part_only(page):
+    page.clean()  # a rubric shows its visible part only
     Select(page.find('#source')).select_by_value('rubric:lab')
     page.write(ALGORITHMS.file('consensus').read_text())
     page.click('#do-check')
@@ -127,7 +125,6 @@ def test_a_rubric_shows_its_visible_part_only(page):
     assert page.text('.score') == '2 of 2 points', page.text('#problem')
 
 
-@pytest.mark.nightly
 def test_a_scenario_is_run(page):
     page.open('#scenario=square')
     assert page.editor() == LAW
@@ -137,7 +134,6 @@ def test_a_scenario_is_run(page):
     assert page.script('return page.robots.length') == 4
 
 
-@pytest.mark.nightly
 def test_a_run_leaves_the_page_as_files(page, tmp_path):
     page.write(LAW)
     page.set('duration', '5')
@@ -163,7 +159,6 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     assert html.count('data:image/png') == len(plots_of(loaded))
 
 
-@pytest.mark.nightly
 def test_a_reload_keeps_text_and_settings(page):
     page.write(LAW)
     page.set('nb_robots', '5')
@@ -181,7 +176,6 @@ def linked(page):
     return '#' + page.find('#link-text').get_attribute('value').partition('#')[2]
 
 
-@pytest.mark.nightly
 def test_a_link_brings_a_law_but_neither_runs_nor_replaces_unasked(page):
     page.write(LAW + '# a stranger\n')
     page.set('nb_robots', '6')
@@ -205,7 +199,6 @@ def test_a_link_brings_a_law_but_neither_runs_nor_replaces_unasked(page):
     assert page.script('return location.hash') == ''
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(
     'fragment', ['#code=x', '#code=', '#code=eJzLSM3JyQcABiwCFQ', '#law=nothing']
 )
@@ -216,7 +209,6 @@ def test_a_damaged_link_is_refused(page, fragment):
     assert 'def control' in page.editor()
 
 
-@pytest.mark.nightly
 def test_a_law_that_is_too_long_for_a_link_is_refused(page):
     page.write(
         LAW
@@ -230,7 +222,6 @@ def test_a_law_that_is_too_long_for_a_link_is_refused(page):
     assert 'too long for a link' in page.text('#problem')
 
 
-@pytest.mark.nightly
 def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
     page.write(LAW.replace('x =', 'while t > 1: pass\n    x ='))
     page.click('#do-run')
@@ -247,7 +238,6 @@ def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
     assert page.text('#run-outcome') == 'complete'
 
 
-@pytest.mark.nightly
 def test_a_call_that_never_comes_back_to_python_is_ended(page):
     page.write('import time\n' + LAW.replace('x =', 'time.sleep(1000 * (t > 1))\n    x ='))
     page.run()
@@ -255,7 +245,6 @@ def test_a_call_that_never_comes_back_to_python_is_ended(page):
     assert 'has not answered for 15 s' in page.text('#problem')
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(
     ('harm', 'problem'),
     [
@@ -312,7 +301,6 @@ if __name__.endswith('_1'):
 """
 
 
-@pytest.mark.nightly
 def test_a_script_reaches_nothing_outside_its_worker(page):
     port = page.address.rpartition(':')[2].partition('/')[0]
     page.script(
@@ -341,7 +329,6 @@ def test_a_script_reaches_nothing_outside_its_worker(page):
     assert page.text('#run-outcome') == 'complete'
 
 
-@pytest.mark.nightly
 def test_the_editor_can_be_left_by_keyboard(page):
     wait_for(page.find('#do-run').is_enabled)
     before = page.editor()
@@ -355,7 +342,6 @@ def test_the_editor_can_be_left_by_keyboard(page):
     assert page.find('.cm-content').get_attribute('aria-label') == 'Your script, in Python'
 
 
-@pytest.mark.nightly
 def test_it_fits_a_phone(page):
     metrics = {'width': 390, 'height': 844, 'deviceScaleFactor': 2, 'mobile': True}
     page.browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
@@ -372,13 +358,10 @@ def test_it_fits_a_phone(page):
         page.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
 
-@pytest.mark.nightly
 def test_without_pyodide_the_page_says_so_once(tmp_path):
     if not shutil.which('chromium'):
         pytest.skip('chromium is missing')
-    for path, content in site(['consensus'], [], 'http://127.0.0.1:9/').items():
-        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / path).write_bytes(content)
+    write(site(['consensus'], [], 'http://127.0.0.1:9/'), tmp_path)
     with served(tmp_path) as address, open_browser(1280, 900) as browser:
         page = Page(browser, address, tmp_path, []).open()
         wait_for(lambda: page.text('#problem'))

@@ -60,6 +60,11 @@ def test_a_missing_script_is_reported_with_the_nearest_names(folder):
     ('text', 'encoding', 'message'),
     [
         (CONTROL, 'utf-16', 'law.py has an invalid or missing encoding declaration; save it as'),
+        (
+            f'{CONTROL}# é\n',
+            'latin-1',
+            r'law.py is not encoded in utf-8 \(byte 0xe9\); save it as',
+        ),
         (f'# coding: lattin-1\n{CONTROL}', 'utf-8', 'law.py has an unknown encoding; save it as'),
     ],
 )
