@@ -28,8 +28,10 @@ def terminal(domain):
     opened.close()
 
 
-def all_gone(children):
-    return psutil.wait_procs(children, TIMEOUT_S)[1] == []
+def ends(terminal, children, status):
+    assert terminal.wait() == status
+    assert termios.tcgetattr(terminal.slave) == terminal.before
+    assert psutil.wait_procs(children, TIMEOUT_S)[1] == []
 
 
 def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
@@ -53,9 +55,7 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     terminal.press_until(released, 'R')
     terminal.press('q')
 
-    assert terminal.wait() == 0
-    assert termios.tcgetattr(terminal.slave) == terminal.before
-    assert all_gone(children)
+    ends(terminal, children, 0)
     assert 'Traceback' not in terminal.text
 
 
@@ -66,15 +66,10 @@ def test_signals_give_the_terminal_back(terminal, signum):
     children = psutil.Process(terminal.process.pid).children()
     terminal.process.send_signal(signum)
 
-    assert terminal.wait() == 0
-    assert termios.tcgetattr(terminal.slave) == terminal.before
-    assert all_gone(children)
+    ends(terminal, children, 0)
 
 
-NIGHTLY = pytest.mark.nightly
-
-
-@NIGHTLY
+@pytest.mark.nightly
 @pytest.mark.parametrize('victim', ['bridges', 'pause', 'controller'])
 def test_when_a_process_dies_everything_stops(terminal, victim):
     terminal.wait_for('PAUSED')
@@ -82,12 +77,9 @@ def test_when_a_process_dies_everything_stops(terminal, victim):
     dying = next(child for child in children if victim in ' '.join(child.cmdline()))
     terminal.text = ''
     dying.kill()
-    status = terminal.wait()
 
-    assert status == 128 + signal.SIGKILL
+    ends(terminal, children, 128 + signal.SIGKILL)
     assert f'(process {dying.pid}) was killed by SIGKILL' in terminal.read()
-    assert termios.tcgetattr(terminal.slave) == terminal.before
-    assert all_gone(children)
 
 
 def test_with_a_duration_it_starts_records_and_ends_by_itself(start, tmp_path):
@@ -118,15 +110,14 @@ def test_a_recording_that_is_stopped_keeps_its_bag(domain, tmp_path):
     terminal.wait_for('started: by command.*running: ')
     terminal.press('q')
 
-    assert terminal.wait() == 130
-    assert termios.tcgetattr(terminal.slave) == terminal.before
+    ends(terminal, [], 130)
     terminal.close()
     outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
     assert outcome == {'state': 'stopped'}
     assert read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv').robots == [1]
 
 
-@NIGHTLY
+@pytest.mark.nightly
 def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     process = start(*SETCMAS, 'expe', *ALGO)
     process.wait_for_output('no terminal to read keys from')
@@ -137,7 +128,7 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     assert '\x02' not in process.output()
 
 
-@NIGHTLY
+@pytest.mark.nightly
 def test_after_q_no_status_is_shown(domain, tmp_path):
     keys, terminal = os.openpty()
     log = tmp_path / 'log.txt'

@@ -222,9 +222,7 @@ def test_a_call_that_hangs_is_stopped_with_its_line(chromium):
 
     assert answer['late'], answer
     assert (answer['file'], answer['line']) == ('my_law.py', 8), answer
-    assert answer['error'].startswith(
-        'tb3_3: control has not returned for 1 s; it is at my_law.py'
-    )
+    assert 'tb3_3: control has not returned for 1 s; it is at my_law.py' in answer['error']
     assert {'alive': True} in said
     assert chromium.call('run', script=LAW, scenario=FLEET)[0]['ok']
 

@@ -22,29 +22,22 @@ def test_the_new_script_runs_by_the_command_that_is_printed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'source'),
+    ('arguments', 'source', 'command'),
     [
-        (('mine', '--from', 'consensus'), ALGORITHMS.file('consensus')),
-        (('mine.py', '--from', 'wp_nav'), ALGORITHMS.file('nav_wp')),
-        (('mine', '--from', 'consensus', '--exercise'), EXERCISES.file('consensus')),
-        (('mine', '--from', 'ctc', '--exercise'), EXERCISES.file('ctc')),
+        ('mine --from consensus', ALGORITHMS.file('consensus'), '--algo mine'),
+        ('mine.py --from nav-wp', ALGORITHMS.file('nav_wp'), '--algo mine'),
+        ('mine --from consensus --exercise', EXERCISES.file('consensus'), '--algo mine'),
+        ('mine --from ctc --exercise', EXERCISES.file('ctc'), '--event-triggered --ctc mine'),
+        ('nav_wp --exercise', EXERCISES.file('nav_wp'), '--algo nav_wp'),  # it keeps its name
     ],
 )
-def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
-    assert run_here('new', *arguments, cwd=tmp_path).returncode == 0
-    assert (tmp_path / 'mine.py').read_bytes() == source.read_bytes()
-
-
-def test_an_exercise_may_keep_its_name(tmp_path):
+def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source, command):
     (tmp_path / 'wp_nav.py').touch()
-    assert run_here('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
-    assert (tmp_path / 'nav_wp.py').read_bytes() == EXERCISES.file('nav_wp').read_bytes()
+    result = run_here('new', *arguments.split(), cwd=tmp_path)
 
-
-def test_a_triggering_condition_gets_its_own_command(tmp_path):
-    printed = run_here('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
-
-    assert '--event-triggered --ctc my_ctc' in printed
+    assert command in result.stdout
+    name = arguments.split()[0].removesuffix('.py')
+    assert (tmp_path / f'{name}.py').read_bytes() == source.read_bytes()
 
 
 @pytest.mark.parametrize(

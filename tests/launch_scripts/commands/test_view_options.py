@@ -17,6 +17,11 @@ from setcmas_simu.simulator.rviz_config import rviz_config
 
 pytest.importorskip('rclpy')
 
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from visualization_msgs.msg import Marker, MarkerArray
+
 
 def displays(robots, *left_out, experiment=False):
     """Return the displays with a topic, except those of some topics."""
@@ -26,23 +31,11 @@ def displays(robots, *left_out, experiment=False):
     return [each for each in shown if each['Topic']['Value'] not in left_out]
 
 
-def types():
-    from geometry_msgs.msg import PoseStamped
-    from nav_msgs.msg import Odometry
-    from visualization_msgs.msg import Marker, MarkerArray
-
-    return {
-        'Pose': PoseStamped,
-        'Odometry': Odometry,
-        'Marker': Marker,
-        'MarkerArray': MarkerArray,
-    }
+TYPES = {'Pose': PoseStamped, 'Odometry': Odometry, 'Marker': Marker, 'MarkerArray': MarkerArray}
 
 
 def profile(topic):
     """Return the QoS that RViz subscribes with."""
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
     durability = topic['Durability Policy'].upper().replace(' ', '_')
     reliability = topic['Reliability Policy'].upper().replace(' ', '_')
     assert topic['History Policy'] == 'Keep Last'
@@ -75,7 +68,7 @@ def check_messages(shown, peer):
     """Check that every display gets messages, of its type and with its quality of service."""
     received = {}
     for display in shown:
-        kind = types()[display['Class'].rpartition('/')[2]]
+        kind = TYPES[display['Class'].rpartition('/')[2]]
         topic = display['Topic']
         received[topic['Value']] = peer.listen(kind, topic['Value'], profile(topic))
     peer.wait_for(lambda: all(received.values()))
@@ -83,7 +76,7 @@ def check_messages(shown, peer):
     for display in shown:
         topic = display['Topic']
         (publisher,) = peer.node.get_publishers_info_by_topic(topic['Value'])
-        kind = types()[display['Class'].rpartition('/')[2]]
+        kind = TYPES[display['Class'].rpartition('/')[2]]
         assert publisher.topic_type == f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
         assert publisher.qos_profile.durability == profile(topic).durability
         assert publisher.qos_profile.reliability == profile(topic).reliability
@@ -137,8 +130,6 @@ def test_what_is_started(view, rviz, attended, no_rviz, choice):
 
 
 def test_a_host_that_is_none_is_reported_on_one_line(domain):
-    pytest.importorskip('rclpy')
-
     result = run_setcmas('view', '--host', '192.0.2.7')
 
     assert result.returncode == 2
@@ -148,7 +139,6 @@ def test_a_host_that_is_none_is_reported_on_one_line(domain):
 
 def test_the_page_of_a_simulation_ends_with_it_and_not_the_other_way_round(start):
     psutil = pytest.importorskip('psutil')
-    pytest.importorskip('rclpy')
     process = start(*SETCMAS, 'simu', '--view', env=NO_WINDOWS)
     process.wait_for_output('browser view: http://127.0.0.1:')
     process.wait_for_output('simulating robot 1')
