@@ -16,7 +16,7 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.fleet_laws import load_laws
+from setcmas_tools.offline.simulation import load_laws
 from setcmas_tools.scenario.scenario import Scenario
 
 CONTROL_RATE_HZ = 5

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from launch_scripts.processes.environment import clean_environment
-from launch_scripts.terminal.keyboard import kept_terminal
+from launch_scripts.terminal.terminal import kept_terminal
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, did_you_mean
 

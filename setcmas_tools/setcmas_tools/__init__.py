@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
     from setcmas_tools.scenario.scenario import Scenario
-    from setcmas_tools.study.study import Study
-    from setcmas_tools.study.sweep import sweep
+    from setcmas_tools.study.study import Study, sweep
 
 __all__ = ['Run', 'Scenario', 'Study', 'check', 'evaluate', 'simulate', 'sweep']
 
@@ -23,7 +22,7 @@ _HOMES = {
     'check': 'setcmas_tools.grade.check',
     'evaluate': 'setcmas_tools.plots.evaluation',
     'simulate': 'setcmas_tools.offline.engine',
-    'sweep': 'setcmas_tools.study.sweep',
+    'sweep': 'setcmas_tools.study.study',
 }
 
 

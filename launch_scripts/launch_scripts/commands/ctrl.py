@@ -23,7 +23,7 @@ from launch_scripts.processes.node_commands import (
     ros_arguments,
 )
 from launch_scripts.processes.run_processes import controller_arguments
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import warn
 from setcmas_ctrl.control.control_options import ControllerOptions, FleetOptions, WatchOptions
 
 

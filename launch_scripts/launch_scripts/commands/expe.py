@@ -42,9 +42,15 @@ from launch_scripts.processes.recorded_experiment import (
 )
 from launch_scripts.processes.run_robots import run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, open_keyboard, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import (
+    ESC,
+    Keyboard,
+    StartKey,
+    open_keyboard,
+    single_keys,
+    warn,
+)
 from setcmas_ctrl.control.control_options import WatchOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.terminal.terminal_output import warner
+from launch_scripts.terminal.terminal import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
 from setcmas_simu.robots.model import LIMITS

@@ -23,7 +23,7 @@ from launch_scripts.processes.node_commands import (
     ros_arguments,
 )
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import open_keyboard
+from launch_scripts.terminal.terminal import open_keyboard
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 

@@ -34,8 +34,7 @@ from launch_scripts.processes.node_commands import PAGE
 from launch_scripts.processes.run_processes import SimulatedRun
 from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import open_keyboard
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import take_values

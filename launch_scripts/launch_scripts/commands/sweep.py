@@ -24,7 +24,7 @@ from launch_scripts.commands.scenario_options import (
     output_folder,
     scenario_of,
 )
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import warn
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.study.study_options import StudyFolderOptions, SweepOptions
@@ -41,10 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
-    from setcmas_tools.study.study import runs_in_words
+    from setcmas_tools.study.study import carry_out, runs_in_words
     from setcmas_tools.study.study_columns import check_known, metric_in
     from setcmas_tools.study.study_plan import check_names, make_plan
-    from setcmas_tools.study.sweep import carry_out
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
     varied = list(map(_named, options.vary))

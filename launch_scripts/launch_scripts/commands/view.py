@@ -22,7 +22,7 @@ from launch_scripts.commands.view_options import browser_command
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import add_ros_arguments, ros_arguments
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.browser import BrowserOptions
 

@@ -17,7 +17,7 @@ from launch_scripts.processes.node_commands import (
     namespace_rule,
     node_command,
 )
-from launch_scripts.terminal.terminal_output import warn
+from launch_scripts.terminal.terminal import warn
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf

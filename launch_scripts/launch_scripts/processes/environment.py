@@ -9,7 +9,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from launch_scripts.terminal.terminal_output import LOG_FORMAT
+from launch_scripts.terminal.terminal import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError, install_command
 
 

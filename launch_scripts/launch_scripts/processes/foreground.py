@@ -13,7 +13,7 @@ from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment
 from launch_scripts.processes.node_commands import EMULATED_LAB, node_command, stop_robots_of
 from launch_scripts.processes.supervisor import STOP_SIGNALS, StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import kept_terminal
+from launch_scripts.terminal.terminal import kept_terminal
 from setcmas_simu.reports.reports import Ready
 
 _MAY_END = '--may-end'

@@ -23,7 +23,7 @@ from launch_scripts.processes.child_process import (
     known_signals,
     prepare_child,
 )
-from launch_scripts.terminal.terminal_output import (
+from launch_scripts.terminal.terminal import (
     LineBuffer,
     OutputQueue,
     QueuedStream,

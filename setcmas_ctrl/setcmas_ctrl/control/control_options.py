@@ -13,8 +13,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import check_in_fleet
+from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import kinds
 from setcmas_simu.options.group import Form, Options, flag, names_and_files, option

@@ -10,10 +10,10 @@ from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script, names_to_set
 from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import (
+from setcmas_simu.fleet.fleet import (
     check_in_fleet,
     format_per_robot,
+    format_robots,
     is_per_robot,
     parse_per_robot,
 )

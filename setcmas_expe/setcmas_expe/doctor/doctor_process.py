@@ -6,16 +6,121 @@ Run as `ros2 run setcmas_expe doctor`, or `... doctor --lab lab.yaml`.
 from __future__ import annotations
 
 import argparse
+import importlib.util
+import os
+import platform
 import sys
+from collections.abc import Mapping
+from importlib import metadata
 
 from tabulate import tabulate
 
-from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
-from setcmas_expe.doctor.machine_checks import environment_findings, missing_packages
+from setcmas_expe.doctor.findings import (
+    NOTE,
+    OK,
+    PROBLEM,
+    Finding,
+    advice_lines,
+    exit_status,
+    table,
+    verdict,
+)
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean, install_command
 from setcmas_simu.options.group import take_values
+from setcmas_simu.plugins import GROUPS, unknown_groups
+
+_PYTHONS = ((3, 10), (3, 13))
+_PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
+_DEFAULT_RMW = 'rmw_fastrtps_cpp'
+_RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
+_LARGEST_DOMAIN = 101
+_WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
+
+
+def environment_findings() -> list[Finding]:
+    """Return the findings about this machine."""
+    variables = os.environ
+    findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
+    findings += [domain_finding(variables), discovery_finding(variables)]
+    return findings + plugin_findings()
+
+
+def plugin_findings() -> list[Finding]:
+    """Return the groups of entry points that setcmas does not know: misspelt names of plugins."""
+    return [
+        Finding(
+            PROBLEM,
+            'plugins',
+            f'{", ".join(packages)} has entry points in the unknown group {group}',
+            f'setcmas ignores them; the group must be one of {", ".join(GROUPS)}'
+            f'{did_you_mean(group, GROUPS)}',
+        )
+        for group, packages in sorted(unknown_groups().items())
+    ]
+
+
+def python_finding(version: tuple[int, int]) -> Finding:
+    """Return whether ROS 2 Jazzy has wheels for a version of Python."""
+    text = '.'.join(map(str, version))
+    if _PYTHONS[0] <= version <= _PYTHONS[1]:
+        return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
+    advice = 'use Python 3.10 to 3.13: ROS 2 Jazzy has wheels for these'
+    return Finding(PROBLEM, 'Python', text, advice)
+
+
+def ros_finding() -> Finding:
+    """Return whether the packages of ROS 2 are installed."""
+    if missing := missing_packages():
+        return Finding(PROBLEM, 'ROS 2', f'{", ".join(missing)} not found', _WHEELS)
+    try:
+        found = f'rclpy {metadata.version("ros-jazzy-rclpy")} from PyPI'
+    except metadata.PackageNotFoundError:
+        found = f'{os.environ.get("ROS_DISTRO", "rclpy")}, installed'
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        return Finding(NOTE, 'ROS 2', found, 'setcmas is made for, and tested with, ROS 2 Jazzy')
+    return Finding(OK, 'ROS 2', found)
+
+
+def missing_packages() -> list[str]:
+    """Return the packages of ROS 2 that are not there; without them no node can run."""
+    return [name for name in _PACKAGES if importlib.util.find_spec(name) is None]
+
+
+def rmw_finding(variables: Mapping[str, str]) -> Finding:
+    """Return the middleware in use."""
+    name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
+    if name == _DEFAULT_RMW:
+        return Finding(OK, 'middleware', name)
+    advice = f'use the same on all machines; setcmas is tested with {_DEFAULT_RMW}'
+    return Finding(NOTE, 'middleware', f'RMW_IMPLEMENTATION={name}', advice)
+
+
+def domain_finding(variables: Mapping[str, str]) -> Finding:
+    """Return whether the ROS domain works on all systems."""
+    text = variables.get('ROS_DOMAIN_ID') or '0'
+    if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
+        advice = f'set ROS_DOMAIN_ID to a number from 0 to {_LARGEST_DOMAIN}'
+        return Finding(PROBLEM, 'ROS domain', f"'{text}'", advice)
+    return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
+
+
+def discovery_finding(variables: Mapping[str, str]) -> Finding:
+    """Return how processes and machines find each other."""
+    if variables.get('ROS_LOCALHOST_ONLY') == '1':
+        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and is deprecated in Jazzy'
+        return Finding(PROBLEM, 'discovery', 'ROS_LOCALHOST_ONLY=1', advice)
+    wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
+    if wanted is not None and wanted not in _RANGES:
+        advice = f'set ROS_AUTOMATIC_DISCOVERY_RANGE to one of {", ".join(_RANGES)}'
+        return Finding(PROBLEM, 'discovery', f'range {wanted}', advice)
+    found = f'range {wanted}' if wanted else 'this machine in simulation, SUBNET in experiments'
+    for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
+        if variables.get(name):
+            found += f', {name}={variables[name]}'
+    return Finding(OK, 'discovery', found)
 
 
 def _other_fleets(ros_arguments: list[str]) -> Finding:

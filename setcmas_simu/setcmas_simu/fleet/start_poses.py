@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.per_robot import check_in_fleet
+from setcmas_simu.fleet.fleet import check_in_fleet
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 Pose = tuple[float, float, float]

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.fleet.fleet import parse_robots
-from setcmas_simu.fleet.per_robot import mapped
+from setcmas_simu.fleet.fleet import mapped, parse_robots
 from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.yaml_entries import Entry
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
+from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, is_per_robot, parse_per_robot
 from setcmas_simu.plugins import InvalidPluginError, Plugin, PluginGroup
 from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
 from setcmas_simu.robots.model import TWIST, Motion, RobotModel, Shape, limits_named

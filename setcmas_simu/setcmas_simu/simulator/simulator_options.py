@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import format_robots, start_poses
-from setcmas_simu.fleet.per_robot import check_in_fleet
+from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, start_poses
 from setcmas_simu.fleet.start_poses import (
     AUTO,
     FORM,

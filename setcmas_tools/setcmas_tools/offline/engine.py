@@ -22,9 +22,14 @@ from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.fleet_laws import FleetLaws
 from setcmas_tools.offline.offline_communication import OfflineCommunication
-from setcmas_tools.offline.simulation import Simulation, commands, motion, recorded_drawings
+from setcmas_tools.offline.simulation import (
+    FleetLaws,
+    Simulation,
+    commands,
+    motion,
+    recorded_drawings,
+)
 from setcmas_tools.run.law_output import DrawingRecord
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables

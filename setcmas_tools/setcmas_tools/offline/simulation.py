@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import repeat
 from operator import attrgetter
 from pathlib import Path
 
@@ -13,15 +14,21 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl import drawing
 from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.graph import complete
+from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.control_options import Algo, LawOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.references import References, references_of_fleet
-from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import check_in_fleet, format_per_robot
 from setcmas_simu.fleet.planar_pose import through_quaternion
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import check_models, model_names, robot_models
-from setcmas_tools.offline.fleet_laws import load_laws
+from setcmas_tools.offline import run_progress
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
@@ -29,6 +36,79 @@ from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo
 from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.scenario.scenario import Scenario, name_of
+
+
+def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
+    """Return the control laws of robots 1 to nb_robots, or raise SetcmasError."""
+    algo = chosen.algo
+    robots = range(1, nb_robots + 1)
+    by_robot = algo if isinstance(algo, Mapping) else dict.fromkeys(robots, algo)
+    functions = {robot: law for robot, law in by_robot.items() if callable(law)}
+    scripts = None
+    if len(functions) < len(by_robot):
+        scripts = LawScripts(_text(algo, functions), chosen.exercise, chosen.set)
+        scripts.check(nb_robots, functions)
+    check_in_fleet(functions, nb_robots, 'algo')
+    notes = run_progress.current
+    laws = []
+    for robot in robots:
+        if robot in functions or scripts is None:
+            laws.append(ControlLaw.of_function(functions[robot], robot, nb_robots))
+            continue
+        notes.enter(Function.LOADING, scripts.script(robot))
+        notes.begin(robot)
+        laws.append(scripts.law(robot, nb_robots))
+        notes.end()
+    return laws
+
+
+def _text(algo: Algo, functions: Collection[int]) -> str:
+    if not isinstance(algo, Mapping):
+        return str(algo)
+    scripts = {robot: str(law) for robot, law in algo.items() if robot not in functions}
+    return format_per_robot(scripts)
+
+
+class FleetLaws:
+    """The control laws of a fleet, from poses to commands."""
+
+    def __init__(
+        self, laws: Sequence[ControlLaw], commander: Commander, warn: Callable[[str], None]
+    ) -> None:
+        """Prepare the laws of robots 1 to N; `warn` shows messages about failing ones."""
+        self._laws = laws
+        self._commander = commander
+        self.reports = ErrorReports(warn)
+        self._complete = complete(len(laws))
+        self._progress = run_progress.current
+
+    def __call__(
+        self,
+        poses: Floats,
+        t: float,
+        received: Iterable[Floats] | None = None,
+        adjacency: Floats | None = None,
+    ) -> Commanded:
+        """Return the wanted velocities and the commands, for poses (3, N) at time t (s).
+
+        `received` are the poses for each law instead; the default graph is the complete one.
+        """
+        wanted: list[float] = []
+        notes = self._progress
+        adjacency = self._complete if adjacency is None else adjacency
+        known_poses = repeat(poses) if received is None else received
+        for law, known in zip(self._laws, known_poses, strict=False):
+            notes.enter(Function.CONTROL, law.path)
+            notes.begin(law.robot)
+            try:
+                wanted += law(known, t, adjacency)
+                self.reports.succeeded(law.robot, t)
+            except ControlError as error:
+                wanted += (0.0, 0.0)
+                self.reports.failed(law.robot, t, error)
+        notes.end()
+        return self._commander(np.fromiter(wanted, float).reshape(-1, 2).T, poses)
+
 
 MAX_STATES = 10_000_000
 """The most states of robots in a run, a state a robot and step; they are held in memory."""

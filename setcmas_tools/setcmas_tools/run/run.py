@@ -20,7 +20,7 @@ from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_ctrl.control.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
-from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
+from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import UNICYCLE, model_names

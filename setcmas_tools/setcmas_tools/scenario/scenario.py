@@ -20,7 +20,7 @@ from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors
-from setcmas_simu.fleet.per_robot import format_per_robot
+from setcmas_simu.fleet.fleet import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
 from setcmas_simu.options.group import ClashError, Option, Options, option, plain
 from setcmas_simu.options.kinds import DURATION

@@ -10,7 +10,7 @@ from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.scripts.imports import MOST_BYTES
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
+from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.robots.models import is_file
 
 OF_FILES = ('algo', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')

@@ -1,3 +1,4 @@
+import io
 import os
 import pty
 import subprocess
@@ -5,7 +6,7 @@ import sys
 
 import pytest
 
-from launch_scripts.terminal.keyboard import StartKey
+from launch_scripts.terminal.terminal import LineBuffer, StartKey
 
 
 def starts(batches, held=False):
@@ -42,7 +43,7 @@ def test_a_key_to_hold_is_reported_each_time():
 
 CODE = """
 import os
-from launch_scripts.terminal.keyboard import kept_terminal
+from launch_scripts.terminal.terminal import kept_terminal
 with kept_terminal():
     os.system('stty -echo raw')
 """
@@ -59,3 +60,28 @@ def test_a_terminal_that_a_script_has_changed_is_given_back():
     assert termios.tcgetattr(inner) == before
     os.close(terminal)
     os.close(inner)
+
+
+def fed(*chunks, prefix=''):
+    buffer = LineBuffer(prefix, io.StringIO())
+    return [line for chunk in chunks for line in buffer.feed(chunk)]
+
+
+def test_lines_come_out_whole_however_they_arrive():
+    assert fed(b'on', b'e\ntw', b'o\nthree') == ['one', 'two']
+    assert fed(b'one\ntwo', b'') == ['one', 'two']
+
+
+def test_every_line_has_its_prefix():
+    assert fed(b'one\n\ntwo\r\n', prefix='[simu] ') == ['[simu] one', '[simu] ', '[simu] two']
+
+
+def test_severities_of_the_logger_become_words():
+    lines = fed(b'INFO|hello\nWARN|take care\nERROR|no\nother|thing\n')
+
+    assert lines == ['hello', 'warning: take care', 'error: no', 'other|thing']
+
+
+def test_bytes_that_are_no_text_and_endless_lines_do_no_harm():
+    assert fed(b'\xff\xfe\n') == ['\ufffd\ufffd']
+    assert sum(map(len, fed(b'x' * 50_000))) == 50_000
