@@ -43,9 +43,6 @@ def test_options_reach_the_links():
     assert (settings.channel.delay == 0.2).all()
     assert (settings.channel.loss == 0.1).all()
     assert (settings.channel.noise == 0.02).all()
-
-
-def test_names_with_a_dash():
     assert chosen('--graph=directed-ring').graph.adjacency(0, np.zeros((2, 4)))[3, 0] == 1
 
 

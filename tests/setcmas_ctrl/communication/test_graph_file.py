@@ -56,6 +56,8 @@ def test_segments_and_links(load):
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
+        ('', 1, 'has no graph'),
+        ('edges: [', 1, 'not YAML'),
         ('graph: rong\n', 1, "graph is 'rong'; it must be complete, ring"),
         (
             '# comment\nedge:\n  - 1 - 2\n',
@@ -118,11 +120,3 @@ def test_mistakes_are_reported_with_their_line(load, text, line, message):
 def test_graphs_of_another_fleet(load, text, line, message):
     with pytest.raises(SetcmasError, match=rf'line {line}: {message}'):
         load(text).segments(8)
-
-
-@pytest.mark.parametrize(
-    ('text', 'message'), [('', 'has no graph'), ('edges: [', 'line 1: not YAML')]
-)
-def test_files_that_are_no_yaml(load, text, message):
-    with pytest.raises(SetcmasError, match=message):
-        load(text)

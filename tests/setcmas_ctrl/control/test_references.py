@@ -38,9 +38,6 @@ def test_a_law_says_its_task_in_a_line(references_in):
         'waypoints', {'WPL': [[1, 2], [3, 4]], 'REACHED': 0.1}
     )
     assert references_in('WPL = [[1, 2]]') is None
-
-
-def test_settings_count(references_in):
     assert references_in("task = 'distances'\nD = 3.0", {'D': 2.0}).values['D'] == 2.0
 
 

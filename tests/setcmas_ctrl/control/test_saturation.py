@@ -15,11 +15,8 @@ def test_speed_rises_by_so_much_and_falls_at_once():
     assert (limited[2] == wanted[2]).all()
 
 
-def test_fast_velocities_are_scaled_without_turning():
+def test_fast_velocities_are_scaled_without_turning_each_column_on_its_own():
     np.testing.assert_allclose(saturate((3.0, -4.0), 0.5), [0.3, -0.4])
-
-
-def test_each_column_is_saturated_on_its_own():
     velocities = saturate([[0.0, 10.0, 0.1], [0.0, 0.0, 0.2]], 1.0)
 
     np.testing.assert_allclose(velocities, [[0.0, 1.0, 0.1], [0.0, 0.0, 0.2]])
