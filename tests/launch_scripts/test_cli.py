@@ -84,7 +84,6 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy_and_looks_no_plugin_u
             "no module-level name 'k'.*did you mean K",
         ),
         (('offline', '--algo', 'consensus', '--watch'), "unknown argument '--watch'"),
-        (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' not found"),
         (
             ('run', '--algo', 'consensus', '--duration', 'inf'),
             '--duration is inf; it must be',

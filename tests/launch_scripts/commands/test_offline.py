@@ -85,7 +85,6 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        ('--algo consensu', 'did you mean consensus'),
         (f'{NAV} --seed -1', '--seed is -1; it must be a whole number from 0 to'),
         (f'{NAV} --nb-robots 1000000000', 'it must be a whole number from 1 to 2000'),
         (f'{NAV} --duration 1e9', 'the run would store 1e+10 states of robots (about'),

@@ -74,11 +74,9 @@ def test_relative_imports_below_a_home_that_is_a_link(needed_files, tmp_path):
 
 
 def test_a_package_has_its_init(needed_files, tmp_path):
-    (tmp_path / 'team').mkdir()
-    (tmp_path / 'team' / '__init__.py').write_text('from .. import elsewhere')
     (tmp_path.parent / 'elsewhere.py').touch()
 
-    assert needed_files(LAW) == ['team/__init__.py']
+    assert needed_files(LAW, team____init__='from .. import elsewhere') == ['team/__init__.py']
 
 
 @pytest.mark.parametrize('text', ['def (', 'x = "\0"', '# -*- coding: none -*-\n'])
@@ -158,14 +156,11 @@ def test_a_drawing_module_in_the_folder_of_the_script_is_not_that_of_ros_1(folde
 
 
 def test_what_a_helper_cannot_import_is_reported_with_its_line(folder):
-    path = folder(
-        failing_helper='x = 1\nimport no_such_module\n',
-        law='import failing_helper\ndef control(i, n, p, t):\n    return 0, 0\n',
-    )
+    law = 'import failing_helper\ndef control(i, n, p, t):\n    return 0, 0\n'
+    path = folder(failing_helper='x = 1\nimport no_such_module\n', law=law)
 
-    with pytest.raises(
-        SetcmasError, match=r'failing_helper\.py, line 2 \(imported by law\.py\): ModuleNotFound'
-    ):
+    message = r'failing_helper\.py, line 2 \(imported by law\.py\): ModuleNotFound'
+    with pytest.raises(SetcmasError, match=message):
         load_control(path, 1)
 
 
