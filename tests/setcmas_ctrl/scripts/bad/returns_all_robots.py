@@ -1,0 +1,4 @@
+# run: values: array(
+# run: it must return two finite numbers: return vx, vy
+def control(robotNo, nbRobots, poses, t):
+    return -poses
