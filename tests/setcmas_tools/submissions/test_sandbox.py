@@ -139,11 +139,12 @@ def test_it_works_without_the_sandbox(worked_without, name):
 
 def is_named(body, message, times=None):
     """Check that a submission is reported, and that nothing of it is left."""
-    before = psutil.Process().children(recursive=True)
+    before = {*psutil.Process().children(recursive=True)}
     done = run(f'def control(i, n, poses, t):\n{body}\n', times=times)
 
     assert message in done.failure.message
-    assert set(psutil.Process().children(recursive=True)) <= {*before}
+    left = psutil.wait_procs({*psutil.Process().children(recursive=True)} - before, timeout=5)[1]
+    assert not left
     return done
 
 
