@@ -72,7 +72,8 @@ def limit(cpu: int) -> None:
         return
     for name, most in {**_AMOUNTS, 'CPU': cpu}.items():
         with suppress(AttributeError, ValueError, OSError):  # not every system has each
-            resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, most))
+            hard = most + (name == 'CPU')  # SIGXCPU, whose name the grader knows, comes first
+            resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, hard))
 
 
 def _reading(work: bytes) -> Callable[[_Connection], None]:
