@@ -178,13 +178,16 @@ def test_a_script_that_dies_is_reported_with_robot_and_script(run, body, cause, 
         'threading.Thread(target=time.sleep, args=(1000,)).start()',
         'import multiprocessing\n'
         'multiprocessing.get_context("fork").Process(target=time.sleep, args=(1000,)).start()',
-        'import subprocess; subprocess.Popen(["sleep", "1000"], start_new_session=True)',
+        'import subprocess; subprocess.Popen(["sleep", "1000.25"], start_new_session=True)',
     ],
 )
 def test_what_a_script_leaves_behind_holds_nothing_up(run, top):
     result, _ = run(top=top)  # not after 1000 s, pytest's time-out
 
     assert result.outcome.state is State.COMPLETE
+    for process in psutil.process_iter(['cmdline']):
+        if process.info['cmdline'] == ['sleep', '1000.25']:  # in a session of its own
+            process.kill()
 
 
 @pytest.mark.parametrize(
