@@ -7,6 +7,7 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
+from setcmas_ctrl.scripts.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here, student_view
@@ -40,11 +41,14 @@ def mistakes_of(name):
 
 def graded(name, mistakes, folder):
     """Return the marks that students see, by the name of the mistake."""
-    submissions = [
-        Submission(one['name'], Student('Ada'), 'law.py', {'law.py': one['script'].encode()})
-        for one in mistakes
-    ]
     rubric, options = rubric_of_exercise(name), GradeOptions(jobs=1)
+    path, submissions = folder / 'law.py', []
+    for one in mistakes:
+        path.write_text(one['script'])
+        files, is_empty = {'law.py': path.read_bytes()}, is_unfilled(path, rubric.exercise)
+        submissions.append(
+            Submission(one['name'], Student('Ada'), 'law.py', files, is_unfilled=is_empty)
+        )
     found = class_grading.grade(submissions, rubric, folder, options)
     return {marks.submission: student_view(marks) for marks in found}
 
@@ -53,7 +57,9 @@ def marked_here(name, script):
     """Return the marks of a script as `check` computes them, or why it refuses."""
     rubric = rubric_of_exercise(name).shown()
     try:
-        return mark(rubric, runs_here(str(script), rubric.function), 'law.py', Student('Ada'))
+        run = runs_here(str(script), rubric.function)
+        is_empty = is_unfilled(script, rubric.exercise)
+        return mark(rubric, run, 'law.py', Student('Ada'), is_empty)
     except SetcmasError as error:
         return str(error)
 
