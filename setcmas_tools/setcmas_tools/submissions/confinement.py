@@ -36,6 +36,8 @@ _ALONE = (
     '--unshare-all', '--unshare-user', '--disable-userns', '--die-with-parent', '--new-session',
     '--cap-drop', 'ALL', '--size', str(HOME_SIZE), '--tmpfs', HOME, '--chdir', HOME,
     '--remount-ro', '/',
+    # Where a Python of its own has its library, which it knows by the folder outside only.
+    *(() if _IS_OF_SYSTEM else ('--setenv', 'LD_LIBRARY_PATH', '/python/lib')),
 )  # fmt: skip
 
 
