@@ -37,7 +37,7 @@ def control(robotNo, nbRobots, poses, t):
 EXPECTED = {
     'nothing': ('complete', '', ''),
     'raises': ('failed', '2', 'ValueError: oh no'),
-    'hangs': ('died', '2', 'tb3_2: ended after 3 s (--timeout) at law.py, line 20'),
+    'hangs': ('died', '2', 'tb3_2: ended after 15 s (--timeout) at law.py, line 20'),
     'exits': ('died', '2', 'exit status 3'),
     'crashes': ('died', '2', 'killed by SIGSEGV'),
     'fills': ('failed', '2', 'MemoryError'),
@@ -55,7 +55,7 @@ EXPECTED = {
 def test_a_script_harms_its_own_run_alone(tmp_path):
     (tmp_path / 'law.py').write_text(SCRIPT)
     study = sweep(
-        tmp_path / 'law.py', 2, 3, vary={'DOES': list(EXPECTED)}, jobs=2, timeout=3, seeds=1
+        tmp_path / 'law.py', 2, 3, vary={'DOES': list(EXPECTED)}, jobs=2, timeout=15, seeds=1
     )
     first, *_, last = study.table['disagreement']
 
