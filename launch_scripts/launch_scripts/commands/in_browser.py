@@ -166,9 +166,9 @@ def _place_in(message: str) -> Answer:
 def _late(error: LateCallError, limit: float) -> str:
     """Return the message on a call that took longer than a limit in s."""
     file, line = script_place(error, Path())
-    notes, place = run_progress.current, described_place(file, line, file)
-    what = notes.function.late(file.name, limit)
-    return f'{robot_name(notes.robot)}: {what}; it is at {place}{quoted_line(file, line)}'
+    call, place = run_progress.current.call, described_place(file, line, file)
+    what = call.function.late(file.name, limit)
+    return f'{robot_name(call.robot)}: {what}; it is at {place}{quoted_line(file, line)}'
 
 
 def _simulated(asked: Answer, page: _Page) -> Answer:

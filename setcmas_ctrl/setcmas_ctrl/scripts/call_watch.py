@@ -105,8 +105,7 @@ class CallWatch:
     ) -> Iterator[None]:
         """Monitor the code inside as a call of a script's function for a robot."""
         call = self._call = _Call(robot, path, function, time.monotonic())
-        self._launcher.current_call.enter(function, path)
-        self._launcher.current_call.begin(robot, call.started)
+        self._launcher.current_call.begin(robot, path, function, call.started)
         try:
             yield
         finally:

@@ -12,11 +12,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from setcmas_ctrl.scripts import robot_script
 from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import run_progress
 
 _TOOL = 4
@@ -37,7 +39,7 @@ def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]
     if monitoring is None:  # Python before 3.12
         yield
         return
-    progress, disable = run_progress.current, monitoring.DISABLE
+    call, disable = run_progress.current.call, monitoring.DISABLE
     calls, since, reported = -1, 0.0, time.perf_counter()
 
     def watch(*_: object) -> object:
@@ -49,15 +51,16 @@ def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]
         if now - reported > _ALIVE_S:
             reported = now
             alive()
-        if progress.calls != calls or not progress.robot:
-            calls, since = progress.calls, now
+        if call.calls != calls or not call.robot:
+            calls, since = call.calls, now
         elif now - since > seconds:
             reported = math.inf  # a script that catches this error is not alive
             raise LateCallError
         return None
 
     events = monitoring.events.JUMP, monitoring.events.PY_START
-    before, robot_script.on_call = robot_script.on_call, progress.begin_step
+    begin_step = partial(call.begin, function=Function.STEP)
+    before, robot_script.on_call = robot_script.on_call, begin_step
     monitoring.use_tool_id(_TOOL, 'setcmas')
     for event in events:
         monitoring.register_callback(_TOOL, event, watch)

@@ -157,7 +157,7 @@ def _integrate(
     def advance(done: int, step: int) -> Floats:
         """Move the robots to a later step; return their poses as their messages have them."""
         later = fleet.steps(1 / robot_rate, step - done)
-        notes.end()
+        notes.call.end()
         states[done + 1 : step + 1] = later[:, :6]
         notes.done = step + 1
         if progress:

@@ -88,13 +88,12 @@ class OfflineCommunication:
 
     def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
-        notes = run_progress.current
-        notes.enter(Function.CONDITION, self._broadcasts[0].path)
+        call = run_progress.current.call
         results: list[bool] = []
         for one, (x, y, theta), speed in states:
-            notes.begin(len(results) + 1)
+            call.begin(len(results) + 1, one.path, Function.CONDITION)
             results.append(one.is_triggered((x, y, theta), speed, t))
-        notes.end()
+        call.end()
         return np.array(results)
 
     def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats] | tuple[()]:

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -26,9 +27,10 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import described_place, quoted_line, summarise
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.run_progress import CALL_SIZE, RunProgress
+from setcmas_tools.offline.run_progress import RunProgress
 
 Result = TypeVar('Result')
 Warn = Callable[[str], None]
@@ -107,8 +109,8 @@ class ScriptProcess(Generic[Result]):
         as `size_of` says, and take that many bytes of memory.
         """
         self._scripts = [path.resolve() for path in scripts]
-        call, states = _context.RawArray('B', CALL_SIZE), _context.RawArray('d', size)
-        self.progress = _progress(call, states)
+        call, states = _context.RawValue(CurrentCall), _context.RawArray('d', size)
+        self.progress = RunProgress(call, np.frombuffer(states))
         pipes = [_context.Pipe(duplex=False) for _ in range(4 if _IS_POSIX else 1)]
         self._answers, *self._streams = (reader for reader, _ in pipes)
         self._writers = [writer for _, writer in pipes]
@@ -140,22 +142,22 @@ class ScriptProcess(Generic[Result]):
         """
         self._start()
         begin = since = time.monotonic()
-        calls, warned, progress = -1, False, self.progress
+        calls, warned, call = -1, False, self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
             now = time.monotonic()
             if now - begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
-            if progress.calls != calls or not progress.robot:
-                calls, since, warned = progress.calls, now, False
+            if call.calls != calls or not call.robot:
+                calls, since, warned = call.calls, now, False
             elif now - since > call_timeout:
-                late = progress.function.late(progress.script, call_timeout)
+                late = call.function.late(call.script, call_timeout)
                 raise self._ended(f'{late} (--call-timeout)')
             elif now - since > STUCK_S and not warned:
                 warned = True
                 place = self._described(self._place(), '; it is at ')
-                late = progress.function.late(progress.script, STUCK_S)
-                warn(f'{robot_name(progress.robot)}: {late}{place}')
+                late = call.function.late(call.script, STUCK_S)
+                warn(f'{robot_name(call.robot)}: {late}{place}')
         self.end()
         kind, value = answer
         if kind == 'mistake':
@@ -231,14 +233,14 @@ class ScriptProcess(Generic[Result]):
 
     def _ended(self, reason: str) -> ScriptEndedError:
         """End the process; return the error for it."""
-        place, now = self._place(), self.progress
+        place, call = self._place(), self.progress.call
         self.end()
         if place:
             reason += self._described(place, ' at ')
-        elif now.robot:
-            reason += f', in {now.function.value} of {now.script}'
-        file, line = place or (Path(now.script if now.robot else ''), 0)
-        return ScriptEndedError(reason, now.robot, now.function, file.name, line)
+        elif call.robot:
+            reason += f', in {call.function.value} of {call.script}'
+        file, line = place or (Path(call.script if call.robot else ''), 0)
+        return ScriptEndedError(reason, call.robot, call.function, file.name, line)
 
     def _described(self, place: Place | None, before: str) -> str:
         """Return a place with its line as text; empty if unknown."""
@@ -255,7 +257,7 @@ class ScriptProcess(Generic[Result]):
             return None
         told, folders, reader = '', {path.parent for path in self._scripts}, self._streams[2]
         deadline = time.monotonic()
-        if self._process.is_alive() and self.progress.calls:
+        if self._process.is_alive() and self.progress.call.calls:
             deadline += _PLACE_S
             while reader.poll() and os.read(reader.fileno(), _MOST_READ):
                 pass  # of an earlier question
@@ -270,11 +272,6 @@ class ScriptProcess(Generic[Result]):
             if not part:
                 break
         return None
-
-
-def _progress(call: Any, states: Any) -> RunProgress:
-    """Return the progress in shared memory."""
-    return RunProgress(np.frombuffer(call, np.uint8).data, np.frombuffer(states))
 
 
 @contextmanager
@@ -303,7 +300,7 @@ def _copy(reader: Connection, stream: IO[str]) -> None:
 
 def _work(
     function: Callable[[Warn], Any],
-    call: Any,
+    call: CurrentCall,
     states: Any,
     writers: Sequence[Connection],
     memory: int | None,
@@ -314,9 +311,9 @@ def _work(
     process = os.getpid()
     _separate(streams, memory, folder)
     answers.send(('begun', None))
-    run_progress.current = progress = _progress(call, states)
-    robot_script.on_call = progress.begin_step
-    progress.begin(0)  # it answers questions from now on
+    run_progress.current = RunProgress(call, np.frombuffer(states))
+    robot_script.on_call = partial(call.begin, function=Function.STEP)
+    call.calls += 1  # it answers questions from now on
     answer: tuple[str, Any]
     status = _BROKEN
     try:

@@ -49,16 +49,15 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
         scripts = LawScripts(_text(algo, functions), chosen.exercise, chosen.set)
         scripts.check(nb_robots, functions)
     check_in_fleet(functions, nb_robots, 'algo')
-    notes = run_progress.current
+    call = run_progress.current.call
     laws = []
     for robot in robots:
         if robot in functions or scripts is None:
             laws.append(ControlLaw.of_function(functions[robot], robot, nb_robots))
             continue
-        notes.enter(Function.LOADING, scripts.script(robot))
-        notes.begin(robot)
+        call.begin(robot, scripts.script(robot), Function.LOADING)
         laws.append(scripts.law(robot, nb_robots))
-        notes.end()
+        call.end()
     return laws
 
 
@@ -80,7 +79,7 @@ class FleetLaws:
         self._commander = commander
         self.reports = ErrorReports(warn)
         self._complete = complete(len(laws))
-        self._progress = run_progress.current
+        self._call = run_progress.current.call
 
     def __call__(
         self,
@@ -94,19 +93,17 @@ class FleetLaws:
         `received` are the poses for each law instead; the default graph is the complete one.
         """
         wanted: list[float] = []
-        notes = self._progress
         adjacency = self._complete if adjacency is None else adjacency
         known_poses = repeat(poses) if received is None else received
         for law, known in zip(self._laws, known_poses, strict=False):
-            notes.enter(Function.CONTROL, law.path)
-            notes.begin(law.robot)
+            self._call.begin(law.robot, law.path)
             try:
                 wanted += law(known, t, adjacency)
                 self.reports.succeeded(law.robot, t)
             except ControlError as error:
                 wanted += (0.0, 0.0)
                 self.reports.failed(law.robot, t, error)
-        notes.end()
+        self._call.end()
         return self._commander(np.fromiter(wanted, float).reshape(-1, 2).T, poses)
 
 

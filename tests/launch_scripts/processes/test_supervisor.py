@@ -128,8 +128,7 @@ from pathlib import Path
 signal.signal(signal.SIGINT, lambda *_: None)  # as nodes do: it is answered between two calls
 launcher = launcher()
 launcher.report(Ready())
-launcher.current_call.enter(Function.CONTROL, Path('law.py'))
-launcher.current_call.begin(2, time.monotonic() - {ago})
+launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})
 """
 )
 CALL = ScriptCall(2, 'law.py', Function.CONTROL)

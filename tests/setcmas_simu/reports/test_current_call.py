@@ -9,16 +9,14 @@ from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 PROGRAM = """
-import os, signal, sys, time
+import os, signal, sys
 from pathlib import Path
 from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.script_calls import Function
 call = CurrentCall.shared(int(sys.argv[1]))
-call.enter(Function.CONTROL, Path('a/long_name_of_a_law.py'))
-call.begin(1, 1.0)
+call.begin(1, Path('a/long_name_of_a_law.py'))
 call.end()
-call.enter(Function.CONDITION, Path('law.py'))
-call.begin(7, time.monotonic())
+call.begin(7, Path('law.py'), Function.CONDITION)
 {end}
 """
 ENDS = [
@@ -45,8 +43,7 @@ def test_between_calls_none_is_running():
     assert call.last() is None
     assert call.running() is None
 
-    call.enter(Function.LOADING, Path('law.py'))
-    call.begin(3, 10.0)
+    call.begin(3, Path('law.py'), Function.LOADING, 10.0)
     assert call.running_s(12.5) == 2.5
     call.end()
 
