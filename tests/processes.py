@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from unittest import mock
 
+import psutil
 from forked_modules import CLI, ForkedProcess, ForkServer, die_with_parent
 
 from launch_scripts.cli import main
@@ -86,6 +87,14 @@ class Process:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.popen.pid, signal.SIGKILL)
         self.popen.wait()
+
+
+def gone(pid: int) -> bool:
+    """Return whether a process has ended; nobody may have asked for its exit status."""
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 def run_setcmas(*arguments: str, cwd=None, timeout: float = 2 * TIMEOUT_S, **env: str):

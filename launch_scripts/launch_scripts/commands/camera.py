@@ -18,13 +18,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.processes.environment import lab_environment, require_ros
-from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
     CAMERA,
     add_ros_arguments,
     node_command,
     ros_arguments,
 )
+from launch_scripts.processes.supervisor import Supervisor
 from setcmas_simu.errors import SetcmasError
 
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2
@@ -58,10 +58,10 @@ def main(args: argparse.Namespace) -> int:
         load_cameras(args.file)  # report mistakes before anything starts
         arguments = [str(args.file), *ros_arguments(args)]
         # Poses must reach the experiment, which may run on another machine.
-        where = lab_environment(())
-        return run_in_foreground(
-            'camera', node_command(CAMERA, arguments), environment=where, may_end=True
-        )
+        with Supervisor(lab_environment(())) as supervisor:
+            return supervisor.run_to_end(
+                supervisor.start('camera', node_command(CAMERA, arguments))
+            )
     return 0
 
 

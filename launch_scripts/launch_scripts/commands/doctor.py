@@ -11,14 +11,14 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import subprocess
 from dataclasses import replace
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import require_ros
-from launch_scripts.processes.experiment import experiment_environment
-from launch_scripts.processes.foreground import start_emulated_lab
+from launch_scripts.processes.experiment import experiment_environment, start_emulated_lab
 from launch_scripts.processes.node_commands import DOCTOR, node_command
-from launch_scripts.processes.supervisor import StoppedError, Supervisor, run_to_end
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions
 
@@ -40,7 +40,7 @@ def main(args: argparse.Namespace) -> int:
     command = node_command(DOCTOR, options.arguments())
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
-        return run_to_end(command, environment)
+        return subprocess.call(command, env=environment)
     require_ros()
     with Supervisor(environment, prefix=True) as supervisor:
         try:
@@ -49,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
             return 130
         except ChildDiedError as death:
             return supervisor.report_death(death, 'doctor')
-        status = run_to_end(command, environment)
+        status = subprocess.call(command, env=environment)
         if not lab_process.running():
             supervisor.warn(f'setcmas doctor: {lab_process.unexpected_end()}')
             return 1

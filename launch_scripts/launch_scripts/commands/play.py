@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child, ChildDiedError
+from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import (
     PLAYER,
@@ -42,17 +42,7 @@ def main(args: argparse.Namespace) -> int:
     command = node_command(PLAYER, arguments)
     with open_keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
         child = supervisor.start('play', command, listens=True)
-        try:
-            supervisor.run(on_tick=lambda: _pass_on(keyboard.pressed(), child))
-        except StoppedError:
-            supervisor.stop(child)
-            return child.exit_status
-        except ChildDiedError as death:  # also at the end of the bag
-            status = child.process.returncode
-            if status < 0:
-                supervisor.warn(f'setcmas play: {death}')
-            return death.exit_status if status else 0
-        return 0
+        return supervisor.run_to_end(child, lambda: _pass_on(keyboard.pressed(), child))
 
 
 def _pass_on(keys: str, child: Child) -> None:

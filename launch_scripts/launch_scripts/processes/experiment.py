@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child, ScriptCalls
+from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.environment import closed_environment, lab_environment
-from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
+    EMULATED_LAB,
     JOYSTICK_READER,
     PAUSE,
     node_command,
@@ -25,7 +25,7 @@ from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
-from setcmas_simu.reports.reports import Message, Report, Started
+from setcmas_simu.reports.reports import Message, Ready, Report, Started
 from setcmas_tools.scenario.scenario import Scenario
 
 _TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
@@ -38,10 +38,23 @@ def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
     return lab_environment(lab.static_peers)
 
 
+def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Child:
+    """Start an emulated lab; return it once it has made sure that it is the only one.
+
+    Raises:
+        ChildDiedError: The lab ended.
+        StoppedError: The user stopped the command.
+    """
+    lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
+    supervisor.run(until=lambda: lab.reported(Ready) is not None)
+    return lab
+
+
 class Experiment:
     """Bridge, pause and controller processes, and optionally an emulated lab.
 
     Attributes:
+        controllers: The process of the control laws; its calls are complete once it has ended.
         on_status: Called several times a second with the state of the pause node and the robots.
         runaways: Names of robots that moved although commanded zero.
     """
@@ -92,17 +105,12 @@ class Experiment:
         )
         in_lab = replace(scenario, safety=lab.safety(scenario.safety))
         laws = controller_arguments(in_lab, controllers)
-        self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
+        self.controllers = supervisor.start('ctrl', node_command(CONTROLLER, laws))
 
     @property
     def controlled(self) -> bool:
         """Whether the control laws are running."""
-        return self._ctrl.reported(Started) is not None
-
-    @property
-    def calls(self) -> ScriptCalls:
-        """The calls of the control laws; complete once controllers end."""
-        return self._ctrl.calls
+        return self.controllers.reported(Started) is not None
 
     def request(self, action: Action, by: str = '') -> None:
         """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""
@@ -111,7 +119,7 @@ class Experiment:
     def stop(self) -> int:
         """Stop the robots, then all processes, once; return the exit status of the controllers."""
         if self._stopped:
-            return self._ctrl.exit_status
+            return self.controllers.exit_status
         self._stopped = True
         if self._bridges.running():
             self.request(Action.END)
@@ -119,8 +127,8 @@ class Experiment:
         else:
             self.request(Action.HALT)
             self._supervisor.wait(_TAKE_OVER_S)
-        self._supervisor.stop(self._ctrl, self._pause)
-        return self._ctrl.exit_status
+        self._supervisor.stop(self.controllers, self._pause)
+        return self.controllers.exit_status
 
     def stop_lab(self) -> None:
         """Stop the emulated lab, after its recorder."""

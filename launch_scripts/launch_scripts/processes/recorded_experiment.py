@@ -142,7 +142,7 @@ class RecordedExperiment(RecordedRun):
     def missing(self) -> str:
         """Why the run has not started yet."""
         if not self._experiment.controlled:
-            return self._experiment.calls.missing
+            return self._experiment.controllers.missing
         return self._unready or 'the bridge sends no status'
 
     @property
@@ -165,8 +165,8 @@ class RecordedExperiment(RecordedRun):
     def finish(self) -> None:
         """Stop the robots and everything that commands them."""
         self.status = self._experiment.stop()
-        self.failed = self._experiment.calls.failed
-        self.failures = self._experiment.calls.failures
+        self.failed = self._experiment.controllers.failed
+        self.failures = self._experiment.controllers.failures
 
     def stop(self) -> None:
         """Stop all processes; the bag must contain the last command, zero."""

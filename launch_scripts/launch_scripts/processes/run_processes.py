@@ -101,7 +101,7 @@ class SimulatedRun(RecordedRun):
             return 'the simulator is not ready'
         if not self.recorder.reported(Recording):
             return 'the recorder has not found the topics of all robots'
-        return self._ctrl.calls.missing
+        return self._ctrl.missing
 
     def tick(self) -> None:
         """Do nothing."""
@@ -109,10 +109,10 @@ class SimulatedRun(RecordedRun):
     def finish(self) -> None:
         """Stop the controllers."""
         self._supervisor.stop(self._ctrl)
-        robots = self._simulator.calls.failed
+        robots = self._simulator.failed
         self.status = self._ctrl.exit_status or int(robots != ())
-        self.failed = self._ctrl.calls.failed + robots
-        self.failures = self._ctrl.calls.failures
+        self.failed = self._ctrl.failed + robots
+        self.failures = self._ctrl.failures
 
     def stop(self) -> None:
         """Stop all, controllers first: the bag must contain their last command, zero."""

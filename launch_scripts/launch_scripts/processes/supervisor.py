@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import selectors
 import signal
@@ -10,17 +9,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, cast
 
 from launch_scripts.processes.child_process import (
-    KILL,
-    SILENT_S,
+    HANGS_S,
     Child,
     ChildDiedError,
-    known_signals,
     prepare_child,
 )
 from launch_scripts.terminal.terminal import (
@@ -31,42 +27,15 @@ from launch_scripts.terminal.terminal import (
     write_line,
 )
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
-
-_PR_SET_CHILD_SUBREAPER = 36
-
-
-def adopt_orphans() -> None:
-    """Become the parent of processes that descendants of this one leave behind."""
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
-
-
-def children() -> set[int]:
-    """Return the process IDs of the children of this process."""
-    found: set[int] = set()
-    for tasks in Path('/proc/self/task').glob('*/children'):
-        with suppress(OSError):
-            found |= {int(word) for word in tasks.read_text().split()}
-    return found
-
-
-def end_orphans(known: set[int]) -> None:
-    """Kill the children of this process but for known ones, and the children that those leave."""
-    while strangers := children() - known:
-        for pid in strangers:
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
-            with suppress(ChildProcessError):
-                os.waitpid(pid, 0)
-
+from setcmas_simu.reports.script_calls import ScriptCall
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
-STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
+_STOPS = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
+STOP_SIGNALS = tuple(signal.Signals[name] for name in _STOPS if hasattr(signal, name))
 _ENDS_S = 5.0
-_ESCALATION = ((signal.SIGTERM, 3.0), (KILL, 5.0))
 _TICK_S = 0.05  # longest delay before a key press is noticed
-_HANGS_S = 1.0  # a longer script call keeps its process from ending
-_HANGING_ENDS_S = 0.7
+_LATE_S = 1.0  # a longer script call keeps its process from ending
+_LATE_ENDS_S = 1.5
 _HELPER_ENDS_S = 5.0
 
 
@@ -92,20 +61,16 @@ class Supervisor:
         self._prefix = prefix
         self._selector = selectors.DefaultSelector()
         self._stop_signals = 0
-        self._earlier_children: set[int] = set()
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
         self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
-        adopt_orphans()
-        self._earlier_children = children()
         return self
 
     def __exit__(self, *exc_info: object) -> None:
         self.stop(*reversed(self.children))
         for process in self._helpers:
             _end(process)
-        end_orphans(self._earlier_children)
         for key in list(self._selector.get_map().values()):
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
@@ -160,26 +125,36 @@ class Supervisor:
             on_tick()
             if self._stop_signals or self._output.broken:
                 raise StoppedError
-            for child in self.children:
-                self._examine(child)
-            for child in [child for child in self.children if not child.running()]:
-                self._show_output(0)
-                if child.needed:
-                    raise child.unexpected_end()
-                self.warn(f'{child.name} has ended; everything else continues')
-                self.stop(child)
+            for child in list(self.children):
+                if not child.running():
+                    self._show_output(0)
+                    if child.needed:
+                        raise child.unexpected_end()
+                    self.warn(f'{child.name} has ended; everything else continues')
+                    self.stop(child)
+                elif call := child.hanging_call():
+                    self._report_hang(child, call)
 
-    def _examine(self, child: Child) -> None:
-        if child.disconnected:
-            child.signal_group(KILL)
-            raise child.disconnection()
-        if call := child.calls.silently_hanging():
+    def run_to_end(self, child: Child, on_tick: Callable[[], None] = lambda: None) -> int:
+        """Show output until a process ends, or the user stops the command; return its status."""
+        try:
+            self.run(on_tick=on_tick)
+        except StoppedError:
+            self.stop(child)
+            return child.exit_status
+        except ChildDiedError as death:
+            status = child.process.returncode
+            return status if status >= 0 else self.report_death(death, child.name)
+        return 0
+
+    def _report_hang(self, child: Child, call: ScriptCall) -> None:
+        if not child.call.is_reported:
             self.warn(
-                f'{child.name} does not answer: {call} has not returned for {SILENT_S:g} s '
+                f'{child.name} does not answer: {call} has not returned for {HANGS_S:g} s '
                 '(a loop in C, or a suspended process); its robots get no commands until it '
                 'returns; Ctrl-C stops'
             )
-            child.on_hang()
+        child.on_hang()
 
     def start_helper(self, command: Sequence[str]) -> None:
         """Start a short process without output."""
@@ -211,40 +186,31 @@ class Supervisor:
         return death.exit_status
 
     def stop(self, *children: Child) -> None:
-        """Stop processes one after the other: by SIGINT, then SIGTERM, then SIGKILL."""
+        """Stop processes one after the other: by SIGTERM, then by SIGKILL."""
         for child in [child for child in children if child in self.children]:
-            # Before a program has its own handler, Python answers SIGINT with a traceback.
-            ends_s = WRITES_S if child.reported(Recording) else _ENDS_S
-            first = ((signal.SIGINT, ends_s),) if child.has_output else ()
-            for signum, wait_s in (*first, *_ESCALATION):
-                if not child.running():
-                    break
-                if signum == KILL:
-                    self._warn_of_kill(child)
-                child.signal_group(signum)
-                self._await_end(child, wait_s)
-            child.signal_group(KILL)  # left-over children of the process
+            if child.running():  # not SIGINT: a Python that starts answers with a traceback
+                child.signal_group(signal.SIGTERM)
+                self._await_end(child, WRITES_S if child.reported(Recording) else _ENDS_S)
+            call = child.running_call()  # which an end has interrupted, so it has failed
+            if child.running():
+                child.killed = True
+                during = f' in {call}' if call else ''
+                self.warn(f'{child.name} did not stop when asked, so it was killed{during}')
+            child.signal_group(signal.SIGKILL)  # also what the process has started
             child.process.wait()
-            child.calls.running()  # notes that an interrupted call has failed
             if child.process.stdin:
                 child.process.stdin.close()
             self._show_output(0)
             self.children.remove(child)
 
     def _await_end(self, child: Child, seconds: float) -> None:
-        """Wait until a process ends; less if it hangs or the user presses Ctrl-C again."""
+        """Wait until a process ends; less if it hangs or the user presses Ctrl-C twice."""
         begin, signals = time.monotonic(), self._stop_signals
-        while child.running() and self._stop_signals == signals:
+        while child.running() and self._stop_signals < signals + 2:
             self._show_output(0.02)
-            hangs = child.calls.running_s > _HANGS_S
-            if time.monotonic() - begin > (_HANGING_ENDS_S if hangs else seconds):
+            is_late = child.running_s > _LATE_S
+            if time.monotonic() - begin > (_LATE_ENDS_S if is_late else seconds):
                 break
-
-    def _warn_of_kill(self, child: Child) -> None:
-        child.killed = True
-        call = child.calls.running()
-        during = f' in {call}' if call else ''
-        self.warn(f'{child.name} did not stop when asked, so it was killed{during}')
 
     def _watch(self, pipe: IO[bytes] | None, take: Callable[[bytes], None]) -> None:
         assert pipe is not None
@@ -256,7 +222,6 @@ class Supervisor:
 
         def show(data: bytes) -> None:
             for line in lines.feed(data):
-                child.has_output = True
                 if child.shown:
                     self.write(line, stream)
 
@@ -297,24 +262,6 @@ def _report_reader(child: Child, kinds: Any) -> Callable[[bytes], None]:
         for report in decoder.feed(data):
             child.take(report)
         if not data:
-            child.note_end_of_reports()
+            child.take_end_of_reports()
 
     return take
-
-
-def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:
-    """Run a process in this terminal; return its exit status.
-
-    Stop signals are passed on, so that the process ends cleanly.
-    """
-    process = subprocess.Popen(command, env=environment)
-
-    def pass_on(signum: int, _frame: FrameType | None) -> None:
-        process.send_signal(signum)
-
-    previous = _handled(dict.fromkeys(STOP_SIGNALS, pass_on))
-    try:
-        status = process.wait()
-    finally:
-        _handled(previous)
-    return status if status >= 0 else 128 - status  # as shells report it

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.reports import Launcher, Stuck
+from setcmas_simu.reports.reports import Launcher
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 _REPORT_EVERY_S = 5.0
@@ -81,8 +81,8 @@ class CallWatch:
     ) -> None:
         """Start the monitor, which calls `warn` from either thread.
 
-        A call counts as stuck after `stuck_s`. The launcher receives the current call, and reports
-        of stuck calls.
+        A call counts as stuck after `stuck_s`. The launcher sees the current call, and whether
+        it was reported as stuck.
         """
         self._warn = warn
         self._stuck_s = stuck_s
@@ -161,7 +161,7 @@ class CallWatch:
         places = places_in(traceback.walk_stack(frame), call.path) if frame else []
         file, line = places[0] if places else (call.path, None)
         place = described_place(file, line, call.path)
-        self._launcher.report(Stuck(described, place))
+        self._launcher.current_call.is_reported = True
         self._warn(
             f'{robot_name(call.robot)}: {call.function.late(call.path.name, self._stuck_s)}; '
             f'it is at {place}{quoted_line(file, line)}\n'

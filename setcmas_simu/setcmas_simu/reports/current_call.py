@@ -18,13 +18,16 @@ class CurrentCall(ctypes.Structure):
     Attributes:
         calls: How many calls have begun.
         since: Start of the last call, in s on the steady clock; 0 if not noted.
+        is_reported: Whether the process has told the user that this call does not return.
     """
 
     calls: int
     since: float
+    is_reported: bool
     _fields_ = (
         ('calls', ctypes.c_long),
         ('since', ctypes.c_double),
+        ('is_reported', ctypes.c_bool),
         ('_robot', ctypes.c_long),
         ('_is_running', ctypes.c_bool),
         ('_function', ctypes.c_char * 16),
@@ -46,6 +49,7 @@ class CurrentCall(ctypes.Structure):
             self._script = os.fsencode(path.name)[:255]
         self._function = function.value.encode()
         self.since = since
+        self.is_reported = False
         self._robot = robot
         self.calls += 1
         self._is_running = True

@@ -109,13 +109,6 @@ class Failed(Message, frozen=True):
     text: str
 
 
-class Stuck(Message, frozen=True):
-    """A call does not return; `where` is its file and line."""
-
-    call: ScriptCall
-    where: str
-
-
 class Ended(Message, frozen=True):
     """The controllers end cleanly; `failed` calls failed or hung, `failures` are the periods."""
 
@@ -145,4 +138,4 @@ class Reached(Message, frozen=True):
     t: float
 
 
-Report = Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reached
+Report = Ready | Mistake | Started | Failed | Ended | Recording | Paused | Reached

@@ -2,7 +2,7 @@ import signal
 
 import psutil
 import pytest
-from processes import CTRL, SETCMAS, SIMU
+from processes import CTRL, SETCMAS, SIMU, gone
 
 pytest.importorskip('rclpy')
 
@@ -117,7 +117,7 @@ harms = {
     5: lambda: atexit.register(time.sleep, 600),
     6: lambda: threading.Thread(target=time.sleep, args=(600,)).start(),
     7: lambda: fork.Process(target=time.sleep, args=(600,)).start(),
-    8: lambda: subprocess.Popen(['sleep', '600'], start_new_session=True),
+    8: lambda: subprocess.Popen(['sleep', '600']),
     9: lambda: sys.exit(3),
     10: lambda: os.close(0),
 }
@@ -149,4 +149,4 @@ def test_nothing_of_this_disturbs_the_others(start, peer, script):
     assert process.end() == 1
     assert 'tb3_9 at t = ' in process.output()  # it alone has failed
     assert 'Traceback' not in process.output()
-    assert not [child for child in family if child.is_running()]
+    peer.wait_for(lambda: all(gone(child.pid) for child in family))

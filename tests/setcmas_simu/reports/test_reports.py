@@ -10,7 +10,6 @@ from setcmas_simu.reports.reports import (
     Recording,
     Report,
     Started,
-    Stuck,
     encode,
 )
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
@@ -22,7 +21,6 @@ REPORTS = [
     Mistake('two\nlines'),
     Started((1, 2), 'law'),
     Failed(CALL, 'line 3: ValueError'),
-    Stuck(CALL, 'law.py, line 4'),
     Ended((CALL, ScriptCall(1, 'when.py', Function.CONDITION)), (FAILURE,)),
     Recording(12),
     Paused(True),

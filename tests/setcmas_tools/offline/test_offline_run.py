@@ -1,13 +1,12 @@
 """Scripts that hang, die or break what they run in: the command keeps its word and its results."""
 
-import contextlib
 import sys
 import textwrap
 import time
 
 import psutil
 import pytest
-from processes import SETCMAS, TIMEOUT_S
+from processes import SETCMAS, TIMEOUT_S, gone
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function
@@ -216,13 +215,10 @@ def test_a_script_that_breaks_what_it_runs_in_loses_nothing(run, body):
 
 def ended(pid):
     """Wait until a process has ended; return whether it has."""
-    with contextlib.suppress(psutil.NoSuchProcess):
-        process, deadline = psutil.Process(pid), time.monotonic() + TIMEOUT_S
-        while process.status() != psutil.STATUS_ZOMBIE:
-            if time.monotonic() > deadline:
-                return False
-            time.sleep(0.01)
-    return True
+    deadline = time.monotonic() + TIMEOUT_S
+    while not gone(pid) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return gone(pid)
 
 
 def test_a_fork_goes_on_once(run, tmp_path):
