@@ -33,47 +33,37 @@ class Unicycle(RobotModel):
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period later."""
-        first: Floats = self.steps(states, commands, Ts, 1)[0]
-        return first
-
-    def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
-        """Return the states after each of `count` periods, (count, S, N)."""
         V, omega = self.limits.saturate(commands[0], commands[2])
-        later = steps(states, V, omega, Ts, count)
-        later[:, 3], later[:, 5] = V, omega
-        return later
+        return driven(states, V, omega, Ts)
 
 
-def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
-    """Return the states after Ts s at forward speeds V (m/s) and turn rates omega (rad/s)."""
-    later = step(states, V, omega, Ts)
-    later[3], later[5] = V, omega
+def step(states: Floats, V: Floats | float, omega: Floats | float, Ts: float) -> Floats:
+    """Integrate unicycles: return their states Ts s later, in a new array.
+
+    theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+): the
+    semi-implicit Euler scheme of the kinematic unicycle (Siciliano et al., Robotics, 2009, section
+    11.2.1), in the order of the ROS 1 stack. Simulated robots with two driven wheels all move by
+    this function, over ROS and offline.
+
+    Args:
+        states: Rows x, y in m and theta in rad, and any others, which stay; shape (3+, N).
+        V: Forward speeds in m/s, shape (N,).
+        omega: Turn rates in rad/s, shape (N,). The heading is not wrapped.
+        Ts: Period in s.
+    """
+    x, y, theta = states[:3]
+    theta = theta + Ts * omega
+    x = x + Ts * V * np.cos(theta)
+    y = y + Ts * V * np.sin(theta)
+    later: Floats = states.copy()
+    later[:3] = x, y, theta
     return later
 
 
-def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
-    """Return the poses Ts s later, as the first of `steps`."""
-    first: Floats = steps(poses, V, omega, Ts, 1)[0]
-    return first
-
-
-def steps(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float, count: int) -> Floats:
-    """Integrate poses (3+, N) over `count` periods of Ts s; return all, (count, 3+, N).
-
-    theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+), with V
-    (m/s) and omega (rad/s) of shape (N,): the semi-implicit Euler scheme of the kinematic unicycle
-    (Siciliano et al., Robotics, 2009, section 11.2.1), in the order of the ROS 1 stack. The
-    heading is not wrapped; rows after x, y, theta stay.
-    """
-    before = np.asarray(poses, dtype=float)
-    rows = np.empty((count + 1, *before.shape))
-    rows[:], later = before, rows[1:]
-    travel, heading = Ts * np.asarray(V, dtype=float), later[:, 2]
-    heading[:] = Ts * np.asarray(omega, dtype=float)
-    np.add.accumulate(rows[:, 2], out=rows[:, 2])  # all periods in a few calls
-    np.multiply(travel, np.cos(heading), out=later[:, 0])
-    np.multiply(travel, np.sin(heading), out=later[:, 1])
-    np.add.accumulate(rows[:, :2], out=rows[:, :2])
+def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
+    """Return the states after `step`, with V and omega as the velocities of this step."""
+    later = step(states, V, omega, Ts)
+    later[3], later[5] = V, omega
     return later
 
 
