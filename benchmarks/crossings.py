@@ -18,7 +18,7 @@ from quick_option import parsed
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.robots.unicycle import UNICYCLE

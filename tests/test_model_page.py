@@ -32,6 +32,7 @@ def simulator(
             robots = range(1, nb_robots + 1)
             v = np.array([control(i, nb_robots, heard(poses), calls / rate) for i in robots]).T
             v = v * (vnom / np.maximum(np.hypot(*v), vnom))
+            v = v.astype(np.float32).astype(float)
             V = np.hypot(*v)
             error = np.arctan2(v[1], v[0]) - heard(poses)[2]
             omega = komega * (np.pi - np.mod(np.pi - error, 2 * np.pi))

@@ -1,4 +1,4 @@
-"""Commander: converts velocities of control laws to commands of their robots."""
+"""Commander: from the velocities of control laws to the commands of their robots."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from setcmas_ctrl.control.control_options import GainOptions
-from setcmas_ctrl.control.saturation import limited_rise, saturate
+from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
-from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.unicycle import Unicycle
 
 
@@ -35,7 +33,7 @@ class Commanded(NamedTuple):
 
 
 class Commander:
-    """Converts velocities of control laws to commands, offline and over ROS.
+    """Saturation, safety filter and conversion in a row, for the R robots of a process.
 
     Attributes:
         gains: How robots follow their laws.
@@ -59,36 +57,35 @@ class Commander:
         """
         self.gains = gains
         self.limits: VelocityLimits | None = None
-        self._accel = options.accel or math.inf
-        self._own = np.array(robots) - 1
-        self._columns = slice(None) if [*robots] == [*range(1, nb_robots + 1)] else self._own
-        self._report = report
+        self._columns = (
+            slice(None) if [*robots] == [*range(1, nb_robots + 1)] else np.array(robots) - 1
+        )
         self._models: list[RobotModel] = []
-        self._last: Floats = np.zeros((3, len(robots)))
+        self._convert = VelocityConversion(
+            len(robots),
+            gains.komega,
+            1.0 / gains.rate,
+            options.accel or math.inf,
+            options.lookahead,
+        )
         self._filter = None
         if options.is_on:  # loads the solver only if needed
             from setcmas_ctrl.filter.safety_filter import SafetyFilter
 
-            self._filter = SafetyFilter(options, robots, nb_robots)
-            if options.gamma > gains.rate:
-                raise SetcmasError(
-                    f'gamma is {options.gamma:g}; it must be at most the control rate, '
-                    f'{gains.rate:g} Hz, or robots could come too close within one period'
-                )
+            self._filter = SafetyFilter(options, robots, nb_robots, self._convert, report)
 
     def use(self, models: Sequence[RobotModel]) -> None:
         """Set the models of the R robots, or raise SetcmasError."""
         if list(models) != self._models:
             self._models = list(models)
-            self._model = fleet_model(models)
-            if self._filter:
-                limited = Unicycle(self.limits or IDEAL)
-                self._filter.use([limited if _is_unlimited(m) else m for m in models])
+            limited = Unicycle(self.limits or IDEAL)
+            own = [limited if _is_unlimited(model) else model for model in models]
+            (self._filter or self._convert).use(own)
 
     def stop(self) -> Commanded:
         """Return zero commands."""
-        self._last = np.zeros((3, len(self._own)))
-        return Commanded(np.zeros((2, len(self._own))), self._last)
+        zeros = self._convert.last = np.zeros_like(self._convert.last)
+        return Commanded(zeros[:2], zeros)
 
     def __call__(self, velocities: Floats, poses: Floats) -> Commanded:
         """Return the commands for one period.
@@ -97,26 +94,13 @@ class Commander:
             velocities: Velocities of the laws: rows vx, vy in m/s, shape (2, R).
             poses: Poses of the fleet: rows x, y in m and theta in rad, shape (3, N).
         """
-        gains, Ts = self.gains, 1.0 / self.gains.rate
-        wanted = saturate(velocities, gains.vnom)
-
-        def follow(velocities: Floats) -> Floats:
-            commands = self._model.command(velocities, poses[:, self._columns], gains.komega)
-            return limited_rise(commands, self._last, self._accel * Ts)
-
+        gains, convert = self.gains, self._convert
+        convert.komega, convert.Ts = gains.komega, 1.0 / gains.rate
+        wanted = single_precision(saturate(velocities, gains.vnom))
         if not self._filter:
-            self._last = follow(wanted)
-            return Commanded(wanted, self._last)
-        if warning := self._filter.start_warning(poses):
-            self._report(warning)
-        safe = self._filter(wanted, follow, poses, gains.vnom, self._last, Ts)
-        if safe.stopped:
-            self._report(
-                f'the safety filter keeps {robots_in_words(safe.stopped)} stopped: other robots, '
-                'the arena or obstacles are in the way'
-            )
-        self._last = safe.commands
-        return Commanded(wanted, safe.commands, np.vstack([safe.velocities, safe.verdicts]))
+            return Commanded(wanted, convert(wanted, poses[:, self._columns]))
+        allowed = self._filter(wanted, poses, gains.vnom)
+        return Commanded(wanted, convert.last, np.vstack(allowed))
 
 
 def _is_unlimited(model: RobotModel) -> bool:

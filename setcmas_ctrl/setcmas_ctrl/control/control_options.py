@@ -12,12 +12,13 @@ from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
+from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import kinds
 from setcmas_simu.options.group import Form, Options, flag, names_and_files, option
-from setcmas_simu.robots.model import KOMEGA, VelocityLimits
+from setcmas_simu.robots.model import VelocityLimits
 
 Law = str | Path | Callable[..., Any]
 Algo = Law | Mapping[int, Law]

@@ -1,4 +1,4 @@
-"""Saturation of velocities and of their rise; dead band for slow ones."""
+"""Saturation of velocities; dead band for slow ones."""
 
 from __future__ import annotations
 
@@ -35,24 +35,3 @@ def saturate(velocities: ArrayLike, vnom: float = VNOM) -> Floats:
 def dead_band(vx: float, vy: float, slow: float = SLOW) -> tuple[float, float]:
     """Return the velocity (m/s), or (0, 0) where its norm is below `slow` m/s."""
     return (0.0, 0.0) if vx * vx + vy * vy < slow * slow else (vx, vy)
-
-
-def limited_rise(commands: Floats, before: Floats, most: float) -> Floats:
-    """Limit how much speeds may rise over the previous commands; never limit slowing down.
-
-    Args:
-        commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, N).
-        before: The previous commands.
-        most: Largest rise in m/s of the speed in the direction of a command.
-
-    Returns:
-        The commands, with the same turn rates.
-    """
-    if most == math.inf:
-        return commands
-    speeds = np.hypot(commands[0], commands[1])
-    directions = commands[:2] / np.maximum(speeds, 1e-12)
-    reached = np.maximum(0.0, (directions * before[:2]).sum(axis=0)) + most
-    limited: Floats = commands.copy()
-    limited[:2] = directions * np.minimum(speeds, reached)
-    return limited

@@ -12,7 +12,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.model import Motion, RobotModel
-from setcmas_simu.robots.models import fleet_model
 
 
 def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:
@@ -37,7 +36,9 @@ def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: flo
     return _rotated(chord * along(half) + turned * across(half), theta)
 
 
-def commands_of_points(velocities: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:
+def commands_of_points(
+    velocities: Floats, theta: Floats, ahead: Floats | float, Ts: float
+) -> Floats:
     """Return the commands that give the points constant velocities over a period.
 
     The inverse of `velocities_of_points`: with the displacement (a, b) of a point in the robot's
@@ -104,33 +105,16 @@ class ControlPoints:
         """
         turns = [model.motion is Motion.UNICYCLE for model in models]
         self._own = own
-        self._model = fleet_model(models)
         self._turns = np.array(turns)
         self._unicycles = own[self._turns]
         self.ahead = np.full(nb_robots, lookahead)
         self.ahead[own[~self._turns]] = 0.0
         limits = [model.limits for model, turns in zip(models, turns, strict=True) if turns]
-        self._omega_max = np.array([limit.omega_max for limit in limits])
-        self._turn_max = np.minimum(self._omega_max, _FASTEST_TURN)
+        self._turn_max = np.array([min(limit.omega_max, _FASTEST_TURN) for limit in limits])
         self._wheel_max = np.array([limit.wheel_speed_max for limit in limits])
         self._lever = np.array([0.5 * limit.wheel_separation / lookahead for limit in limits])
         self.V_max = np.full(nb_robots, math.inf)
         self.V_max[own] = [model.V_max for model in models]
-
-    def within_limits(self, commands: Floats) -> Floats:
-        """Scale commands (3, R) down to the limits of unicycles, on the same curves."""
-        V, omega = np.abs(commands[[0, 2]][:, self._turns])
-        excess = np.maximum.reduce(
-            [
-                np.ones(len(V)),
-                V / self.V_max[self._unicycles],
-                omega / self._omega_max,
-                (V + self._lever * self._lookahead * omega) / self._wheel_max,
-            ]
-        )
-        scaled: Floats = commands.copy()
-        scaled[:, self._turns] = commands[:, self._turns] / excess
-        return scaled
 
     def points(self, poses: Floats) -> Floats:
         """Return the control points (2, N) at poses (3, N)."""
@@ -154,15 +138,6 @@ class ControlPoints:
             commands[:, self._turns], poses[2, self._unicycles], self._lookahead, Ts
         )
         return moved
-
-    def commands(self, velocities: Floats, poses: Floats, Ts: float) -> Floats:
-        """Return the commands (3, R) that give the points velocities (2, N) for a period."""
-        own = self._own
-        commands = self._model.command(velocities[:, own], poses[:, own], 0.0)
-        commands[:, self._turns] = commands_of_points(
-            velocities[:, self._unicycles], poses[2, self._unicycles], self._lookahead, Ts
-        )
-        return commands
 
     def limits(
         self, velocities: Floats, commands: Floats, poses: Floats, Ts: float

@@ -1,10 +1,9 @@
-"""Safety filter: changes commands as little as possible so that robots stay safe."""
+"""Safety filter: changes velocities as little as possible so that robots stay safe."""
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,20 +12,12 @@ from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constrai
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions
 from setcmas_ctrl.filter.projection import Projection
-from setcmas_simu.arrays import Floats
+from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import RobotModel
-
-
-class Verdict(enum.IntEnum):
-    """What the safety filter did with a wanted velocity."""
-
-    KEPT = 0
-    CHANGED = 1
-    NO_SOLUTION = 2
-
 
 _TOLERATED = 0.05
 """Margin in m/s over the speed of points, for the tolerance of the solver."""
@@ -38,32 +29,72 @@ _STOPPED = 0.1  # share of the wanted speed below which a robot counts as stoppe
 _SLOWEST = 0.01  # m/s: a law with a lower speed wants its robot to stop
 
 
-@dataclass(frozen=True)
-class Allowed:
+class Conversion(Protocol):
+    """How robots are commanded: `setcmas_ctrl.si_to_uni.VelocityConversion`."""
+
+    Ts: float
+    last: Floats
+
+    def use(self, models: Sequence[RobotModel]) -> None:
+        """Set the models of the R robots."""
+
+    def follow(self, velocities: Floats, poses: Floats) -> Floats:
+        """Return the commands (3, R) of robots whose velocities (2, R) are kept."""
+
+    def __call__(
+        self,
+        velocities: Floats,
+        poses: Floats,
+        verdicts: NDArray[np.int64] | None = None,
+        kept: Floats | None = None,
+    ) -> Floats:
+        """Return the commands (3, R) for allowed velocities (2, R), and remember them as last."""
+
+
+class Allowed(NamedTuple):
     """What the filter allows R robots for one period.
 
     Attributes:
-        commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
-        velocities: In m/s, shape (2, R): the wanted ones, or those of control points instead.
+        velocities: In m/s, in single precision, shape (2, R): the wanted ones, or those of control
+            points instead.
         verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (R,).
-        stopped: Robots that the filter has kept stopped for `STOPPED_S`, each once.
     """
 
-    commands: Floats
     velocities: Floats
     verdicts: NDArray[np.int64]
-    stopped: list[int]
 
 
 class SafetyFilter:
-    """Keeps robots apart, in their arena and off obstacles."""
+    """Keeps robots apart, in their arena and off obstacles.
 
-    def __init__(self, options: FilterOptions, robots: Sequence[int], nb_robots: int) -> None:
-        """Prepare for R robots that this process commands, in a fleet of N.
+    Attributes:
+        conversion: Converts what the filter allows, so that it knows how robots are commanded.
+    """
 
-        Robots of other processes are trusted to take their half of each constraint.
+    def __init__(
+        self,
+        options: FilterOptions,
+        robots: Sequence[int],
+        nb_robots: int,
+        conversion: Conversion,
+        report: Callable[[str], None] = print,
+    ) -> None:
+        """Prepare for R robots, in a fleet of N.
+
+        Robots of other processes are trusted to take their half of each constraint. `report` is
+        called with a message about robots that start too close, or are kept stopped for long.
+
+        Raises:
+            SetcmasError: The filter cannot guarantee safety at this rate.
         """
+        if options.gamma * conversion.Ts > 1.0:
+            raise SetcmasError(
+                f'gamma is {options.gamma:g}; it must be at most the control rate, '
+                f'{1.0 / conversion.Ts:g} Hz, or robots could come too close within one period'
+            )
+        self.conversion = conversion
         self._options = options
+        self._report = report
         self._robots = robots
         self._own = np.array(robots) - 1
         self._is_own = np.isin(np.arange(nb_robots), self._own)
@@ -82,6 +113,7 @@ class SafetyFilter:
                 so far ahead that they could pass each other.
         """
         check_motions(self._robots, models)
+        self.conversion.use(models)
         options = self._options
         separation = options.min_separation or SEPARATION_M
         self._points = ControlPoints(self._own, len(self._is_own), models, options.lookahead)
@@ -94,43 +126,19 @@ class SafetyFilter:
             separation, options.gamma, self._points.ahead, self._is_own
         )
 
-    def start_warning(self, poses: Floats) -> str:
-        """Return, once, a warning about robots too close for the guarantee; '' if none."""
-        if self._started or not np.isfinite(poses).all():
-            return ''
-        self._started = True
-        near = self._barriers.too_near(self._points.points(poses), poses[:2])
-        if not len(near):
-            return ''
-        separation = self._barriers.separation
-        far = separation + 4.0 * self._points.ahead.max()
-        return (
-            f'{robots_in_words([int(robot) + 1 for robot in near])} start too close to others: '
-            f'the safety filter guarantees {separation:g} m only if they start {far:g} m apart'
-        )
-
-    def __call__(
-        self,
-        wanted: Floats,
-        follow: Callable[[Floats], Floats],
-        poses: Floats,
-        fastest: float,
-        before: Floats,
-        Ts: float,
-    ) -> Allowed:
-        """Return the velocities that robots may have for one period.
+    def __call__(self, wanted: Floats, poses: Floats, fastest: float) -> Allowed:
+        """Return the velocities that robots may have until the next call.
 
         Args:
-            wanted: Velocities in m/s, shape (2, R).
-            follow: Returns commands (3, R) for velocities (2, R).
+            wanted: Velocities in m/s, shape (2, R), as messages carry them.
             poses: Poses of the fleet, shape (3, N).
             fastest: Speed limit in m/s.
-            before: The previous commands, shape (3, R).
-            Ts: The period in s.
         """
-        control_points, own = self._points, self._own
-        commands = control_points.within_limits(follow(wanted))
-        driven = control_points.driven(commands, poses) if self._options.accel else wanted
+        self._check_starts(poses)
+        control_points, conversion = self._points, self.conversion
+        own, Ts, accel = self._own, conversion.Ts, self._options.accel
+        commands = conversion.follow(wanted, poses[:, own])
+        driven = control_points.driven(commands, poses) if accel else wanted
         moved = control_points.velocities(driven, commands, poses, Ts)
         speeds = np.hypot(moved[0], moved[1])
         most = np.maximum(np.minimum(fastest, control_points.V_max), speeds)
@@ -146,22 +154,46 @@ class SafetyFilter:
             aim = moved.copy()  # a blocking robot goes as its law wants if possible
             aim[:, own] = np.where(constrained[own], wanted, moved[:, own])
             limits = control_points.limits(moved, commands, poses, Ts)
-            accel = self._options.accel
-            rises = [control_points.rises(moved, before, poses, accel * Ts)] if accel else []
+            last = conversion.last
+            rises = [control_points.rises(moved, last, poses, accel * Ts)] if accel else []
             found = self._projected(
                 aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
             )
-        allowed = np.zeros(moved.shape) if found is None else found
-        changed = (allowed != moved).any(axis=0)[own]
-        velocities = np.where(changed, allowed[:, own], wanted)
-        verdicts = np.where((velocities != wanted).any(axis=0), Verdict.CHANGED, Verdict.KEPT)
+        allowed = self._allowed(wanted, moved[:, own], None if found is None else found[:, own])
+        conversion(allowed.velocities, poses[:, own], allowed.verdicts, commands)
+        self._report_stopped(wanted, allowed.velocities)
+        return allowed
+
+    def _allowed(self, wanted: Floats, moved: Floats, found: Floats | None) -> Allowed:
+        """Return what to allow R robots whose points would move, and for which some was found."""
         if found is None:
-            verdicts[:] = Verdict.NO_SOLUTION
-        if changed.any():
-            safe = control_points.commands(allowed, poses, Ts)
-            known = np.isfinite(safe).all(axis=0)  # a robot without a pose stops
-            commands = np.where(changed, np.where(known, safe, 0.0), commands)
-        return Allowed(commands, velocities, verdicts, self._watch.update(wanted, velocities, Ts))
+            verdicts = np.full(len(self._own), Verdict.NO_SOLUTION, dtype=np.int64)
+            return Allowed(np.zeros(wanted.shape), verdicts)
+        changed = (found != moved).any(axis=0)
+        verdicts = np.where(changed, Verdict.CHANGED, Verdict.KEPT)
+        return Allowed(single_precision(np.where(changed, found, wanted)), verdicts)
+
+    def _check_starts(self, poses: Floats) -> None:
+        """Warn once, as soon as all poses are known, of robots too close for the guarantee."""
+        if self._started or not np.isfinite(poses).all():
+            return
+        self._started = True
+        near = self._barriers.too_near(self._points.points(poses), poses[:2])
+        if len(near):
+            separation = self._barriers.separation
+            far = separation + 4.0 * self._points.ahead.max()
+            robots = robots_in_words([int(robot) + 1 for robot in near])
+            self._report(
+                f'{robots} start too close to others: the safety filter guarantees '
+                f'{separation:g} m only if they start {far:g} m apart'
+            )
+
+    def _report_stopped(self, wanted: Floats, allowed: Floats) -> None:
+        if stopped := self._watch.update(wanted, allowed, self.conversion.Ts):
+            self._report(
+                f'the safety filter keeps {robots_in_words(stopped)} stopped: other robots, '
+                'the arena or obstacles are in the way'
+            )
 
     def _projected(
         self,

@@ -70,6 +70,7 @@ class ScriptRobot(RobotModel):
         }
         if 'command' in self._own:
             self.motion = Motion.FREE  # as far as the script says
+            self.command = self._command
         self.failed = False
         self._reports = ErrorReports(warn, _STOPS)
         self._t = 0.0
@@ -95,10 +96,8 @@ class ScriptRobot(RobotModel):
             raise SetcmasError(describe_failure(error, self._path)) from error
         return np.concatenate([state, own[3:, None]])
 
-    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
+    def _command(self, velocities: Floats, poses: Floats, _: float) -> Floats:
         """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
-        if 'command' not in self._own:
-            return super().command(velocities, poses, komega)
         commands = np.zeros((3, 1))
         result = self._called(self._own['command'], (velocities[:, 0], poses[:, 0]), (2, 3))
         if result is not None:

@@ -43,12 +43,6 @@ class Car(RobotModel):
     motion = Motion.OTHER
     shape = Shape(_OUTLINE, _BODY, 0.16)
 
-    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the unicycle's commands, with turn rates limited by the steering."""
-        commands = super().command(velocities, poses, komega)
-        commands[2] = _steered(commands[0], commands[2])
-        return commands
-
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period later."""
         V, omega = commands[0], commands[2]

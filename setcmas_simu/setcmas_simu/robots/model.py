@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.planar_pose import wrap_angle
 
 Velocities = tuple[Floats, Floats]
 
@@ -119,40 +118,6 @@ def mirrored(points: Points) -> Points:
 SLOW = 0.01
 """Speed in m/s below which a robot counts as stopped; a TurtleBot3 cannot go slower."""
 
-KOMEGA = 1.5
-"""Default gain on the heading error, in 1/s."""
-
-_SLOW_TURN = 0.01  # rad/s: a TurtleBot3 cannot turn slower
-
-
-def si_to_uni(
-    velocities: ArrayLike, theta: ArrayLike, komega: float = KOMEGA
-) -> tuple[Floats, Floats]:
-    """Turn robots towards their desired velocities and drive at their speed.
-
-    V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of
-    the ROS 1 stack (Bertrand, ECC 2024), with the error wrapped so that robots turn the short
-    way. A robot slower than 0.01 m/s does not turn, and turn rates below 0.01 rad/s become 0.
-    A robot whose velocity or heading is not finite stops.
-
-    Args:
-        velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
-        theta: Headings in rad, shape (N,).
-        komega: Gain on the heading error in 1/s.
-
-    Returns:
-        Forward speeds in m/s and turn rates in rad/s, shapes (N,).
-    """
-    v = np.asarray(velocities, dtype=float)
-    V = np.asarray(np.hypot(v[0], v[1]))
-    omega = np.asarray(komega * wrap_angle(np.arctan2(v[1], v[0]) - theta))
-    turn = np.abs(omega)
-    goes = np.isfinite(V + turn)
-    turns = goes & (V >= SLOW) & (turn >= _SLOW_TURN)
-    V[~goes] = omega[~turns] = 0.0
-    return V, omega
-
-
 POSE, TWIST = slice(0, 3), slice(3, 6)
 """Rows of a state: x, y (m), theta (rad); and the velocities of the last step along the robot's
 axes: forward, to the left (m/s), turn rate (rad/s)."""
@@ -173,6 +138,13 @@ class RobotModel(Protocol):
     States have the rows of POSE and TWIST, and any further rows that the model needs. Commands
     have the rows of TWIST, as on cmd_vel.
 
+    Robots are driven as unicycles, by `setcmas_ctrl.si_to_uni`, unless their model has a method
+
+        def command(self, velocities, poses, komega): ...
+
+    which returns the commands (3, N) that give robots their velocities (2, N) in m/s, in the world
+    frame, as far as possible, at poses (3, N); komega is the gain on heading errors in 1/s.
+
     Attributes:
         shape: Shape of a robot.
         V_max: Largest speed in any direction in m/s.
@@ -190,16 +162,6 @@ class RobotModel(Protocol):
     def start(self, poses: Floats) -> Floats:
         """Return the states of robots at rest at poses (x, y in m, theta in rad; (3, N))."""
         return np.concatenate([poses, np.zeros((3, poses.shape[1]))])
-
-    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands (3, N) that give robots their velocities as far as possible.
-
-        By default robots are driven as unicycles, by `si_to_uni`, with gain komega in 1/s.
-        Velocities (2, N) are in m/s in the world frame; poses (3, N) are x, y in m, theta in rad.
-        """
-        commands = np.zeros(poses.shape)
-        commands[0], commands[2] = si_to_uni(velocities, poses[2], komega)
-        return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period of Ts s later, in a new array.

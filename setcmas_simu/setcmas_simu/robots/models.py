@@ -33,6 +33,8 @@ class PluginModel(RobotModel):
         self._model = model
         self._name = f'robot model {plugin.title}'
         self._warn = warn
+        if hasattr(model, 'command'):
+            self.command = self._command
 
     def start(self, poses: Floats) -> Floats:
         """Return the states (6+, N) of robots at rest at poses (3, N), or raise SetcmasError."""
@@ -41,7 +43,7 @@ class PluginModel(RobotModel):
             raise SetcmasError(f'{self._name}: {reason}')
         return states
 
-    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
+    def _command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
         """Return the commands (3, N) for velocities (2, N); zero if the model fails."""
         commands, reason = self._result('command', poses.shape, velocities, poses, komega)
         return self._or_fail(commands, reason, np.zeros(poses.shape))
@@ -117,13 +119,6 @@ class MixedFleet(RobotModel):
         for (_, columns), part in zip(self._groups, parts, strict=True):
             states[: len(part), columns] = part
         return states
-
-    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands (3, N) that give robots their velocities (2, N)."""
-        commands = np.empty(poses.shape)
-        for model, columns in self._groups:
-            commands[:, columns] = model.command(velocities[:, columns], poses[:, columns], komega)
-        return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period later."""

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from setcmas_ctrl.si_to_uni import KOMEGA, conversion_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.robots.model import KOMEGA, RobotModel
+from setcmas_simu.robots.identified_robot import IdentifiedRobot
+from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
 from setcmas_tools.run.csv_columns import COMMANDS
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
@@ -193,5 +195,7 @@ def _driven(given: Commands, track: FleetTable, model: RobotModel, run: Run) -> 
     poses = np.vstack([np.zeros((2, len(given.t))), headings])
     allowed = given.allowed or given
     komega = float(run.parameters.get('komega', KOMEGA))
-    V, _, omega = model.command(np.array([allowed.vx, allowed.vy]), poses, komega)
-    return Drive(np.array([given.t, V, omega]), COMMANDS.name, track)
+    commands = conversion_of(model)(np.array([allowed.vx, allowed.vy]), poses, komega)
+    if isinstance(model, IdentifiedRobot):
+        commands[[0, 2]] = model.slowed_down(commands)
+    return Drive(np.vstack([given.t, commands[[0, 2]]]), COMMANDS.name, track)

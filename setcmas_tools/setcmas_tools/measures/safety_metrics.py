@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.models import UNICYCLE, shape_of

@@ -214,14 +214,13 @@ def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
 
 
 def commands(t: Floats, velocities: Floats) -> Commands:
-    """Return the commands of a fleet, in single precision as cmd_cart_vel carries them.
+    """Return the commands of a fleet.
 
     Velocities (C, 2, N) in m/s are those wanted, after saturation; with a filter, (C, 5, N), also
     the allowed ones and its verdicts.
     """
     times, robots = _rows(t, velocities.shape[2])
-    carried = velocities.astype(np.float32).astype(float)
-    vx, vy, *allowed = carried.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
+    vx, vy, *allowed = velocities.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
     return Commands(times, robots, vx, vy, Filtered(*allowed) if allowed else None)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.message_content import value_in_words
-from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function, ScriptFailure

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs

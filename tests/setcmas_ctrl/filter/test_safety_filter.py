@@ -7,7 +7,7 @@ from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.safety_filter import Verdict
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.robots.car import CAR
@@ -109,7 +109,7 @@ def test_a_robot_with_free_way_is_commanded_as_without_a_filter_to_the_last_bit(
 
     assert (filtered.commands[:, 2] == free.commands[:, 2]).all()
     assert filtered.allowed[2].tolist() == [Verdict.CHANGED, Verdict.CHANGED, Verdict.KEPT]
-    assert (filtered.allowed[:2, 2] == wanted[:, 2]).all()
+    assert (filtered.allowed[:2, 2] == filtered.wanted[:, 2]).all()
 
 
 @pytest.mark.parametrize('model', [UNICYCLE, Unicycle()])

@@ -142,9 +142,8 @@ def test_robots_of_one_model_do_not_mix_and_a_reset_forgets():
 
 def test_commands_are_slowed_down_on_the_same_curve():
     burger = ROBOT_LIMITS['burger']
-    model = IdentifiedRobot(FORWARD, TURN, burger)
+    model = IdentifiedRobot(Response(), Response(), burger)
 
-    V, left, omega = model.command(np.array([[0.0], [0.5]]), np.zeros((3, 1)), 1.5)[:, 0]
+    state = after(model, 0.1, 0.1, [(0.5, 0.75 * math.pi)])
 
-    assert (V, omega) == pytest.approx(burger.scaled_down(0.5, 0.75 * math.pi))
-    assert left == 0.0
+    assert state[3::2][:2] == pytest.approx(burger.scaled_down(0.5, 0.75 * math.pi))

@@ -114,16 +114,6 @@ def test_a_step_leaves_the_states_that_it_is_given(name):
 
 
 @pytest.mark.parametrize('name', SHIPPED)
-@pytest.mark.parametrize('velocity', [(math.nan, 0.0), (0.3, math.inf)])
-def test_a_velocity_that_is_not_finite_becomes_zero(name, velocity):
-    velocities = np.array([[velocity[0], 0.2], [velocity[1], 0.0]])
-    commands = MODELS.get(name).command(velocities, np.zeros((3, 2)), 1.5)
-
-    assert commands[:, 0].tolist() == [0.0, 0.0, 0.0]
-    assert commands[:, 1].tolist() == [0.2, 0.0, 0.0]
-
-
-@pytest.mark.parametrize('name', SHIPPED)
 def test_outlines_have_the_front_ahead_and_bodies_are_convex(name):
     shape = MODELS.get(name).shape
 
@@ -174,26 +164,16 @@ def test_a_car_turns_on_a_circle_of_its_smallest_radius_and_not_on_the_spot():
     assert moved(CAR, (0, 0, 0), (0.0, 0.0, 9.0))[0].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_a_car_is_commanded_no_more_than_its_steering_allows():
-    V, _, omega = CAR.command(np.array([[-0.3], [0.4]]), np.zeros((3, 1)), 1.5)[:, 0]
-
-    assert V == 0.5
-    assert omega == pytest.approx(0.5 / SMALLEST_RADIUS)
-
-
 def test_robots_of_a_mixed_fleet_move_as_those_of_their_models():
     models = [UNICYCLE, CAR, UNICYCLE, OMNIDIRECTIONAL]
     fleet = fleet_model(models)
     poses = np.array([[0.0, 1, 2, 3], [0, 0, 0, 0], [0, 1, 2, 3]])
-    velocities = np.array([[0.1, 0.2, -0.3, 0.4], [0.1, -0.1, 0.2, 0.0]])
-    commands = fleet.command(velocities, poses, 1.5)
+    commands = np.array([[0.1, 0.2, -0.3, 0.4], [0.1, -0.1, 0.2, 0.0], [0.5, 0.9, -1.0, 0.2]])
     states = fleet.step(fleet.start(poses), commands, TS)
 
     for i, model in enumerate(models):
         one = slice(i, i + 1)
-        own = model.command(velocities[:, one], poses[:, one], 1.5)
-        np.testing.assert_array_equal(commands[:, one], own)
-        alone = model.step(model.start(poses[:, one]), own, TS)
+        alone = model.step(model.start(poses[:, one]), commands[:, one], TS)
         np.testing.assert_array_equal(states[:, one], alone)
     assert fleet_model([CAR, CAR]) is CAR
 
@@ -242,14 +222,3 @@ def test_unicycles_alone_have_the_limits_that_are_asked_for():
 
     assert unicycle.V_max == 0.2108
     assert car is CAR
-
-
-@pytest.mark.parametrize('names', [*([name] * 3 for name in SHIPPED), ['unicycle', 'car', 'car']])
-def test_several_steps_are_those_one_by_one_to_the_last_bit(names):
-    model = fleet_model(robot_models(names, [1, 2, 3], 'ideal'))
-    states = model.start(np.array([[1.0, -2.0, 0.3], [0.1, 5.0, -1.0], [0.0, 3.0, -9.0]]))
-    commands = np.array([[0.31, -0.17, 0.0], [0.0, 0.0, 0.0], [1.3, -0.7, 0.01]])
-    together = model.steps(states, commands, TS, 7)
-    for later in together:
-        states = model.step(states, commands, TS)
-        assert later.tobytes() == states.tobytes()

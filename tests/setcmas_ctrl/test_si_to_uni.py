@@ -1,0 +1,179 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_ctrl import si_to_uni as module
+from setcmas_ctrl.control.commander import Commander
+from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.filter.safety_filter import SafetyFilter
+from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.si_to_uni import (
+    VelocityConversion,
+    as_unicycles,
+    conversion_of,
+    limited_rise,
+    si_to_uni,
+)
+from setcmas_simu.arrays import single_precision
+from setcmas_simu.robots.car import CAR
+from setcmas_simu.robots.model import limits_named
+from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
+from setcmas_simu.robots.turtlebot3 import BURGER
+from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
+from setcmas_tools import simulate
+
+
+def test_forward_speed_is_the_norm_and_turn_rate_follows_the_heading_error():
+    V, omega = si_to_uni([[0.3], [0.4]], [0.5], komega=2.0)
+
+    assert pytest.approx(0.5) == V
+    assert omega == pytest.approx(2.0 * (np.arctan2(0.4, 0.3) - 0.5))
+
+
+def test_the_robot_turns_the_short_way():
+    _, omega = si_to_uni([[-1.0, -1.0], [-0.1, 0.1]], [3.0, -3.0])
+
+    assert 0 < omega[0] < 1.5
+    assert -1.5 < omega[1] < 0
+
+
+def test_slow_robots_and_slow_turns_do_not_turn():
+    V, omega = si_to_uni([[0.005, 0.0, 1.0, 1.0], [0.0] * 4], [2.0, 1.0, 0.006, 0.008], komega=1.5)
+
+    assert V.tolist() == [0.005, 0.0, 1.0, 1.0]
+    assert omega.tolist() == pytest.approx([0.0, 0.0, 0.0, -0.012])
+
+
+def test_one_robot_alone_may_be_given_without_columns():
+    V, omega = si_to_uni((0.0, 2.0), 0.0)
+
+    assert float(V) == 2.0
+    assert float(omega) == pytest.approx(1.5 * np.pi / 2)
+
+
+def test_a_robot_stands_whose_velocity_or_heading_is_not_finite():
+    nan, inf = np.nan, np.inf
+    V, omega = si_to_uni([[nan, 1.0, inf, 0.3], [0.0, nan, 0.0, 0.0]], [0.0, 0.0, 0.0, nan])
+
+    assert V.tolist() == [0.0] * 4
+    assert omega.tolist() == [0.0] * 4
+
+
+def test_speed_rises_by_so_much_and_falls_at_once():
+    before = np.array([[0.1, 0.3, 0.2, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    wanted = np.array([[0.5, 0.1, -0.5, 0.12], [0.0, 0.0, 0.0, 0.16], [1.0, 2.0, 3.0, 4.0]])
+
+    limited = limited_rise(wanted, before, 0.1)
+
+    np.testing.assert_allclose(limited[0], [0.2, 0.1, -0.1, 0.06])
+    np.testing.assert_allclose(limited[1], [0.0, 0.0, 0.0, 0.08])
+    assert (limited[2] == wanted[2]).all()
+
+
+MODELS = [UNICYCLE, OMNIDIRECTIONAL, Unicycle(limits_named('burger')), BURGER]
+POSES = np.array([[0.0, 0.3, 4.0, 5.0], [0.0, 0.3, 0.0, 0.0], [0.0, 1.0, 2.0, -3.0]])
+VELOCITIES = np.array([[0.3, -0.2, 0.4, 0.1], [0.1, -0.3, -0.4, 0.0]])
+
+
+def test_robots_are_driven_by_their_models_command_or_as_unicycles():
+    convert = VelocityConversion(5, komega=2.0)
+    convert.use([*MODELS, CAR])
+    poses, velocities = (
+        np.hstack([POSES, POSES[:, :1]]),
+        np.hstack([VELOCITIES, VELOCITIES[:, :1]]),
+    )
+
+    commands = convert(velocities, poses)
+
+    wanted = as_unicycles(velocities, poses, 2.0)
+    wanted[:, 1:2] = OMNIDIRECTIONAL.command(velocities[:, 1:2], poses[:, 1:2], 2.0)
+    np.testing.assert_array_equal(commands, wanted)
+
+
+@pytest.mark.parametrize('model', [UNICYCLE, CAR, OMNIDIRECTIONAL])
+@pytest.mark.parametrize('velocity', [(math.nan, 0.0), (0.3, math.inf)])
+def test_a_velocity_that_is_not_finite_becomes_zero(model, velocity):
+    velocities = np.array([[velocity[0], 0.2], [velocity[1], 0.0]])
+    commands = conversion_of(model)(velocities, np.zeros((3, 2)), 1.5)
+
+    assert commands[:, 0].tolist() == [0.0, 0.0, 0.0]
+    assert commands[:, 1].tolist() == [0.2, 0.0, 0.0]
+
+
+def test_an_edit_of_si_to_uni_is_seen_in_a_run(monkeypatch):
+    def backwards(velocities, theta, komega):
+        V, omega = si_to_uni(velocities, theta, komega)
+        return -V, omega
+
+    def ahead(robotNo, nbRobots, poses, t):
+        return 0.3, 0.0
+
+    start = np.zeros((3, 1))
+    before = simulate(ahead, 1, 2.0, poses=start)
+    monkeypatch.setattr(module, 'si_to_uni', backwards)
+    after = simulate(ahead, 1, 2.0, poses=start)
+
+    assert before.poses[-1, 0, 0] == pytest.approx(0.6)
+    assert after.poses[-1, 0, 0] == pytest.approx(-0.6)
+
+
+def test_velocities_that_the_filter_keeps_are_converted_within_the_limits():
+    convert = VelocityConversion(4)
+    convert.use(MODELS)
+    free = convert(VELOCITIES, POSES)
+
+    kept = convert(VELOCITIES, POSES, np.full(4, Verdict.KEPT))
+
+    np.testing.assert_array_equal(kept[:, :2], free[:, :2])
+    burger = limits_named('burger')
+    for robot in (2, 3):  # on the same curve
+        assert kept[0::2, robot] == pytest.approx(burger.scaled_down(*free[0::2, robot]))
+
+
+@pytest.mark.parametrize('accel', [None, 0.3])
+def test_a_conversion_of_each_robot_gives_the_commands_of_the_fleet_to_the_last_bit(accel):
+    options = FilterOptions(filter='barrier', accel=accel, min_separation=0.5)
+    gains, robots = GainOptions(), range(1, 5)
+    together = Commander(gains, options, robots, 4)
+    together.use(MODELS)
+    own = [VelocityConversion(1, accel=accel or math.inf) for _ in robots]
+    for convert, model in zip(own, MODELS, strict=True):
+        convert.use([model])
+    node = SafetyFilter(options, robots, 4, VelocityConversion(4, accel=accel or math.inf))
+    node.use(MODELS)
+    wanted = single_precision(saturate(VELOCITIES, gains.vnom))
+    seen = set()
+    for k in range(30):
+        poses = POSES + 0.02 * k * np.array([[1.0, -1.0, 1.0, 1.0]])
+        commanded = together(VELOCITIES, poses)
+        velocities, verdicts = node(wanted, poses, gains.vnom)
+        each = [
+            convert(velocities[:, [i]], poses[:, [i]], verdicts[[i]])
+            for i, convert in enumerate(own)
+        ]
+        np.testing.assert_array_equal(np.hstack(each), commanded.commands)
+        np.testing.assert_array_equal(np.vstack([velocities, verdicts]), commanded.allowed)
+        seen |= {*verdicts.tolist()}
+    assert seen >= {Verdict.KEPT, Verdict.CHANGED}
+
+
+def test_a_robot_without_a_pose_stands_whatever_the_filter_says():
+    convert = VelocityConversion(2)
+    convert.use([UNICYCLE, OMNIDIRECTIONAL])
+    unknown = np.full((3, 2), math.nan)
+
+    for verdict in Verdict:
+        assert not convert(VELOCITIES[:, :2], unknown, np.full(2, verdict)).any()
+
+
+def test_velocities_have_the_precision_of_messages():
+    def third(robotNo, nbRobots, poses, t):
+        return 1 / 3, 0.0
+
+    run = simulate(third, 1, 1.0, poses=np.zeros((3, 1)))
+
+    assert run.commands.vx[0] == np.float32(1 / 3)
+    assert run.poses[-1, 0, 0] == pytest.approx(float(np.float32(1 / 3)), abs=1e-15)
