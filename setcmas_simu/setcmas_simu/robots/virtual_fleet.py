@@ -19,14 +19,14 @@ _REST: Command = (0.0, 0.0, 0.0)
 
 
 class VirtualFleet:
-    """Robots that hold their last command, as in the ROS 1 stack; their states are (S, N)."""
+    """Robots that hold their last command; their states are (S, N)."""
 
     def __init__(
-        self, start_poses: Floats, model: RobotModel | None = None, cmd_timeout: float = math.inf
+        self, start_poses: Floats, model: RobotModel | None = None, cmd_timeout: float = 0.0
     ) -> None:
         """Place the robots at (3, N); they are unicycles by default.
 
-        They stop `cmd_timeout` s after their last command.
+        They stop `cmd_timeout` s after their last command; 0 is never.
         """
         self.model = model or Unicycle()
         self._start = self.model.start(np.array(start_poses, dtype=float))
@@ -74,7 +74,7 @@ class VirtualFleet:
     def step(self, Ts: float, now: float) -> None:
         """Advance all robots by Ts s; `now` is in s on the clock of `command`."""
         commands = self._commands
-        if self._cmd_timeout < math.inf:
+        if self._cmd_timeout:
             commands = commands * (now - self._command_times <= self._cmd_timeout)
         self.states = self.model.step(self.states, commands, Ts)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -131,6 +130,21 @@ class ClockOptions(Options):
             raise ClashError('{} runs as fast as possible; remove {}', 'lockstep', 'rtf')
 
 
+CMD_TIMEOUT_S = 1.0
+"""Default time without a command after which a robot stops, in s."""
+
+
+@dataclass(frozen=True)
+class _CommandTimeout(kinds.Number):
+    """Times without a command: 0, which is never, or longer than between two commands."""
+
+    must_be = 'at least 0.3 s, or 0, which is never'
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is 0 or long enough."""
+        return super().accepts(value) and (value == 0 or value >= 0.3)
+
+
 @dataclass(frozen=True, kw_only=True)
 class RobotOptions(StartPoseOptions):
     """Which robots there are, where they start, and how they move."""
@@ -154,10 +168,9 @@ class RobotOptions(StartPoseOptions):
         default=NO_LIMITS,
     )
     cmd_timeout: float = option(
-        kinds.Number(above=0, unit='s'),
-        'stop a robot after this long without a command',
-        default=math.inf,
-        default_text='never',
+        _CommandTimeout(least=0, unit='s'),
+        'stop a robot after this long without a command; 0 is never, as in ROS 1',
+        default=CMD_TIMEOUT_S,
     )
     robot_rate: float = option(
         kinds.RATE, 'rate at which robots move and publish odometry', default=RATE_HZ

@@ -69,7 +69,7 @@ def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, sc
             return 0.3, 0
         """
     )
-    start(*SIMU, '--nb-robots', '1', '--cmd-timeout', '1000')  # it keeps the last command
+    start(*SIMU, '--nb-robots', '1', '--cmd-timeout', '0')  # it keeps the last command
     odometry = peer.odometry(1)
     process = start(*CTRL, '--algo', law)
     process.wait_for_output('has not returned')

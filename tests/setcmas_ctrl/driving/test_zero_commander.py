@@ -33,8 +33,8 @@ ENDS = [
 
 @pytest.fixture
 def robots(start, peer):
-    """Simulate two robots; return their odometry."""
-    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    """Simulate two robots that keep their last command; return their odometry."""
+    start(*SIMU, '--nb-robots', '2', '--cmd-timeout', '0').wait_for_output('simulating')
     return [peer.odometry(robot) for robot in (1, 2)]
 
 

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from setcmas_simu.errors import SetcmasError
@@ -15,3 +17,14 @@ from setcmas_simu.simulator.simulator_options import SimulationOptions
 def test_what_lockstep_does_not_go_with_is_refused(given, message):
     with pytest.raises(SetcmasError, match=message):
         SimulationOptions(lockstep=True, **given)
+
+
+@pytest.mark.parametrize('value', [0.0, 0.3, 1.0, math.inf])
+def test_a_command_timeout_is_never_or_longer_than_between_two_commands(value):
+    assert SimulationOptions(cmd_timeout=value).cmd_timeout == value
+
+
+@pytest.mark.parametrize('value', [0.2, -1.0, math.nan])
+def test_shorter_command_timeouts_are_refused(value):
+    with pytest.raises(SetcmasError, match=r'it must be at least 0\.3 s, or 0, which is never'):
+        SimulationOptions(cmd_timeout=value)
