@@ -43,7 +43,7 @@ from setcmas_simu.ros.process import (
     prefer_this_process,
 )
 from setcmas_simu.ros.step_loop import StepLoop
-from setcmas_simu.simulator.duplicate_simulators import RobotLocks
+from setcmas_simu.simulator.duplicate_simulators import refuse_second_simulator
 
 
 class Schedule:
@@ -143,8 +143,9 @@ class EmulatedLab(FleetNode):
         """
         super().__init__('emulated_lab')
         numbers = [robot.number for robot in lab.robots]
-        self._locks = RobotLocks(numbers)
         check_emulated_mocap(lab.mocap)
+        own_topics = {robot.number: robot.topic(topics.ODOM) for robot in lab.robots}
+        refuse_second_simulator(self, numbers, own_topics.__getitem__)
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
         rng = np.random.default_rng(options.seed)

@@ -20,7 +20,10 @@ from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
-from setcmas_simu.simulator.duplicate_simulators import DuplicateSimulators
+from setcmas_simu.simulator.duplicate_simulators import (
+    SecondPublishers,
+    refuse_second_simulator,
+)
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.lockstep_simulator import LockstepLoop
 from setcmas_simu.simulator.lockstep_topics import ClockTopic
@@ -66,19 +69,19 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     parameters = ProcessParameters(node, options, PARAMETERS, FIXED)
     options = parameters.options
     simulated = options.simulated()
+    refuse_second_simulator(node, simulated.robots)
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
-    guard = DuplicateSimulators(node, simulated.robots)
     seed_scripts(simulated.models, options.seed)
     robots = _virtual_robots(node, simulated, options, alone)
     parameters.warn_of_unknown()
     stepper = FleetStepper(node, robots, options)
     stepper.on_failure = process.launcher.report
-    guard.refuse_second_simulator()
     process.add(node)
+    others = SecondPublishers(node, simulated.robots)
     unread = UnreadCommands(node, simulated.robots, options.cmd_vel_type, options.lockstep)
 
     def look_around() -> None:
-        guard.warn_of_latecomers()
+        others.look()
         unread.look()
 
     stepper.housekeeping = look_around

@@ -27,7 +27,7 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
     peer.spin(0.2)
 
     assert second.returncode == 2
-    assert 'robots 1-2 are already simulated by process' in second.stderr
+    assert 'robots 1-2 are already simulated in ROS domain' in second.stderr
     assert commands == []
     assert [path.name for path in tmp_path.iterdir()] == ['law.py']
 

@@ -1,74 +1,47 @@
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator import duplicate_simulators
-from setcmas_simu.simulator.duplicate_simulators import RobotLocks
+pytest.importorskip('rclpy')
 
-HOLDER = """
-import sys
-from setcmas_simu.simulator.duplicate_simulators import RobotLocks
-locks = RobotLocks([1, 2], '/a')
-print('held', flush=True)
-sys.stdin.read()
-"""
+from nav_msgs.msg import Odometry
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.simulator.duplicate_simulators import SecondPublishers, refuse_second_simulator
 
 
 @pytest.fixture
-def holder(tmp_path, monkeypatch):
-    monkeypatch.setenv('TMPDIR', str(tmp_path))
-    monkeypatch.setattr('tempfile.tempdir', None)
-    process = subprocess.Popen(
-        [sys.executable, '-c', HOLDER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout.readline() == 'held\n'
-    yield process
-    process.kill()
-    process.communicate()
+def node(peer):
+    return FleetNode('simulator', context=peer.context, namespace='/a')
 
 
-def test_robots_of_another_process_are_refused_and_it_is_named(holder):
-    with pytest.raises(SetcmasError, match=f'robot 2 is already .* process {holder.pid} '):
-        RobotLocks([2, 3], '/a')
-    RobotLocks([3], '/a').release()
+def test_robots_of_others_are_refused_with_their_node_and_the_domain(peer, node, domain):
+    for robot in (2, 3, 5):
+        peer.node.create_publisher(Odometry, f'/a/tb3_{robot}/odom', 1)
+    peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)  # of another fleet
+
+    refuse_second_simulator(node, [1, 4])
+    message = f'robots 2-3 are already simulated in ROS domain {domain} .node /peer publishes'
+    with pytest.raises(SetcmasError, match=message):
+        refuse_second_simulator(node, [1, 2, 3, 4])
 
 
-def test_other_robots_namespaces_and_domains_are_free(holder, monkeypatch):
-    RobotLocks([3, 4], '/a').release()
-    RobotLocks([1, 2]).release()
-    monkeypatch.setenv('ROS_DOMAIN_ID', '99')
-    RobotLocks([1, 2], '/a').release()
+def test_a_second_publisher_is_reported_once_when_it_stays(peer, node, capfd):
+    def reported():
+        return 'the odometry of robot 2 has two publishers' in capfd.readouterr().err
 
+    for robot in (1, 2):
+        node.create_publisher(Odometry, f'/tb3_{robot}/odom', 1)
+    watch = SecondPublishers(node, [1, 2])
+    watch.look()
+    watch.look()
+    assert not reported()
 
-def link(path):
-    path.symlink_to('/etc/passwd')
-
-
-def pipe(path):
-    os.mkfifo(path)
-
-
-@pytest.mark.parametrize('obstruct', [link, pipe, os.mkdir])
-def test_what_another_user_puts_in_the_place_of_the_locks_stops_no_simulator(
-    tmp_path, monkeypatch, obstruct
-):
-    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
-    monkeypatch.setenv('ROS_DOMAIN_ID', '7')
-    obstruct(duplicate_simulators._path('7'))
-
-    RobotLocks([1, 2]).release()
-
-
-def test_any_number_of_robots_takes_one_file_and_one_descriptor(tmp_path, monkeypatch):
-    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
-    before = len(list(Path('/proc/self/fd').iterdir()))
-
-    locks = RobotLocks(list(range(1, 2001)))
-
-    assert len(list(Path('/proc/self/fd').iterdir())) == before + 1
-    assert len(list(tmp_path.iterdir())) == 1
-    locks.release()
+    other = peer.node.create_publisher(Odometry, '/a/tb3_2/odom', 1)
+    peer.wait_for(lambda: node.count_publishers('/tb3_2/odom') == 2)
+    watch.look()
+    assert not reported()  # it may be about to refuse to start
+    watch.look()
+    assert reported()
+    watch.look()
+    assert not reported()
+    peer.node.destroy_publisher(other)

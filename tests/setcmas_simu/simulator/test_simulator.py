@@ -200,7 +200,8 @@ def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
 
     second = start(*SIMU, '--nb-robots', '3')
     assert second.wait() == 2
-    assert f'robots 1-3 are already simulated by process {first.pid}' in second.output()
+    assert 'robots 1-3 are already simulated in ROS domain' in second.output()
+    assert '(node /virtual_robots publishes odometry)' in second.output()
     third = start(*SIMU, '--robots', '5-6')
     third.wait_for_output('simulating robots 5-6')
 
