@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
     RECORDER,
@@ -17,8 +18,6 @@ from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
-from setcmas_simu.robots.model import limits_named
-from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions
 from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
@@ -68,25 +67,21 @@ class SimulatedRun(RecordedRun):
         robots = node_command(SIMULATOR, simulation.arguments(lockstep))
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
-            nb_robots=scenario.nb_robots,
-            model=simulation.model,
-            limits=limits_named(simulation.limits) if simulation.limits != NO_LIMITS else None,
-            recorded=True,
-            simulator=self._simulator.process.pid,
+            nb_robots=scenario.nb_robots, model=simulation.model, recorded=True
         )
-        laws = node_command(CONTROLLER, controller_arguments(scenario, options))
-        self._ctrl = supervisor.start('ctrl', laws)
-        self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
+        self._laws = node_command(CONTROLLER, controller_arguments(scenario, options))
+        self._ctrl: Child | None = None
 
     @property
     def started(self) -> bool:
         """Whether the robots are controlled."""
-        return self._ctrl.reported(Started) is not None
+        return self._ctrl is not None and self._ctrl.reported(Started) is not None
 
     @property
     def paused(self) -> bool:
         """Whether the robots are paused."""
-        report = (self._simulator if self._lockstep else self._ctrl).reported(Paused)
+        decides = self._simulator if self._lockstep else self._ctrl
+        report = decides.reported(Paused) if decides else None
         return report is not None and report.paused
 
     def elapsed(self, wall_s: float) -> float:
@@ -97,17 +92,24 @@ class SimulatedRun(RecordedRun):
     @property
     def missing(self) -> str:
         """Why the run has not started yet."""
-        if not self._simulator.reported(Ready):
+        if not self._ctrl:
             return 'the simulator is not ready'
         if not self.recorder.reported(Recording):
             return 'the recorder has not found the topics of all robots'
         return self._ctrl.missing
 
     def tick(self) -> None:
-        """Do nothing."""
+        """Start the controllers once the simulator has announced its robots.
+
+        A simulator that refuses to start, because another has these robots, announces nothing.
+        """
+        if not self._ctrl and self._simulator.reported(Ready):
+            self._ctrl = self._supervisor.start('ctrl', self._laws)
+            self._ctrl.on_hang = partial(stop_robots_of, self._supervisor, self._ctrl)
 
     def finish(self) -> None:
         """Stop the controllers."""
+        assert self._ctrl
         self._supervisor.stop(self._ctrl)
         robots = self._simulator.failed
         self.status = self._ctrl.exit_status or int(robots != ())
@@ -116,7 +118,8 @@ class SimulatedRun(RecordedRun):
 
     def stop(self) -> None:
         """Stop all, controllers first: the bag must contain their last command, zero."""
-        self._supervisor.stop(self._ctrl, self.recorder, self._simulator)
+        laws = [self._ctrl] if self._ctrl else []
+        self._supervisor.stop(*laws, self.recorder, self._simulator)
 
 
 def controller_arguments(scenario: Scenario, options: ControllerOptions) -> list[str]:

@@ -209,8 +209,3 @@ class ControllerOptions(FleetOptions, WatchOptions):
         _Limits(metavar='V,OMEGA,WHEEL,SEPARATION'), 'how fast unicycles can go', default=None
     )
     recorded: bool = flag('wait for a recorder, so that it gets the very first command')
-    simulator: int | None = option(
-        kinds.Whole(1, metavar='PID'),
-        'wait for the simulator with this process ID',
-        default=None,
-    )

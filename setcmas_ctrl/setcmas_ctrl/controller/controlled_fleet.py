@@ -23,12 +23,7 @@ from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.driving.driven_robot import Controller, DrivenModels, SiToUni
-from setcmas_ctrl.driving.fleet_discovery import (
-    wait_for_announcement,
-    wait_for_fleet,
-    wait_for_source,
-    wait_until,
-)
+from setcmas_ctrl.driving.fleet_discovery import wait_for_fleet, wait_until
 from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
 from setcmas_ctrl.driving.odometry import FleetOdometry, offered_profile
 from setcmas_ctrl.filter.filter_options import FilterOptions
@@ -36,8 +31,9 @@ from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
+from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -68,14 +64,14 @@ class ControlledFleet:
         communication, scripts = communication.found(law.exercise), law.scripts()
         process.add(node)
         self._announced = FleetListener(node)
-        self._nb_robots = self._find()
+        self._nb_robots = options.nb_robots or self._find()
         self._robots = options.controlled(self._nb_robots)
         scripts.check(self._nb_robots)
         drawing.canvas = canvas = MarkerCanvas(node)
         self._loader = self._law_loader(scripts)
         laws = self._loader.load()
         self._communication = chosen_communication(self._nb_robots, communication, law.seed)
-        self._time = self._simulated_time()
+        self._lockstep = self._followed_lockstep()
         if self._in_lockstep:
             canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
         self._odometry = self._poses()
@@ -94,12 +90,9 @@ class ControlledFleet:
         self.loop = self._loop(senders, graph)
 
     def _find(self) -> int:
-        """Return the size of the fleet; wait for the simulator that must have it."""
-        # Nothing is commanded to robots of another user's simulator.
-        if pid := self._options.simulator:
-            _go_on(wait_for_source(self._process, self._node, self._announced, pid))
-        nb_robots = self._options.nb_robots or wait_for_fleet(
-            self._process, self._node, self._announced
+        """Wait for the fleet; return its size, which is the given one if there is one."""
+        nb_robots = wait_for_fleet(
+            self._process, self._node, self._announced, self._options.nb_robots
         )
         _go_on(nb_robots)
         return nb_robots
@@ -110,32 +103,33 @@ class ControlledFleet:
         task = TaskTopic(self._node, self._nb_robots)
         return LawLoader(scripts, self._law.seed, self._robots, self._nb_robots, watch, task)
 
-    def _simulated_time(self) -> SimulatedTime | None:
-        """Return the time that the robots follow; None is the system's.
+    def _followed_lockstep(self) -> Lockstep | None:
+        """Return the steps of the simulator; None if it is not in lockstep.
 
         Raises:
             SetcmasError: The laws cannot follow a simulator in lockstep.
         """
         if self._options.experiment:
             return None
-        _go_on(wait_for_announcement(self._process, self._node, self._announced, self._nb_robots))
-        time = self._announced.time
-        if isinstance(time, Lockstep) and self._options.cmd_vel_type == 'twist':
+        if self._options.nb_robots:  # laws load before there is a fleet
+            self._find()
+        lockstep = self._announced.lockstep
+        if lockstep and self._options.cmd_vel_type == 'twist':
             raise SetcmasError(
                 'the simulator is in lockstep and needs commands with a stamp: '
                 '--cmd-vel-type must be twist_stamped'
             )
         is_part = len(self._robots) < self._nb_robots
-        if isinstance(time, Lockstep) and self._communication.event_triggered and is_part:
+        if lockstep and self._communication.event_triggered and is_part:
             raise SetcmasError(
                 'the simulator is in lockstep: event-triggered robots must all be controlled by '
                 'one process; leave out --robots'
             )
-        return time
+        return lockstep
 
     @property
     def _in_lockstep(self) -> bool:
-        return isinstance(self._time, Lockstep)
+        return self._lockstep is not None
 
     def _poses(self) -> FleetOdometry:
         profile = qos.STATE
@@ -194,7 +188,7 @@ class ControlledFleet:
 
     def _commander(self, drivers: list[SiToUni]) -> Commander:
         commander = Commander(self._law, self._safety, self._robots, self._nb_robots, self._warn)
-        commander.limits = self._options.limits
+        commander.limits = self._options.limits or limits_named(self._announced.limits)
         commander.use([driver.model for driver in drivers])
         return commander
 
@@ -202,14 +196,13 @@ class ControlledFleet:
         """Let the fleet be paused; return the monitor of an experiment's pause node."""
         if self._options.experiment:
             return PauseWatch(self._node, self._options.pause_timeout)
-        in_lockstep = isinstance(self._time, Lockstep)
-        FleetPause(self._node, drivers, self._process.launcher, in_lockstep)
+        FleetPause(self._node, drivers, self._process.launcher, self._in_lockstep)
         return None
 
     def _connect(self) -> list[EventTriggeredComm]:
         """Let the robots communicate; return those that send states when triggered."""
-        in_lockstep, stepper = isinstance(self._time, Lockstep), self.stepper
-        profile = qos.LOCKSTEP_STATE if in_lockstep else qos.LATCHED
+        stepper = self.stepper
+        profile = qos.LOCKSTEP_STATE if self._in_lockstep else qos.LATCHED
         stepper.communication = FleetCommunication(
             self._node, self._odometry, self._communication, self._robots, profile
         )
@@ -223,7 +216,7 @@ class ControlledFleet:
             stepper.outcomes.conditions,
             lambda: stepper.t,
             stepper.watch,
-            in_lockstep,
+            self._in_lockstep,
         )
         stepper.communication.broadcasters = {one.robot: one for one in senders}
         return senders
@@ -232,13 +225,13 @@ class ControlledFleet:
         self, senders: list[EventTriggeredComm], graph: GraphWatch
     ) -> StepLoop | LockstepLoop:
         rate, stepper, process = self._law.rate, self.stepper, self._process
-        if isinstance(self._time, Lockstep) and isinstance(self._odometry, LockstepOdometry):
+        if self._lockstep and isinstance(self._odometry, LockstepOdometry):
             return LockstepLoop(
-                process, self._node, self._odometry, stepper, senders, graph, rate, self._time
+                process, self._node, self._odometry, stepper, senders, graph, rate, self._lockstep
             )
         clock = SteadyClock()
-        if isinstance(self._time, Scaled):
-            clock = ScaledClock(self._time.rtf, self._time.begin)
+        if self._announced.rtf != 1.0:
+            clock = ScaledClock(self._announced.rtf, self._announced.begin)
         elif self._node.get_parameter(SIMULATED_TIME).value:
             clock = self._clock_of_another_simulator()
         stepper.clock = clock

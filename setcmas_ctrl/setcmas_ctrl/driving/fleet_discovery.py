@@ -9,13 +9,13 @@ from rclpy.node import Node
 
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Kind, own_source
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 1.5
+_FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 _REMIND_EVERY_S = 2.0
 
 
@@ -51,79 +51,54 @@ def wait_until(
     return not process.stopping
 
 
-def wait_for_fleet(process: RosProcess, node: FleetNode, listener: FleetListener) -> int:
-    """Wait until all processes with robots have announced them.
-
-    If something announces them in a way that is not understood, their odometry counts.
+def wait_for_fleet(
+    process: RosProcess, node: FleetNode, listener: FleetListener, nb_robots: int | None = None
+) -> int:
+    """Wait until the robots of a fleet are announced, or publish odometry if nobody announces any.
 
     Returns:
-        Size of the fleet; 0 if the process must stop.
+        Size of the fleet, nb_robots if given; 0 if the process must stop.
     """
     changed, seen = time.monotonic(), (0, [0])
 
     def is_known() -> bool:
         nonlocal changed, seen
-        nb_announcements = len(listener.take())
-        is_unread = listener.unread and listener.is_useless
-        robots = robots_with_odometry(node) if is_unread else []
-        if (nb_announcements, robots) != seen:
-            changed, seen = time.monotonic(), (nb_announcements, robots)
+        listener.take()
+        robots = [] if listener.robots else robots_with_odometry(node)
+        if (len(listener.robots), robots) != seen:
+            changed, seen = time.monotonic(), (len(listener.robots), robots)
+        settled_s = time.monotonic() - changed
         # A killed process stays in the graph for a while and will not announce anything.
-        is_settled = time.monotonic() - changed >= _SETTLED_S
-        if nb_announcements:
-            return listener.announced_by_all or is_settled
-        return bool(robots) and is_settled
+        if listener.robots:
+            return listener.is_complete or settled_s >= _SETTLED_S
+        if node.count_publishers(topics.FLEET):
+            return bool(robots) and settled_s >= _FORGOTTEN_AFTER_S
+        return bool(robots) and (len(robots) == nb_robots or settled_s >= _SETTLED_S)
 
-    text = (
-        f'waiting for a fleet: no announcement on {node.full_name(topics.FLEET)}; is setcmas simu '
-        'running in the same ROS domain and namespace? For another simulator, add --nb-robots'
-    )
     warn = node.get_logger().warning
-
-    def remind() -> None:
-        found = robots_with_odometry(node)
-        there = f'; {robots_in_words(found, "publish")} odometry' if found else ''
-        warn(f'{text}{there}')
-
-    if not wait_until(process, is_known, remind):
+    if not wait_until(process, is_known, lambda: warn(_missing(node, nb_robots))):
         return 0
-    if not listener.nb_robots:
-        warn(f'using the robots that publish odometry: {robots_in_words(seen[1])}')
-    return listener.nb_robots or max(seen[1])
+    if not listener.robots:
+        warn(
+            f'nothing announces a fleet on {node.full_name(topics.FLEET)}: '
+            f'{robots_in_words(seen[1], "are")} found by odometry, and taken as unicycles unless '
+            '--model says otherwise'
+        )
+    return nb_robots or listener.nb_robots or max(seen[1])
 
 
-def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
-    """Wait for the simulator or lab with a process ID on this machine.
-
-    Returns:
-        Whether it has announced its robots; False if this process must stop.
-    """
-    source = own_source(Kind.SIMULATOR, pid)
-    text = f'waiting for the {source} to announce its robots'
-    warn = node.get_logger().warning
-    return wait_until(process, lambda: source in listener.take(), lambda: warn(text))
-
-
-def wait_for_announcement(
-    process: RosProcess, node: Node, listener: FleetListener, nb_robots: int
-) -> bool:
-    """Wait until the robots' simulated time is known, if there is an announcer.
-
-    Returns:
-        Whether it is known; False if this process must stop.
-    """
-
-    def is_known() -> bool:
-        # Whoever has discovered the odometry of a simulator has also discovered its announcer.
-        announced = bool(listener.take())
-        return announced or (listener.is_useless and bool(robots_with_odometry(node)))
-
-    text = (
-        f'waiting for the odometry of {robots_in_words([*range(1, nb_robots + 1)])} '
-        f'({topics.odometry_topic(1)}); is their simulator running?'
+def _missing(node: FleetNode, nb_robots: int | None) -> str:
+    """Return what a controller waits for, and how to get it."""
+    if nb_robots:
+        robots = robots_in_words([*range(1, nb_robots + 1)])
+        return (
+            f'waiting for the odometry of {robots} ({topics.odometry_topic(1)}); is their '
+            'simulator running?'
+        )
+    return (
+        f'waiting for a fleet: nothing is announced on {node.full_name(topics.FLEET)}; is setcmas '
+        'simu running in the same ROS domain and namespace?'
     )
-    warn = node.get_logger().warning
-    return wait_until(process, is_known, lambda: warn(text))
 
 
 class LostRobots:

@@ -56,9 +56,12 @@ def _stop_robots(process: RosProcess, args: argparse.Namespace) -> None:
 def _fleet(process: RosProcess, node: FleetNode) -> list[int]:
     """Return the robots that are announced, or else those with odometry."""
     listener = FleetListener(node)
-    process.spin_until(
-        lambda: bool(listener.take()) and listener.announced_by_all, _LISTENERS_WAIT_S
-    )
+
+    def is_announced() -> bool:
+        listener.take()
+        return listener.is_complete
+
+    process.spin_until(is_announced, _LISTENERS_WAIT_S)
     return listener.robots or robots_with_odometry(node)
 
 

@@ -136,15 +136,15 @@ _WATCH_S = 3.0
 
 
 def other_fleets(process: RosProcess) -> Finding:
-    """Return the robots in sight: announced ones, and others by the sender of their odometry."""
+    """Return the robots in sight, by the sender of their odometry, or as announced."""
     node = FleetNode('doctor')
     announced = FleetListener(node)
     process.add(node)
     process.spin_until(lambda: False, _SIGHT_S)
-    fleets = {str(one.source): set(one.robots) for one in announced.take().values()}
-    for sender, robots in _by_odometry(node).items():
-        if others := robots.difference(*fleets.values()):
-            fleets[sender] = others
+    announced.take()
+    fleets = _by_odometry(node)
+    if silent := set(announced.robots).difference(*fleets.values()):
+        fleets[node.full_name(topics.FLEET)] = silent
     if not fleets:
         return Finding(OK, 'other fleets', 'none in sight in this ROS domain')
     found = '; '.join(

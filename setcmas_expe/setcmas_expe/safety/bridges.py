@@ -38,7 +38,7 @@ from setcmas_expe.safety.bridge_reports import BridgeReports, RobotDiagnostics
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Kind
+from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import own_participant
@@ -263,7 +263,7 @@ def main(argv: list[str] | None = None) -> int:
 def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     lab = LabOptions.of(args).chosen()
     node = FleetNode(topics.BRIDGES_NODE)
-    announcer = FleetAnnouncer(node, Kind.LAB)
+    announcer = FleetAnnouncer(node)
     mocaps = [MocapBridge(node, robot, lab) for robot in lab.robots]
     own = own_participant(node)
     bridges = [CmdVelBridge(node, robot, lab, own) for robot in lab.robots]
@@ -272,7 +272,8 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     stepper = SafetyStepper(node, lab, mocaps, bridges)
     _greet(node, lab)
     try:
-        announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)
+        robots = tuple(robot.number for robot in lab.robots)
+        announcer.announce(Announcement(lab.nb_robots, robots))
         # Motion capture is called back in between: speeds need the times of arrival.
         StepLoop(process, 1.0 / RATE_HZ, stepper.step).run()
     finally:  # also after an error in a callback

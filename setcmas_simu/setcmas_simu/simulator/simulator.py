@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
+from setcmas_simu.fleet.announcement import Announcement, Lockstep
 from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
@@ -70,7 +70,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     options = parameters.options
     simulated = options.simulated()
     refuse_second_simulator(node, simulated.robots)
-    announcer = FleetAnnouncer(node, Kind.SIMULATOR)
+    announcer = FleetAnnouncer(node)
     seed_scripts(simulated.models, options.seed)
     robots = _virtual_robots(node, simulated, options, alone)
     parameters.warn_of_unknown()
@@ -86,22 +86,32 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
 
     stepper.housekeeping = look_around
     stepper.log_robots()
-    models = [robot.model for robot in robots]
+    models = tuple(robot.model for robot in robots)
     loop: LockstepLoop | StepLoop
-    time: SimulatedTime | None = None
+    begin, lockstep = 0.0, None
     if options.lockstep:
         ending = SimulatorOptions.of(args)
         loop = LockstepLoop(process, node, stepper, robots, ending)
-        time = Lockstep(stepper.rate, ending.nb_steps)
+        lockstep = Lockstep(stepper.rate, ending.nb_steps)
     elif options.rtf != 1.0:
         clock = ScaledClock(options.rtf)
         loop = StepLoop(process, stepper.period, stepper.step, clock)
-        time = Scaled(options.rtf, clock.begin)
+        begin = clock.begin
     else:
         loop = StepLoop(process, stepper.period, stepper.step)
-    if time:
+    if options.lockstep or options.rtf != 1.0:
         stepper.publish_time = ClockTopic(node, options.lockstep).publish
-    announcer.announce(simulated.robots, options.fleet_size, models, time)
+    announcer.announce(
+        Announcement(
+            options.fleet_size,
+            tuple(simulated.robots),
+            models,
+            options.limits,
+            options.rtf,
+            begin,
+            lockstep,
+        )
+    )
     process.launcher.report_ready()
     parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
 

@@ -7,7 +7,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
 from setcmas_simu.ros.messages import read_stamp
 from setcmas_tools.bags.recorded_topic import Received
 
@@ -103,11 +102,14 @@ class StampTimes:
 BagTimes = ArrivalTimes | StampTimes
 
 
-def bag_times(simulated: SimulatedTime | None) -> BagTimes:
-    """Return the times for robots that follow a simulated time; None is the system's."""
-    if isinstance(simulated, Lockstep):
+def bag_times(rtf: float = 1.0, begin: float = 0.0, in_lockstep: bool = False) -> BagTimes:
+    """Return the times for robots whose time goes by at `rtf` s per s, or in lockstep.
+
+    It begins at `begin` s of the system's clock; in real time that clock counts.
+    """
+    if in_lockstep:
         return StampTimes()
-    if isinstance(simulated, Scaled):
-        begin, rtf = round(simulated.begin * 1e9), simulated.rtf
-        return ArrivalTimes(lambda ns: max(0, round((ns - begin) * rtf)))
+    if rtf != 1.0:
+        begin_ns = round(begin * 1e9)
+        return ArrivalTimes(lambda ns: max(0, round((ns - begin_ns) * rtf)))
     return ArrivalTimes()

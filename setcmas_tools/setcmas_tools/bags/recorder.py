@@ -10,7 +10,6 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -84,7 +83,7 @@ class GraphRecorder:
     def close(self) -> None:
         """Write all messages received so far, including those held back."""
         self.drain()
-        self._times = self._times or bag_times(self._fleet.time)
+        self._times = self._times or self._announced_times()
         self._write(complete=True)
         if self._steps:
             self._steps.leave()
@@ -157,7 +156,7 @@ class GraphRecorder:
     @property
     def follows(self) -> bool:
         """Whether the robots are simulated in lockstep, and wait for this recorder."""
-        return isinstance(self._fleet.time, Lockstep)
+        return self._fleet.lockstep is not None
 
     @property
     def period(self) -> float:
@@ -173,11 +172,14 @@ class GraphRecorder:
                 now - one.time_ns > _OF_NO_ROBOT.get(one.topic.name, _ANNOUNCED_WITHIN_NS)
                 for one in self._waiting
             )
-            if late or (self._fleet.by_source and self._fleet.announced_by_all):
-                self._times = bag_times(self._fleet.time)
+            if late or self._fleet.is_complete:
+                self._times = self._announced_times()
                 if self.follows:
                     self._follow_steps()
         return self._times is not None
+
+    def _announced_times(self) -> BagTimes:
+        return bag_times(self._fleet.rtf, self._fleet.begin, self.follows)
 
     def _follow_steps(self) -> None:
         """Take the robots' messages from arrays from now on; they have the first ones, too."""

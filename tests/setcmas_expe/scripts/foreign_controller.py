@@ -53,8 +53,7 @@ def main():
     states = DataReader(participant, topic('lockstep_states', Float64MultiArray), LATCHED)
 
     announced = json.loads(next(messages(fleet, String)).data)
-    assert announced['version'] == 1
-    assert announced['time'] == {'type': 'Lockstep', 'robot_rate': RATE_HZ, 'nb_steps': None}
+    assert announced['lockstep'] == {'robot_rate': RATE_HZ, 'nb_steps': None}
 
     def answer(stamp, leaves=0):
         command = [stamp, V, 0.0, 0.0, *[math.nan] * 5]  # its law has no velocity, nor a filter

@@ -1,19 +1,7 @@
-import msgspec
 import numpy as np
 import pytest
-from message_schemas import fits
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.announcement import (
-    Announcement,
-    Kind,
-    Lockstep,
-    Scaled,
-    Source,
-    decode,
-    encode,
-    own_source,
-)
 from setcmas_simu.fleet.fleet import (
     format_per_robot,
     format_robots,
@@ -55,48 +43,6 @@ def test_values_are_written_as_they_are_read():
 
     assert format_per_robot(values) == '1,5:a,2-3:b'
     assert parse_per_robot(format_per_robot(values), '--algo') == values
-
-
-FIRST = Announcement(8, (1, 2, 3, 4), Source(Kind.SIMULATOR, 'here', 12))
-SECOND = Announcement(8, (5, 8), Source(Kind.LAB, 'there', 12))
-
-
-@pytest.mark.parametrize('announcement', [FIRST, SECOND])
-def test_an_announcement_is_understood(announcement):
-    assert decode(encode(announcement)) == announcement
-
-
-def test_fields_that_a_later_version_adds_do_no_harm():
-    assert decode(encode(FIRST).replace('{', '{"colour":"red",', 1)) == FIRST
-
-
-STRANGE = [
-    '',
-    'hello',
-    '{}',
-    '{"nb_robots":3}',
-    '[1]',
-    encode(FIRST).replace('"version":1', '"version":2'),
-    encode(FIRST).replace('[1,2,3,4]', '[0]'),
-    encode(FIRST).replace('simulator', 'moon'),
-]
-
-
-@pytest.mark.parametrize('text', STRANGE)
-def test_other_texts_fit_neither_the_reader_nor_the_published_schema(text):
-    with pytest.raises(ValueError, match=r'Expected|missing|malformed|truncated|Invalid'):
-        decode(text)
-    assert not fits('fleet-1', text)
-
-
-@pytest.mark.parametrize('time', [None, Lockstep(10.0, 600), Scaled(5.0, 1e9)])
-def test_announcements_fit_the_published_schema(time):
-    assert fits('fleet-1', encode(msgspec.structs.replace(FIRST, time=time)))
-
-
-def test_a_source_is_described_in_words():
-    assert str(FIRST.source) == 'simulator (process 12 on here)'
-    assert own_source(Kind.LAB) == own_source(Kind.LAB)
 
 
 def test_one_robot_starts_at_the_origin():

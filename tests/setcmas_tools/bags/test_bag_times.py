@@ -4,7 +4,6 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from setcmas_simu.fleet.announcement import Lockstep, Scaled
 from setcmas_tools.bags.bag_times import ArrivalTimes, StampTimes, bag_times
 from setcmas_tools.bags.recorded_topic import Received
 
@@ -23,7 +22,7 @@ def timed(times, messages, complete=False):
 
 
 def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick():
-    times = bag_times(Lockstep(10.0))
+    times = bag_times(in_lockstep=True)
     waiting = [
         message('/tb3_1/cmd_cart_vel', 60),
         message('/clock', 50, 1 * S),
@@ -52,7 +51,7 @@ def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick():
 
 
 def test_a_time_that_goes_faster_is_that_of_the_bag():
-    times = bag_times(Scaled(5.0, begin=100.0))
+    times = bag_times(5.0, begin=100.0)
 
     (first, b), (second, a) = timed(times, [message('/a', 102 * S), message('/b', 101 * S)])
     assert (b, a) == ('/b', '/a')
