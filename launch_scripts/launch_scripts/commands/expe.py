@@ -66,7 +66,7 @@ _STOPS = {
 }
 """If several arrive together, the first of these counts: stopping comes first."""
 
-_OF_SIMULATED_ROBOTS = ('cmd_timeout', 'robot_rate', 'lockstep', 'rtf')
+_OF_SIMULATED_ROBOTS = ('cmd_timeout', 'robot_rate', 'rtf')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
-    add_scenario_arguments(parser, without=('cmd_timeout', 'lockstep', 'rtf'))
+    add_scenario_arguments(parser, without=('cmd_timeout', 'rtf'))
     add_from_argument(parser)
     OfflineOptions.add_to(parser)
 

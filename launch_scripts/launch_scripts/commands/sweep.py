@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     StudyFolderOptions.add_to(parser)
     FormatOptions.add_to(parser)
     SweepOptions.add_to(parser)
-    add_scenario_arguments(parser, without=('cmd_timeout', 'lockstep', 'rtf'))
+    add_scenario_arguments(parser, without=('cmd_timeout', 'rtf'))
 
 
 def main(args: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from launch_scripts.processes.supervisor import Supervisor
 from setcmas_simu.reports.reports import Started
 
 SIMULATOR = 'setcmas_simu.simulator.simulator'
-CONTROLLER = 'setcmas_ctrl.controller.controller'
+CONTROLLER = 'setcmas_ctrl.controllers.controllers'
 ZERO_COMMANDER = 'setcmas_ctrl.driving.zero_commander'
 CAMERA = 'setcmas_expe.mocap.camera_node'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'

@@ -16,9 +16,9 @@ from launch_scripts.processes.node_commands import (
 )
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
-from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Started
+from setcmas_simu.reports.reports import Paused, Ready, Recording, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
-from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
@@ -61,10 +61,8 @@ class SimulatedRun(RecordedRun):
     def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path) -> None:
         super().__init__(supervisor, bag)
         simulation = SimulationOptions.among(scenario.values())
-        self._lockstep, self._rtf = simulation.lockstep, simulation.rtf
-        nb_steps = simulation.nb_steps(scenario.time.duration) if simulation.lockstep else None
-        lockstep = SimulatorOptions(recorded=simulation.lockstep, nb_steps=nb_steps)
-        robots = node_command(SIMULATOR, simulation.arguments(lockstep))
+        self._rtf = simulation.rtf
+        robots = node_command(SIMULATOR, simulation.arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
             nb_robots=scenario.nb_robots, model=simulation.model, recorded=True
@@ -80,14 +78,12 @@ class SimulatedRun(RecordedRun):
     @property
     def paused(self) -> bool:
         """Whether the robots are paused."""
-        decides = self._simulator if self._lockstep else self._ctrl
-        report = decides.reported(Paused) if decides else None
+        report = self._ctrl.reported(Paused) if self._ctrl else None
         return report is not None and report.paused
 
     def elapsed(self, wall_s: float) -> float:
         """Return the run's own elapsed time, `wall_s` s after its start."""
-        reached = self._simulator.reported(Reached)
-        return (reached.t if reached else 0.0) if self._lockstep else wall_s * self._rtf
+        return wall_s * self._rtf
 
     @property
     def missing(self) -> str:

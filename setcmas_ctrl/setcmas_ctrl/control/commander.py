@@ -106,3 +106,8 @@ class Commander:
 def _is_unlimited(model: RobotModel) -> bool:
     """Return whether a model is a unicycle whose limits are set elsewhere."""
     return isinstance(model, Unicycle) and model.limits == IDEAL
+
+
+def within_limits(model: RobotModel, limits: VelocityLimits) -> RobotModel:
+    """Return a model with limits set elsewhere, if it is a unicycle without its own."""
+    return Unicycle(limits) if _is_unlimited(model) else model

@@ -30,6 +30,9 @@ RATE_HZ = 5.0
 PAUSE_TIMEOUT_S = 0.5
 """Longest silence of the pause node, in s, before robots stop."""
 
+EXTERNAL = 'external'
+"""In place of a control law: another program publishes the velocities (cmd_cart_vel)."""
+
 SCRIPT_FAILED = 1
 """Exit status after a control script has failed for some robot."""
 

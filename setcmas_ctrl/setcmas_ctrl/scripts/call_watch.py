@@ -118,14 +118,13 @@ class CallWatch:
         """Monitor the code inside as the loading of a script for a robot."""
         return self.call(robot, path, Function.LOADING)
 
-    @contextlib.contextmanager
-    def step(self) -> Iterator[None]:
-        """Monitor the code inside as the control step that ends a control period."""
+    def begin_period(self) -> None:
+        """Count the time of calls from now on."""
         self._counting = True
-        try:
-            yield
-        finally:
-            self.slow.end_period(time.monotonic())
+
+    def end_period(self) -> None:
+        """Report scripts that were too slow in the control period that ends now."""
+        self.slow.end_period(time.monotonic())
 
     @property
     def running_s(self) -> float:

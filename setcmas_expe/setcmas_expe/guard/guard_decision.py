@@ -6,7 +6,7 @@ import enum
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
-from setcmas_ctrl.driving.fleet_pause import PAUSED
+from setcmas_ctrl.controllers.fleet_pause import PAUSED
 
 NO_LISTENER = 'its base does not listen; is its bringup running?'
 

@@ -7,7 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from setcmas_ctrl.driving.fleet_pause import PAUSED
+from setcmas_ctrl.controllers.fleet_pause import PAUSED
 from setcmas_expe.guard.guard_watch import PAST_GUARD, diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus

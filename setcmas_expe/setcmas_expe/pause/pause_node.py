@@ -13,7 +13,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.driving.fleet_pause import STOPPED
+from setcmas_ctrl.controllers.fleet_pause import STOPPED
 from setcmas_expe.guard.machine_load import (
     OVERLOADED,
     ProcessorLoad,

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.driving.fleet_pause import (
+from setcmas_ctrl.controllers.fleet_pause import (
     PAUSE_NODE_SILENT,
     PAUSED,
     STOPPED,

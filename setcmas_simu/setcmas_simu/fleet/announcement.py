@@ -9,14 +9,6 @@ from msgspec import Meta
 
 from setcmas_simu.fleet.topics import MAX_ROBOTS
 
-
-class Lockstep(msgspec.Struct, frozen=True):
-    """Simulated time that advances once every follower has answered, for nb_steps if given."""
-
-    robot_rate: Annotated[float, Meta(gt=0, description='steps per simulated second')]
-    nb_steps: Annotated[int, Meta(ge=0)] | None = None
-
-
 _Robot = Annotated[int, Meta(ge=1, le=MAX_ROBOTS)]
 
 
@@ -36,7 +28,6 @@ class Announcement(msgspec.Struct, frozen=True, omit_defaults=True):
     begin: Annotated[
         float, Meta(description='time 0 in s of the system clock, if rtf is not 1')
     ] = 0.0
-    lockstep: Lockstep | None = None
 
 
 def encode(announcement: Announcement) -> str:

@@ -56,9 +56,6 @@ COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
 CLOCK = '/clock'
 TF = '/tf'
-LOCKSTEP = '/lockstep'
-LOCKSTEP_STATES = '/lockstep_states'
-LOCKSTEP_FORMS = '/_lockstep_forms'
 PARAMETER_EVENTS = '/parameter_events'
 ROSOUT = '/rosout'
 OF_ROS = (PARAMETER_EVENTS, ROSOUT)
@@ -120,24 +117,6 @@ def truth_topic(robot: int) -> str:
     Its twist is that of the wheels. Real labs have no such topic.
     """
     return f'/emulated_lab/truth/{robot_name(robot)}'
-
-
-IN_STEPS = {
-    ODOM: 'nav_msgs/msg/Odometry',
-    POSE: 'geometry_msgs/msg/PoseStamped',
-    MARKER: 'visualization_msgs/msg/Marker',
-    CMD_CART_VEL: 'geometry_msgs/msg/Point32',
-    CMD_CART_VEL_ALLOWED: 'geometry_msgs/msg/Point32',
-    CMD_VEL: 'geometry_msgs/msg/TwistStamped',
-}
-"""Topics of a robot that in lockstep are published for their subscribers only: the arrays of a
-step have their numbers. With message types."""
-
-
-def is_in_steps(topic: str) -> bool:
-    """Return whether the arrays of a step have the numbers of a topic (full name)."""
-    robot, name = robot_of(topic), topic.rpartition('/')[-1]
-    return topic == CLOCK or bool(robot and name in IN_STEPS and topic == robot_topic(robot, name))
 
 
 def is_odometry(topic: str) -> bool:

@@ -132,10 +132,4 @@ class Paused(Message, frozen=True):
     paused: bool
 
 
-class Reached(Message, frozen=True):
-    """A simulation in lockstep has reached time t, in s."""
-
-    t: float
-
-
-Report = Ready | Mistake | Started | Failed | Ended | Recording | Paused | Reached
+Report = Ready | Mistake | Started | Failed | Ended | Recording | Paused

@@ -17,7 +17,6 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.polling import OnDemandPublisher
 from setcmas_simu.ros.process import FleetNode
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
@@ -165,14 +164,11 @@ def type_name(kind: str) -> str:
 
 
 class UnreadCommands:
-    """Finds senders of commands that have no effect: of another type, or in lockstep."""
+    """Finds senders of commands of a type that robots do not take."""
 
-    def __init__(
-        self, node: FleetNode, robots: Sequence[int], kind: str, in_lockstep: bool = False
-    ) -> None:
+    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
         """Watch the command topics of robots that take a type, by its name in options."""
         self._node = node
-        self._in_lockstep = in_lockstep
         self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
         self._kind = kind
         self._suspects: set[bytes] = set()
@@ -181,13 +177,12 @@ class UnreadCommands:
     def look(self) -> None:
         """Warn once of senders that were there at the last look, too: some change their type."""
         types = dict(self._node.get_topic_names_and_types())
-        answering = participants(self._node, topics.LOCKSTEP) if self._in_lockstep else set()
         found = {
             topic: sender
             for topic in self._topics
-            if self._in_lockstep or len(types.get(topic, ())) > 1
+            if len(types.get(topic, ())) > 1
             for sender in publishers(self._node, topic)
-            if self._has_no_effect(sender, answering)
+            if sender.kind != self._kind
         }
         stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
         self._suspects = {sender.gid for sender in found.values()}
@@ -195,22 +190,9 @@ class UnreadCommands:
             self._reported |= set(new)
             self._node.get_logger().warning(self._described(new, found[new[0]]))
 
-    def _has_no_effect(self, sender: Endpoint, answering: set[bytes]) -> bool:
-        """Return whether robots ignore a sender; in lockstep they follow those that answer."""
-        if sender.node == topics.ZERO_COMMANDER_NODE:
-            return False
-        if self._in_lockstep:
-            return sender.participant not in answering
-        return sender.kind != self._kind
-
     def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
         topic = self._node.full_name(unread[0])
         more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
-        if self._in_lockstep:
-            return (
-                f'{topic}{more}: {sender.name} sends commands, but robots in lockstep only follow '
-                f'answers on {topics.LOCKSTEP} (docs/ros.md); start simu without --lockstep'
-            )
         other, own = type_name(sender.kind), type_name(self._kind)
         start = (
             f'start simu with --cmd-vel-type {sender.kind}, or ' if sender.kind in TYPES else ''
@@ -245,7 +227,7 @@ _LAST_COMMAND_S = 0.3
 
 
 class CmdVelPublisher:
-    """Commands one robot on a topic (full name).
+    """Commands one robot on a topic, whose full name is `topic`.
 
     `mixed` reports a listener that takes another type than the published one; None without one.
     """
@@ -258,15 +240,12 @@ class CmdVelPublisher:
         odometry_topic: str,
         cmd_vel_type: str = AUTO,
         profile: QoSProfile = qos.COMMAND,
-        always: bool = True,
     ) -> None:
-        """Create the publisher on a node; the topic has its full name.
+        """Create the publisher on a node.
 
         `odometry_topic` is published by the robot itself, and shows which listener is its own.
         `cmd_vel_type` is 'twist', 'twist_stamped', or 'auto' for the type that the robot expects.
-        Without `always` (in lockstep), it publishes only while a node subscribes.
         """
-        self._always = always
         self.mixed: str | None = None
         self._node = node
         self._frame = topics.robot_frame(robot)
@@ -279,7 +258,7 @@ class CmdVelPublisher:
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        self._on_demand.publish(lambda: command(self._type, V, omega, left, self._frame))
+        self._publisher.publish(command(self._type, V, omega, left, self._frame))
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -319,4 +298,4 @@ class CmdVelPublisher:
     def _create_publisher(self) -> None:
         kind = TYPES[self._type]
         self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
-        self._on_demand = OnDemandPublisher(self._publisher, self._always)
+        self.topic = self._publisher.topic_name

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Announcement, Lockstep, decode, encode
+from setcmas_simu.fleet.announcement import Announcement, decode, encode
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 
@@ -75,11 +75,6 @@ class FleetListener:
     def begin(self) -> float:
         """Time 0 of a simulation that is not in real time, in s of the system's clock."""
         return next((one.begin for one in self.announcements), 0.0)
-
-    @property
-    def lockstep(self) -> Lockstep | None:
-        """Steps of a simulation in lockstep."""
-        return next((one.lockstep for one in self.announcements), None)
 
     @property
     def is_complete(self) -> bool:

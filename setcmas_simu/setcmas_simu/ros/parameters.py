@@ -1,4 +1,4 @@
-"""Parameters of a process's node: options that can be set while it runs, and fixed values."""
+"""Parameters of nodes: options that can be set while it runs, and fixed values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from setcmas_simu.options.group import Group, Option
 from setcmas_simu.options.kinds import Number
 
 
-class ProcessParameters(Generic[Group]):
+class NodeParameters(Generic[Group]):
     """Keeps a group of options equal to the parameters of a node.
 
     Attributes:
@@ -41,6 +41,7 @@ class ProcessParameters(Generic[Group]):
         self.on_change: Callable[[Group], object] = lambda _: None
         self._node = node
         self._names = names
+        self._is_quiet = False
         known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}
         self._options = {parameter: known[name] for parameter, name in names.items()}
         for parameter, name in names.items():
@@ -55,6 +56,13 @@ class ProcessParameters(Generic[Group]):
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._judged)
         node.add_post_set_parameters_callback(self._take_over)
+
+    def follow(self, options: Any) -> None:
+        """Set the parameters to the values of options, without a message."""
+        self._is_quiet = True
+        values = {parameter: getattr(options, name) for parameter, name in self._names.items()}
+        self._node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+        self._is_quiet = False
 
     def warn_of_unknown(self) -> None:
         """Warn of parameters in `--ros-args` that the node does not have."""
@@ -94,14 +102,18 @@ class ProcessParameters(Generic[Group]):
         if self.options != before:
             self.on_change(self.options)
             own = [one for one in parameters if one.name in self._names]
+            if self._is_quiet:
+                return
             texts = [f'{one.name} is {str(one.value).removesuffix(".0")}' for one in own]
             self._node.get_logger().info(f'{", ".join(texts)} from now on')
 
 
-def declare_fixed(node: Node, name: str, value: Any, description: str) -> Any:
+def declare_fixed(
+    node: Node, name: str, value: Any, description: str, is_given: bool = True
+) -> Any:
     """Declare a parameter that cannot be set later; return its value, from `--ros-args` or this.
 
-    A number may be given as a whole one.
+    A number may be given as a whole one. If it is not `is_given`, this value counts.
     """
     # Dynamic typing: to ROS `-p x0:=2` is an integer.
     described = ParameterDescriptor(
@@ -110,13 +122,8 @@ def declare_fixed(node: Node, name: str, value: Any, description: str) -> Any:
         read_only=True,
         dynamic_typing=True,
     )
-    given = node.declare_parameter(name, value, described).value
+    given = node.declare_parameter(name, value, described, ignore_override=not is_given).value
     return float(given) if type(given) is int and isinstance(value, float) else given
-
-
-def fixed_in_lockstep(_: object) -> None:
-    """Refuse every change: a run in lockstep must equal an offline run to the last bit."""
-    raise SetcmasError('parameters are fixed during a run in lockstep; set them at the start')
 
 
 def _described(option: Option, fixed: bool) -> ParameterDescriptor:

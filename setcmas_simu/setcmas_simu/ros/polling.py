@@ -15,6 +15,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.service import Service
 from rclpy.subscription import Subscription
 
 
@@ -99,6 +100,65 @@ class PolledTopic:
                 yield taken[0]
 
 
+def newest(node: Node, kind: type, topic: str, profile: QoSProfile) -> Callable[[], Any]:
+    """Subscribe; return a function that returns the newest message since its last call, or None.
+
+    Messages that their sender has cut short are left out.
+    """
+    latest = QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
+    subscription = node.create_subscription(kind, topic, _ignore, latest, callback_group=POLLED)
+
+    def take() -> Any:
+        with contextlib.suppress(*_UNREADABLE), subscription.handle:
+            taken = subscription.handle.take_message(kind, False)
+            return taken and taken[0]
+        return None
+
+    return take
+
+
+def _ignore(_: Any) -> None:
+    """Stand in for the callback that every subscription must have."""
+
+
+class RequestWait:
+    """Waits, and meanwhile answers requests to the services of some nodes.
+
+    One wait set serves all nodes of a process; an executor would build its own at every turn.
+    """
+
+    def __init__(self, nodes: Sequence[Node], urgent: Sequence[PolledTopic] = ()) -> None:
+        """Serve the present services of nodes, and topics whose messages cannot wait."""
+        self._services = {one.handle.pointer: one for node in nodes for one in node.services}
+        self._topics = {one.subscription.handle.pointer: one for one in urgent}
+        self._waiting = rclpy_implementation.WaitSet(
+            len(self._topics), 0, 0, 0, len(self._services), 0, nodes[0].context.handle
+        )
+
+    def wait(self, timeout_s: float) -> None:
+        """Wait until the first request or message, which is answered, or a time-out."""
+        waiting = self._waiting
+        waiting.clear_entities()
+        for service in self._services.values():
+            waiting.add_service(service.handle)
+        for topic in self._topics.values():
+            waiting.add_subscription(topic.subscription.handle)
+        waiting.wait(round(max(0.0, timeout_s) * 1e9))
+        for pointer in waiting.get_ready_entities('service'):
+            answer(self._services[pointer])
+        for pointer in waiting.get_ready_entities('subscription'):
+            self._topics[pointer].take()
+
+
+def answer(service: Service) -> None:
+    """Answer a pending request to a service, if there is one."""
+    kind: Any = service.srv_type
+    with service.handle:
+        request, sender = service.handle.service_take_request(kind.Request)
+    if sender is not None:
+        service.send_response(service.callback(request, kind.Response()), sender)
+
+
 class PolledServices:
     """Answers the requests to a node's present services when `take` is called."""
 
@@ -109,12 +169,7 @@ class PolledServices:
     def take(self) -> None:
         """Answer pending requests."""
         for service in self._services:
-            with service.handle:
-                kind: Any = service.srv_type
-                request, sender = service.handle.service_take_request(kind.Request)
-            if sender is not None:
-                answer = service.callback(request, kind.Response())
-                service.send_response(answer, sender)
+            answer(service)
 
 
 _LOOK_EVERY_S = 0.02
@@ -123,7 +178,7 @@ _LOOK_EVERY_S = 0.02
 class OnDemandPublisher:
     """Publishes messages for those who subscribe: asking takes a hundredth of publishing.
 
-    It asks at most every 0.02 s, as a simulation in lockstep may make hundreds of steps a second.
+    It asks at most every 0.02 s.
     """
 
     def __init__(self, publisher: Publisher, always: bool = False) -> None:

@@ -7,6 +7,7 @@ import contextlib
 import ctypes
 import gc
 import os
+import re
 import signal
 import sys
 import time
@@ -32,6 +33,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.options.group import take_values
 from setcmas_simu.reports.reports import Launcher, Mistake, connected_launcher
 from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.polling import RequestWait
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT_S = 0.25
@@ -66,7 +68,7 @@ class FleetNode(Node):
         if self.get_parameter(SIMULATED_TIME).value and not follows_clock:
             raise SetcmasError(
                 f'{self.get_name()} refuses {SIMULATED_TIME}: only controllers of robots of '
-                'another simulator need it; setcmas simu has --rtf and --lockstep'
+                'another simulator need it; setcmas simu has --rtf'
             )
         text = 'whether time follows /clock' if follows_clock else 'always false'
         kind = ParameterType.PARAMETER_BOOL
@@ -125,6 +127,26 @@ class FleetNode(Node):
 
 
 _nodes: weakref.WeakSet[FleetNode] = weakref.WeakSet()
+_arguments: list[str] = []  # for ROS, of this process
+
+
+def of_other_nodes() -> dict[str, Any]:
+    """Return the ROS arguments of this process for its further nodes, as arguments of `Node`.
+
+    Rules such as `__ns:=/lab` are for its first node: ROS would name all nodes so.
+    """
+    kept: list[str] = []
+    for word in _arguments:
+        if _NAMES.match(word):
+            kept.pop()  # -r
+        else:
+            kept.append(word)
+    if kept == _arguments:
+        return {}
+    return {'use_global_arguments': False, 'cli_args': kept}
+
+
+_NAMES = re.compile(r'(__ns|__node|__name):=')
 
 
 class _NoParameterEvents:
@@ -142,9 +164,10 @@ class RosProcess:
     """
 
     def __init__(self, launcher: Launcher) -> None:
-        """Create an executor; `ros_process` initialises rclpy before."""
+        """Prepare; `ros_process` initialises rclpy before."""
         self.launcher = launcher
-        self.executor = SingleThreadedExecutor()
+        self.requests: RequestWait | None = None
+        """Serves the nodes in place of the executor, if set."""
         self.stopping = False
         self.longest_end_s = 10
         """Seconds for the clean-up; after that the kernel kills the process."""
@@ -153,6 +176,11 @@ class RosProcess:
         self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait for the current callback."""
+
+    @cached_property
+    def executor(self) -> SingleThreadedExecutor:
+        """The executor, which serves the nodes that are added to it."""
+        return SingleThreadedExecutor()
 
     def add(self, *nodes: Node) -> None:
         """Add nodes to the executor."""
@@ -170,11 +198,14 @@ class RosProcess:
 
     def serve(self, timeout_s: float) -> None:
         """Serve one callback if one is due within a time, possibly 0; stop if ROS shuts down."""
-        try:
-            # A signal does not interrupt a wait, so waits are short.
-            self.executor.spin_once(timeout_sec=min(max(0.0, timeout_s), _LONGEST_WAIT_S))
-        except ExternalShutdownException:
+        timeout_s = min(max(0.0, timeout_s), _LONGEST_WAIT_S)  # a signal does not interrupt it
+        if not self.can_talk:
             self.stop()
+        elif self.requests:
+            self.requests.wait(timeout_s)
+        else:
+            with contextlib.suppress(ExternalShutdownException):
+                self.executor.spin_once(timeout_sec=timeout_s)
 
     def serve_at_times(self) -> None:
         """Serve one due callback, but check at most every 0.02 s because checks are slow."""
@@ -229,6 +260,7 @@ def ros_process(
     """
     # No log files: they would fill students' home folders, and the screen has what matters.
     arguments = [*ros_arguments, '--ros-args', '--disable-external-lib-logs']
+    _arguments[:] = ros_arguments
     try:
         with dds_setup():
             rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
@@ -244,7 +276,8 @@ def ros_process(
         for signum in STOP_SIGNALS:
             signal.signal(signum, signal.SIG_IGN)
         with _exit_after(_LEAVES_S, process.status):
-            process.executor.shutdown()
+            if not process.requests:
+                process.executor.shutdown()
             for node in list(_nodes):  # else this process stays in the graph for seconds
                 if node.context is rclpy.get_default_context():
                     node.destroy_node()

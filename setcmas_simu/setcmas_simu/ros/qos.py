@@ -22,12 +22,6 @@ ROBOT_COMMAND = QoSProfile(
 Not for receivers: by their clock, which may differ, all commands may be late.
 """
 
-LOCKSTEP_STATE = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""States of robots in lockstep: late subscribers get the newest, recorders all of them."""
-
-LOCKSTEP_COMMAND = QoSProfile(depth=100)
-"""Output of control laws in lockstep."""
-
 EVENT = QoSProfile(depth=10)
 """Requests of operators, such as reset and pause: none may be lost."""
 

@@ -21,14 +21,15 @@ def refuse_second_simulator(
     node: FleetNode,
     robots: Sequence[int],
     topic_of: Callable[[int], str] = topics.odometry_topic,
+    nb_own: int = 0,
 ) -> None:
-    """Wait for discovery; raise SetcmasError if a robot's odometry is published.
+    """Wait for discovery; raise SetcmasError if others publish a robot's odometry.
 
-    Call it before own robots have topics: then each publisher is somebody else's.
+    `nb_own` is the number of publishers that this process has already.
     """
 
     def present() -> list[int]:
-        return [robot for robot in robots if node.count_publishers(topic_of(robot))]
+        return [robot for robot in robots if node.count_publishers(topic_of(robot)) > nb_own]
 
     discovery_range = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
     time.sleep(_DISCOVERY_S.get(discovery_range, _NETWORK_DISCOVERY_S))

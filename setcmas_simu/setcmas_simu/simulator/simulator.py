@@ -1,145 +1,188 @@
-"""The simulator process: a fleet of virtual robots.
+"""The simulator process: the virtual robots of a fleet.
 
-Start it with `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot by parameters:
-`--ros-args -p robot_no:=3 -p x0:=1.0 -p limits:=burger`.
+Start it with `ros2 run setcmas_simu virtual_robot --nb-robots 8`, for a part of them with
+`--robots 1-4`. Without these options it has one robot, which ROS's names and parameters describe:
+`--ros-args -r __ns:=/tb3_3 -p x0:=1.0 -p limits:=burger`.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+import time
+from collections.abc import Callable, Sequence
 
-from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Announcement, Lockstep
-from setcmas_simu.robots.models import seed_scripts
+from setcmas_simu.fleet.announcement import Announcement
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.reports.reports import Failed
+from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, stepping
+from setcmas_simu.robots.models import check_models, seed_scripts
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
-from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
+from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
-from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
+from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulator.duplicate_simulators import (
     SecondPublishers,
     refuse_second_simulator,
 )
-from setcmas_simu.simulator.fleet_stepper import FleetStepper
-from setcmas_simu.simulator.lockstep_simulator import LockstepLoop
-from setcmas_simu.simulator.lockstep_topics import ClockTopic
-from setcmas_simu.simulator.simulator_options import (
-    SimulatedRobots,
-    SimulationOptions,
-    SimulatorOptions,
-)
-from setcmas_simu.simulator.virtual_robot import VirtualRobot
+from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.virtual_robot import VirtualRobot
 
-FIXED = ('rtf', 'cmd_vel_type')
-"""Parameters that cannot be set while the simulator runs."""
-
-PARAMETERS = {
-    'rate': 'robot_rate',
-    **{name: name for name in ('limits', 'cmd_timeout', *FIXED)},
-}
-"""The options that are parameters of the process's node, by parameter name."""
-
-
-def robot_of_parameters(node: Node) -> int:
-    """Return the robot in `--ros-args -p robot_no:=N`; 1 without it."""
-    robot: object = declare_fixed(node, 'robot_no', 1, 'number of the robot')
-    if not isinstance(robot, int) or robot < 1:
-        raise SetcmasError(f'parameter robot_no is {robot!r}; it must be a whole number from 1')
-    return robot
+_LOOK_EVERY_S = 2.0
+PARAMETERS = {'rate': 'robot_rate', 'limits': 'limits', 'cmd_timeout': 'cmd_timeout'}
+"""The options that are parameters of the node of the process, by parameter name."""
 
 
 def main(argv: list[str] | None = None) -> int:
     """Simulate robots until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
     SimulationOptions.add_to(parser)
-    SimulatorOptions.add_to(parser)
     return node_main(parser, _simulate, argv)
 
 
 def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     options = SimulationOptions.of(args)
-    node = FleetNode(topics.VIRTUAL_ROBOTS, enable_rosout=True)
-    alone = options.robots is None and options.nb_robots is None
-    if alone:
-        options = replace(options, robots=(robot_of_parameters(node),))
-    parameters = ProcessParameters(node, options, PARAMETERS, FIXED)
-    options = parameters.options
-    simulated = options.simulated()
-    refuse_second_simulator(node, simulated.robots)
-    announcer = FleetAnnouncer(node)
-    seed_scripts(simulated.models, options.seed)
-    robots = _virtual_robots(node, simulated, options, alone)
-    parameters.warn_of_unknown()
-    stepper = FleetStepper(node, robots, options)
-    stepper.on_failure = process.launcher.report
-    process.add(node)
-    others = SecondPublishers(node, simulated.robots)
-    unread = UnreadCommands(node, simulated.robots, options.cmd_vel_type, options.lockstep)
-
-    def look_around() -> None:
-        others.look()
-        unread.look()
-
-    stepper.housekeeping = look_around
-    stepper.log_robots()
-    models = tuple(robot.model for robot in robots)
-    loop: LockstepLoop | StepLoop
-    begin, lockstep = 0.0, None
-    if options.lockstep:
-        ending = SimulatorOptions.of(args)
-        loop = LockstepLoop(process, node, stepper, robots, ending)
-        lockstep = Lockstep(stepper.rate, ending.nb_steps)
-    elif options.rtf != 1.0:
-        clock = ScaledClock(options.rtf)
-        loop = StepLoop(process, stepper.period, stepper.step, clock)
-        begin = clock.begin
+    on_failure = process.launcher.report
+    node: FleetNode
+    if options.robots is None and options.nb_robots is None:
+        node = robot = VirtualRobot(options=options, on_failure=on_failure)
+        robots = [robot]
+        parameters = NodeParameters(node, options, {'rate': 'robot_rate'})
+        refuse_second_simulator(node, [robot.robot], nb_own=1)
+        announcer = FleetAnnouncer(node)
     else:
-        loop = StepLoop(process, stepper.period, stepper.step)
-    if options.lockstep or options.rtf != 1.0:
-        stepper.publish_time = ClockTopic(node, options.lockstep).publish
-    announcer.announce(
-        Announcement(
-            options.fleet_size,
-            tuple(simulated.robots),
-            models,
+        node = FleetNode(topics.VIRTUAL_ROBOTS, enable_rosout=True)
+        parameters = NodeParameters(node, options, PARAMETERS)
+        options = parameters.options
+        refuse_second_simulator(node, options.simulated().robots)
+        # First: whoever discovers the topics of the robots has then found it.
+        announcer = FleetAnnouncer(node)
+        robots = virtual_robots(node, options, on_failure)
+    simulator = Simulator(node, robots, parameters)
+    announcer.announce(simulator.announcement)
+    process.launcher.report_ready()
+    simulator.run(process)
+
+
+def virtual_robots(
+    node: FleetNode,
+    options: SimulationOptions,
+    on_failure: Callable[[Failed], object] = bool,
+    step_time: StepTime | None = None,
+) -> list[VirtualRobot]:
+    """Return the robots that options ask for, in the process and namespace of a node.
+
+    Raises:
+        SetcmasError: An option is invalid, or a model does not load.
+    """
+    simulated = options.simulated()
+    seed_scripts(simulated.models, options.seed)
+    return [
+        VirtualRobot(
+            robot,
+            tuple(start),
+            model,
+            options,
+            on_failure,
+            fleet=node,
+            time=step_time,
+            has_services=len(simulated.robots) <= MOST_WITH_SERVICES,
+        )
+        for robot, start, model in zip(
+            simulated.robots, simulated.start_poses.T.tolist(), simulated.models, strict=True
+        )
+    ]
+
+
+class Simulator:
+    """Steps the virtual robots of a process, and does what is to be done once for all."""
+
+    def __init__(
+        self,
+        node: FleetNode,
+        robots: Sequence[VirtualRobot],
+        parameters: NodeParameters[SimulationOptions],
+    ) -> None:
+        """Prepare; `node`, maybe the only robot, stands for the fleet and has its parameters."""
+        options = parameters.options
+        clock = None if options.rtf == 1.0 else ScaledClock(options.rtf)
+        self.time = StepTime(1.0 / options.robot_rate, clock)
+        self._node = node
+        self._robots = robots
+        for robot in robots:
+            robot.time = self.time
+        self._unread = UnreadCommands(
+            node, [robot.robot for robot in robots], options.cmd_vel_type
+        )
+        node.create_service(Trigger, '~/reset', self._answer_reset)
+        parameters.check, parameters.on_change = self._check, self._follow
+        self._clock = None
+        if clock:
+            self._clock = node.create_publisher(Clock, topics.CLOCK, qos.STATE)
+        numbers = [robot.robot for robot in robots]
+        self._others = SecondPublishers(node, numbers)
+        self.announcement = Announcement(
+            max(options.fleet_size, *numbers),
+            tuple(numbers),
+            tuple(robot.model_name for robot in robots),
             options.limits,
             options.rtf,
-            begin,
-            lockstep,
+            clock.begin if clock else 0.0,
         )
-    )
-    process.launcher.report_ready()
-    parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
+        self._missed = 0
+        self._last_step = self._next_look = 0.0
 
-    def follow(options: SimulationOptions) -> None:
-        stepper.follow(options)
-        if isinstance(loop, StepLoop):
-            loop.period = stepper.period
+    def run(self, process: RosProcess) -> None:
+        """Step until the process must stop."""
+        robots = robots_in_words([robot.robot for robot in self._robots])
+        rate = 1.0 / self.time.period
+        self._node.get_logger().info(f'simulating {robots} at {rate:g} Hz; Ctrl-C stops')
+        stepping(process, self.time, [self._robots], self._node, self.begin, self.end).run()
 
-    parameters.on_change = follow
-    loop.run()
+    def begin(self) -> None:
+        """Begin a step: publish its time if it is not that of the system."""
+        if self._clock:
+            self._clock.publish(Clock(clock=self.time.stamp))
 
+    def end(self) -> None:
+        """End a step: look for missed steps, and now and then for others in the graph."""
+        if self._last_step:
+            behind = (self.time.now - self._last_step) / self.time.period
+            self._missed += max(0, round(behind) - 1)
+        self._last_step = self.time.now
+        if (real := time.monotonic()) < self._next_look:
+            return
+        self._next_look = real + _LOOK_EVERY_S
+        if self._missed:
+            steps = 'step was' if self._missed == 1 else 'steps were'
+            self._node.get_logger().warning(
+                f'{self._missed} {steps} missed in the last {_LOOK_EVERY_S:g} s: '
+                'this machine is too busy for the simulation'
+            )
+            self._missed = 0
+        self._unread.look()
+        self._others.look()
 
-def _virtual_robots(
-    node: Node, simulated: SimulatedRobots, options: SimulationOptions, alone: bool
-) -> list[VirtualRobot]:
-    world = declare_fixed(node, 'world_frame', topics.WORLD_FRAME, 'frame of poses')
-    poses = simulated.start_poses.T.tolist()
-    robots = []
-    for robot, model, (x0, y0, theta0) in zip(
-        simulated.robots, simulated.models, poses, strict=True
-    ):
-        start = {'x0': x0, 'y0': y0, 'theta0': theta0, 'model': model}
-        start |= {'world_frame': world, 'robot_frame': topics.robot_frame(robot)}
-        prefix = '' if alone else f'{topics.robot_name(robot)}.'
-        robots.append(
-            VirtualRobot(node, robot, start, options.cmd_vel_type, options.lockstep, prefix)
-        )
-    return robots
+    def _check(self, options: SimulationOptions) -> None:
+        names = [robot.model_name for robot in self._robots]
+        check_models(names, options.limits, [robot.robot for robot in self._robots])
+
+    def _follow(self, options: SimulationOptions) -> None:
+        self.time.period, self._last_step = 1.0 / options.robot_rate, 0.0
+        for robot in self._robots:
+            if robot is not self._node:
+                robot.parameters.follow(options)
+
+    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        for robot in self._robots:
+            robot.restart()
+        response.success, response.message = True, 'all robots are back at their start poses'
+        return response
 
 
 if __name__ == '__main__':

@@ -19,7 +19,7 @@ from setcmas_simu.fleet.start_poses import (
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options import kinds
-from setcmas_simu.options.group import ClashError, Form, Options, flag, names_and_files, option
+from setcmas_simu.options.group import Form, Options, names_and_files, option
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
@@ -114,20 +114,11 @@ class ClockOptions(Options):
 
     TITLE: ClassVar[str] = 'robots'
 
-    lockstep: bool = flag(
-        'advance time only after every controller has answered; the run is as fast as possible, '
-        'and its results are exactly those of setcmas offline'
-    )
     rtf: float = option(
         kinds.Number(above=0, most=100, metavar='FACTOR'),
         'real-time factor: simulated seconds per second',
         default=1.0,
     )
-
-    def check(self) -> None:
-        """Raise ClashError if the values contradict each other."""
-        if self.lockstep and self.rtf != 1.0:
-            raise ClashError('{} runs as fast as possible; remove {}', 'lockstep', 'rtf')
 
 
 CMD_TIMEOUT_S = 1.0
@@ -199,20 +190,6 @@ class SimulationOptions(RobotOptions, ClockOptions):
         kinds.OneOf(tuple(CMD_VEL_TYPES)), 'message type of cmd_vel', default=CMD_VEL_TYPES[0]
     )
 
-    def check(self) -> None:
-        """Raise ClashError if the values contradict each other."""
-        super().check()
-        if self.lockstep and self.cmd_vel_type != CMD_VEL_TYPES[0]:
-            raise ClashError(
-                f'{{}} needs commands with a stamp: {{}} must be {CMD_VEL_TYPES[0]}',
-                'lockstep',
-                'cmd_vel_type',
-            )
-        if self.lockstep and self.robots and len(self.robots) < self.fleet_size:
-            raise ClashError(
-                '{} needs the whole fleet in one simulator; remove {}', 'lockstep', 'robots'
-            )
-
     @property
     def fleet_size(self) -> int:
         """Number of robots in the fleet."""
@@ -228,13 +205,3 @@ class SimulationOptions(RobotOptions, ClockOptions):
         check_models(models, self.limits)
         columns = [robot - 1 for robot in robots]
         return SimulatedRobots(robots, poses[:, columns], [models[i] for i in columns])
-
-
-@dataclass(frozen=True, kw_only=True)
-class SimulatorOptions(Options):
-    """Options for a simulator process in lockstep from the command that starts it."""
-
-    recorded: bool = flag('wait for a recorder, so that it gets the very first states')
-    nb_steps: int | None = option(
-        kinds.Whole(1, metavar='N'), 'stop simulated time after this many steps', default=None
-    )

@@ -39,7 +39,6 @@ _COMMANDS_OF_FLEETS = (
     topics.EMERGENCY_STOPPED,
     topics.EMULATED_FAULT,
     topics.FLEET_TIME,
-    topics.LOCKSTEP,
 )
 _COMMAND_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
 _COMMAND_TYPES = (

@@ -11,20 +11,17 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import WRITES_S, Recording
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
-from setcmas_tools.bags.bag_times import BagTimes, bag_times
+from setcmas_tools.bags.bag_times import ArrivalTimes, bag_times
 from setcmas_tools.bags.bag_writer import BagWriter
 from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
-from setcmas_tools.bags.recorded_steps import RecordedSteps, StepMessage
 from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 _TAKE_PERIOD_S = 0.05
-_LOCKSTEP_PERIOD_S = 0.01  # the robots wait
 _ANNOUNCED_WITHIN_NS = 10**9  # after the first message of a robot
 _OF_NO_ROBOT = dict.fromkeys((topics.FLEET, topics.ROSOUT, topics.PARAMETER_EVENTS), 10**10)
 
@@ -41,9 +38,8 @@ class GraphRecorder:
         self._requests = PolledServices(node)
         self._writer = writer
         self._chosen = chosen
-        self._times: BagTimes | None = None
+        self._times: ArrivalTimes | None = None
         self._waiting: list[Received] = []
-        self._steps: RecordedSteps | None = None
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
         # Of each topic at the last look: number of publishers, types.
@@ -78,36 +74,21 @@ class GraphRecorder:
     def drain(self) -> None:
         """Write the messages received so far, in order."""
         self._take()
-        self._write(complete=False)
+        self._write()
 
     def close(self) -> None:
         """Write all messages received so far, including those held back."""
         self.drain()
-        self._times = self._times or self._announced_times()
-        self._write(complete=True)
-        if self._steps:
-            self._steps.leave()
+        self._times = self._times or bag_times(self._fleet.rtf, self._fleet.begin)
+        self._write()
 
     def _take(self) -> None:
-        if self._steps:
-            self._steps.take()
         self._waiting += [message for topic in self._topics.values() for message in topic.take()]
-
-    def _on_step(self, name: str, msgtype: str, message: StepMessage) -> None:
-        """Take a message that a step of robots in lockstep has."""
-        if not self._is_wanted(name):
-            return
-        if name not in self._topics:
-            self._subscribe(name, msgtype)
-        topic = self._topics[name]
-        if not topic.connection:
-            self._connect(topic, [qos.LOCKSTEP_STATE])
-        self._waiting.append(Received(message.time_ns, message.sent_ns, topic, message.data))
 
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
-            return name in self._chosen or (name == topics.CLOCK and self.follows)
-        return name not in (topics.LOCKSTEP, topics.LOCKSTEP_STATES) and '/_' not in name
+            return name in self._chosen
+        return '/_' not in name
 
     def _follow(self, name: str, types: list[str]) -> None:
         infos = self._node.get_publishers_info_by_topic(name)
@@ -136,36 +117,25 @@ class GraphRecorder:
             previous.close()
         try:
             self._definitions.of(msgtype)
-            subscribed = not (self.follows and topics.is_in_steps(name))
-            self._topics[name] = RecordedTopic(self._node, name, msgtype, subscribed)
+            self._topics[name] = RecordedTopic(self._node, name, msgtype)
         except (NoPythonTypeError, UnknownDefinitionError) as error:
             self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
         return self._topics.get(name)
 
-    def _write(self, complete: bool) -> None:
+    def _write(self) -> None:
         if not self._knows_times():
             return
         assert self._times
         for message in self._waiting:
             if not message.topic.connection:
                 self._follow(message.topic.name, [message.topic.msgtype])
-        for stamp, message in self._times.of(self._waiting, complete):
+        for stamp, message in self._times.of(self._waiting):
             if message.topic.connection:
                 self._writer.write(message.topic.connection, stamp, message.data)
 
-    @property
-    def follows(self) -> bool:
-        """Whether the robots are simulated in lockstep, and wait for this recorder."""
-        return self._fleet.lockstep is not None
-
-    @property
-    def period(self) -> float:
-        """Time in s until the next `drain`."""
-        return _LOCKSTEP_PERIOD_S if self.follows else _TAKE_PERIOD_S
-
     def _knows_times(self) -> bool:
         """Return whether the robots have announced the time that they follow."""
-        if self._times is None and (self._waiting or self.follows):
+        if self._times is None and self._waiting:
             self._fleet.take()
             now = time.time_ns()
             late = any(
@@ -173,21 +143,8 @@ class GraphRecorder:
                 for one in self._waiting
             )
             if late or self._fleet.is_complete:
-                self._times = self._announced_times()
-                if self.follows:
-                    self._follow_steps()
+                self._times = bag_times(self._fleet.rtf, self._fleet.begin)
         return self._times is not None
-
-    def _announced_times(self) -> BagTimes:
-        return bag_times(self._fleet.rtf, self._fleet.begin, self.follows)
-
-    def _follow_steps(self) -> None:
-        """Take the robots' messages from arrays from now on; they have the first ones, too."""
-        for name in filter(topics.is_in_steps, self._topics):
-            self._topics[name].close()
-        self._waiting = [one for one in self._waiting if not topics.is_in_steps(one.topic.name)]
-        self._steps = RecordedSteps(self._node, self._on_step)
-        self._take()
 
     def _print_once(self, line: str) -> None:
         if line not in self._printed:
@@ -255,7 +212,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
         if now >= next_flush:
             next_flush = now + _FLUSH_PERIOD_S
             writer.flush()
-        time.sleep(recorder.period)
+        time.sleep(_TAKE_PERIOD_S)
     recorder.close()
 
 

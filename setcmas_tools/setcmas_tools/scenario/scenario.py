@@ -63,7 +63,7 @@ class Scenario:
         robots: The robots, their start poses, limits and rates.
         communication: Graph, links with their losses and delays, and triggering conditions.
         safety: The safety filter: distances between robots, arena and obstacles.
-        time: Duration, and real, scaled or lockstep time.
+        time: Duration, and real or scaled time.
         lab: The lab of an experiment, emulated or real.
     """
 

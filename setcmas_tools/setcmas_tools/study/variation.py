@@ -29,7 +29,7 @@ def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
     return {name for path in paths for name in names_to_set(path)}
 
 
-_NOT_VARIED = ('set', 'exercise', 'pose', 'cmd_timeout', 'lockstep', 'rtf')
+_NOT_VARIED = ('set', 'exercise', 'pose', 'cmd_timeout', 'rtf')
 OPTIONS = {name: one for name, one in options().items() if name not in _NOT_VARIED}
 """The values of a scenario that a study can vary, by name."""
 

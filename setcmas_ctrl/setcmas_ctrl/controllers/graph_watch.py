@@ -10,11 +10,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
-from setcmas_ctrl.driving.driven_robot import SiToUni
-from setcmas_ctrl.driving.fleet_discovery import robots_with_odometry
-from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.controllers.fleet_discovery import robots_with_odometry
+from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import LOCKSTEP, RECORDER_NODE, RECORDER_NODES
+from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_topic import FleetListener
 
@@ -30,14 +30,14 @@ class GraphWatch:
     def __init__(
         self,
         node: Node,
-        odometry: FleetOdometry,
+        poses: FleetPoses,
         announced: FleetListener,
         drivers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
         self._node = node
         self._own = cmd_vel_topics.own_participant(node)
-        self._odometry = odometry
+        self._poses = poses
         self._announced = announced
         self._drivers = drivers
         self._warn = warn
@@ -51,7 +51,7 @@ class GraphWatch:
         self._contested: set[int] = set()
         self._mixed: dict[int, str] = {}
         self._mixed_reported: set[int] = set()
-        self._known = set(range(1, odometry.poses.shape[1] + 1))
+        self._known = set(range(1, poses.poses.shape[1] + 1))
         self._latecomers: set[int] = set()
 
     def all_connected(self) -> Callable[[], bool]:
@@ -66,18 +66,15 @@ class GraphWatch:
         """
 
         def is_recorded(driver: SiToUni) -> bool:
-            if self._odometry.in_lockstep:
-                return self._recorder_listens(LOCKSTEP)
             return self._recorder_listens(driver.cmd_vel.topic) and self._recorder_listens(
-                self._odometry.topic_of(driver.robot)
+                self._poses.topic_of(driver.robot)
             )
 
         recorded = self._all(is_recorded)
         return lambda: (not required and not self._has_recorder()) or recorded()
 
     def _is_connected(self, driver: SiToUni) -> bool:
-        # In lockstep a simulator takes commands from answers.
-        return self._odometry.in_lockstep or driver.cmd_vel.follow_listeners()
+        return driver.cmd_vel.follow_listeners()
 
     def _has_recorder(self) -> bool:
         own = self._node.get_namespace()  # a recorder of another namespace does not record here
@@ -141,8 +138,8 @@ class GraphWatch:
             self._mixed[robot] = cmd_vel.mixed
         elif not connected:
             self._unconnected.add(robot)
-        if self._odometry.age(robot) > POSE_TIMEOUT_S:  # its driver may have restarted
-            self._odometry.accept_best_effort([robot])
+        if self._poses.age(robot) > POSE_TIMEOUT_S:  # its driver may have restarted
+            self._poses.accept_best_effort([robot])
         # A killed process stays in the graph for a while.
         is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
         if is_due and (names := cmd_vel.other_commanders(self._own)):
@@ -168,7 +165,7 @@ class GraphWatch:
     def _notice_latecomers(self) -> None:
         self._announced.take()
         present = {
-            *robots_with_odometry(self._node, self._odometry.topic_of, self._known),
+            *robots_with_odometry(self._node, self._poses.topic_of, self._known),
             *self._announced.robots,
         }
         latecomers = present - self._known

@@ -10,7 +10,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from setcmas_ctrl.control.control_options import PAUSE_TIMEOUT_S
-from setcmas_ctrl.driving.driven_robot import SiToUni
+from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Launcher, Paused
 from setcmas_simu.ros import qos
@@ -21,21 +21,33 @@ _FLOOD_S = 10.0
 
 
 class FleetPause:
-    """Pauses and resumes robots, and reports it to the launcher."""
+    """Pauses and resumes robots, and reports it to the launcher.
 
-    def __init__(
-        self, node: Node, drivers: Sequence[SiToUni], launcher: Launcher, in_lockstep: bool
-    ) -> None:
-        """Subscribe and offer the service through a node; in lockstep a pause stops time."""
+    Attributes:
+        topics: Its topics, to be taken often.
+    """
+
+    def __init__(self, node: Node, drivers: Sequence[SiToUni], launcher: Launcher) -> None:
+        """Subscribe and offer the service through a node."""
         self._drivers = drivers
         self._launcher = launcher
         self._stopped = False
         self._printed: list[float] = []
-        if not in_lockstep:
-            node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
-            node.create_service(SetBool, '~/pause', self._answer)
-        for profile in (qos.EVENT, qos.LATCHED):  # each matches publishers that the other does not
-            node.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
+        node.create_service(SetBool, '~/pause', self._answer)
+        stop = topics.EMERGENCY_STOP
+        self.topics = [
+            PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
+            # Each profile matches publishers that the other does not.
+            *(
+                PolledTopic(node, Bool, stop, self._on_stop, one)
+                for one in (qos.EVENT, qos.LATCHED)
+            ),
+        ]
+
+    @property
+    def is_on(self) -> bool:
+        """Whether all robots are paused."""
+        return bool(self._drivers) and all(driver.paused for driver in self._drivers)
 
     def _on_stop(self, message: Bool) -> None:
         if message.data and not self._stopped:

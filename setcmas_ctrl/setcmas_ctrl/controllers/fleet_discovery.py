@@ -7,7 +7,7 @@ from collections.abc import Callable, Container, Sequence
 
 from rclpy.node import Node
 
-from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -105,10 +105,10 @@ class LostRobots:
     """Reports robots whose odometry becomes too old, and when it returns."""
 
     def __init__(
-        self, robots: Sequence[int], odometry: FleetOdometry, warn: Callable[[str], None]
+        self, robots: Sequence[int], poses: FleetPoses, warn: Callable[[str], None]
     ) -> None:
         self._robots = robots
-        self._odometry = odometry
+        self._poses = poses
         self._warn = warn
         self._lost: set[int] = set()
 
@@ -118,10 +118,10 @@ class LostRobots:
     def update(self, timeout_s: float) -> None:
         """Find robots whose odometry is older than a time in s."""
         for robot in self._robots:
-            age = self._odometry.age(robot)
+            age = self._poses.age(robot)
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
-                fault = self._odometry.fault(robot)
+                fault = self._poses.fault(robot)
                 missing = f'no valid odometry ({fault})' if fault else 'no odometry'
                 self._warn(f'robot {robot}: {missing} for {age:.1f} s; it gets zero velocity')
             elif age <= timeout_s and robot in self._lost:

@@ -1,8 +1,9 @@
-"""Newest pose of each robot of a fleet, from one subscription per robot."""
+"""Newest pose of each robot, shared by the nodes of a process."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -12,22 +13,21 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import NO_STAMP, read_odometry, read_stamp
 from setcmas_simu.ros.polling import PolledTopic, suited_to
+from setcmas_simu.ros.process import FleetNode
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
 
 
 class State(NamedTuple):
-    """State of a robot: pose, forward speed V in m/s, and the encoded odometry."""
+    """State of a robot: pose, forward speed V in m/s, and its odometry."""
 
     pose: Pose
     V: float
-    odometry: bytes
+    odometry: Odometry
 
 
 Listener = Callable[[State], None]
@@ -36,50 +36,34 @@ POSE_TIMEOUT_S = 1.0
 """Age in s after which a robot's own pose is too old to command it."""
 
 
-class FleetOdometry:
-    """The newest poses of robots 1 to N.
+class FleetPoses:
+    """The newest poses of robots 1 to N, from one subscription to the odometry of each.
 
     Attributes:
-        in_lockstep: Whether the states of all robots come in one array.
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
-        stamps: Times of the newest odometry in ns, shape (N,); NO_STAMP for robots not seen yet.
         now: Time in s of the last `take`.
     """
 
-    in_lockstep = False
-
     def __init__(
         self,
-        node: Node,
+        sources: Mapping[int, tuple[FleetNode, str]],
         nb_robots: int,
-        topic_of: Callable[[int], str] = topics.odometry_topic,
-        robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
-        """Subscribe to the odometry of some robots, by default all."""
-        self.topic_of = topic_of
+        """Subscribe to the odometry of robots: their sources are a node and a topic for it."""
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
-        self.stamps = np.full(nb_robots, NO_STAMP)
         self._received = np.full(nb_robots, -np.inf)
         self._faults: dict[int, str] = {}
-        self._followed = list(robots or range(1, nb_robots + 1))
-        self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        self.topics = self._subscribed(node, profile)
-
-    def _subscribed(self, node: Node, profile: QoSProfile) -> dict[int, PolledTopic]:
-        """Return the subscription to the odometry of each robot."""
-        return {
-            robot: PolledTopic(
-                node,
-                Odometry,
-                self.topic_of(robot),
-                partial(self._on_odometry, robot - 1),
-                profile,
-                encoded=True,
-            )
-            for robot in self._followed
+        self._listeners: dict[int, list[Listener]] = {robot: [] for robot in sources}
+        self.topics = {
+            robot: PolledTopic(node, Odometry, topic, partial(self._on_odometry, robot), profile)
+            for robot, (node, topic) in sources.items()
         }
+
+    def topic_of(self, robot: int) -> str:
+        """Return the full name of the topic with a robot's odometry."""
+        return str(self.topics[robot].subscription.topic_name)
 
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
@@ -89,15 +73,15 @@ class FleetOdometry:
 
     def listen(self, robot: int, listener: Listener) -> None:
         """Call a function with each new state of a robot."""
-        self._listeners[robot - 1].append(listener)
+        self._listeners[robot].append(listener)
 
     def missing(self) -> list[int]:
         """Return the followed robots without a pose yet."""
-        return [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
+        return [robot for robot in self.topics if np.isinf(self._received[robot - 1])]
 
     def fault(self, robot: int) -> str:
         """Return why a robot's last odometry cannot be used; '' if it can, or none came."""
-        return self._faults.get(robot - 1, '')
+        return self._faults.get(robot, '')
 
     def accept_best_effort(self, robots: Iterable[int]) -> None:
         """Subscribe to the odometry of these robots as it is offered, reliable or not."""
@@ -109,26 +93,30 @@ class FleetOdometry:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
 
-    def _on_odometry(self, index: int, data: bytes) -> None:
-        self.stamps[index] = read_stamp(data)
-        state = read_state(data)
+    def _on_odometry(self, robot: int, message: Odometry) -> None:
+        state = state_of(message)
         if isinstance(state, str):
-            self._faults[index] = state
+            self._faults[robot] = state
             return
-        self._faults.pop(index, None)
-        self.poses[:, index] = state.pose
-        self._received[index] = self.now
-        for listener in self._listeners[index]:
+        self._faults.pop(robot, None)
+        self.poses[:, robot - 1] = state.pose
+        self._received[robot - 1] = self.now
+        for listener in self._listeners[robot]:
             listener(state)
+
+
+def state_of(message: Odometry) -> State | str:
+    """Return the state in an odometry, or why its pose cannot be used."""
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w
+    if not math.isfinite(place.x + place.y + norm):
+        return 'its pose is NaN or infinite'
+    if not norm:
+        return 'its orientation is a zero quaternion'
+    theta = float(yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w))
+    return State((place.x, place.y, theta), message.twist.twist.linear.x, message)
 
 
 def offered_profile(node: Node, topic: str) -> QoSProfile:
     """Return the quality of service for newest states, best effort if a publisher is."""
     return QoSProfile(depth=1, reliability=suited_to(node, topic, 1).reliability)
-
-
-def read_state(data: bytes) -> State | str:
-    """Return the state in an encoded odometry, or why its pose cannot be used."""
-    odometry = read_odometry(data)
-    pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
-    return odometry.fault or State(pose, odometry.V, data)

@@ -13,6 +13,7 @@ from sensor_msgs.msg import TimeReference
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import RosProcess
 
 _SAME_S = 0.02  # covers the travel time of messages between machines
@@ -83,7 +84,11 @@ _OTHERS_WAIT_S = 1.0  # DDS finds processes one after another
 
 
 class FleetTimeTopic:
-    """Publishes the t of this process, and receives that of others."""
+    """Publishes the t of this process, and receives that of others.
+
+    Attributes:
+        topic: Where it comes from; to be taken at once, as the time of arrival matters.
+    """
 
     def __init__(
         self, node: Node, robots: list[int], fleet_time: FleetTime, now: Callable[[], float]
@@ -95,8 +100,7 @@ class FleetTimeTopic:
         host = socket.gethostname()
         self._source = f'{robots_in_words(robots)} (process {os.getpid()} on {host})'
         self._publisher = node.create_publisher(TimeReference, topics.FLEET_TIME, qos.EVENT)
-        # A callback, not polled: the time of arrival matters.
-        node.create_subscription(TimeReference, topics.FLEET_TIME, self._on_time, qos.EVENT)
+        self.topic = PolledTopic(node, TimeReference, topics.FLEET_TIME, self._on_time, qos.EVENT)
 
     def wait_for_others(self, process: RosProcess) -> None:
         """Wait briefly for t of another process, if there is one."""

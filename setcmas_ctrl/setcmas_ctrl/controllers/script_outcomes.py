@@ -8,14 +8,18 @@ from functools import partial
 from operator import attrgetter
 from pathlib import Path
 
+import rclpy
+
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
+from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.script_errors import STOPPED, ErrorReports, StopCall
+from setcmas_ctrl.scripts.script_errors import STOPPED, ControlError, ErrorReports, StopCall
 from setcmas_simu.reports.reports import Ended, Failed, Launcher
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.ros.process import RosProcess
 
 _SWALLOWED_S = 0.5
+_ENDS_ALL = 'this process exits: it can no longer command any robot'
 
 
 def end_stuck_script(
@@ -82,6 +86,16 @@ class ScriptOutcomes:
             ]
         self.laws = self._reports_of_laws()
         self.conditions.begin_anew()
+
+    def check_ros(self, law: ControlLaw) -> None:
+        """Check that a law has not shut down ROS in this process.
+
+        Raises:
+            ControlError: It has.
+        """
+        if not rclpy.ok():
+            text = f'{law.path.name} has shut ROS down (rclpy.shutdown)'
+            raise ControlError(text, 'shutdown', _ENDS_ALL)
 
     def end(self) -> None:
         """Report the outcome to the launcher."""

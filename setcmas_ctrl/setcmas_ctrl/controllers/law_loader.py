@@ -8,24 +8,26 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import rclpy
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
-from setcmas_ctrl.controller.markers import TaskTopic
-from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.controllers.markers import TaskTopic
+from setcmas_ctrl.controllers.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.process import FleetNode
 
 SETTLED_S = 0.25
 """Time in s without changes after which files count as saved."""
@@ -114,7 +116,17 @@ class LawLoader:
         return law
 
 
-_POLL_EVERY_S = 0.1
+class Fleet(Protocol):
+    """The robots whose laws are replaced."""
+
+    outcomes: ScriptOutcomes
+
+    @property
+    def shares_t(self) -> bool:
+        """Whether other processes use the same t."""
+
+    def use(self, laws: Sequence[ControlLaw]) -> None:
+        """Replace the laws, and reset t and errors; without laws all robots stop."""
 
 
 class ScriptReloader:
@@ -128,9 +140,9 @@ class ScriptReloader:
 
     def __init__(
         self,
-        node: Node,
-        stepper: ControlStepper,
-        laws: list[ControlLaw],
+        node: FleetNode,
+        fleet: Fleet,
+        laws: Sequence[ControlLaw],
         loader: LawLoader,
         communication: Communication,
         senders: Sequence[EventTriggeredComm],
@@ -141,7 +153,7 @@ class ScriptReloader:
         A new version waits while the pause node has said go in the last `pause_timeout_s`.
         """
         self._node = node
-        self._stepper = stepper
+        self._fleet = fleet
         self._laws = laws
         self._loader = loader
         self._communication = communication
@@ -153,11 +165,11 @@ class ScriptReloader:
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
-        clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
-        node.create_subscription(Bool, topics.PAUSED, self._on_paused, 1)
+        self._paused = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
 
-    def _poll(self) -> None:
+    def poll(self) -> None:
+        """Look for a new version, and load it."""
+        self._paused.take()
         # Without laws, poll too: a missing module may appear.
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
@@ -201,16 +213,16 @@ class ScriptReloader:
             robots = robots_in_words([law.robot for law in self._laws])
             self._node.get_logger().info(
                 f'{self._saved()} was saved and reloaded for {robots}; '
-                f't {"continues, as in other controllers" if self._stepper.shares_t else "= 0"}'
+                f't {"continues, as in other controllers" if self._fleet.shares_t else "= 0"}'
             )
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
-        self._stepper.use(self._laws)
+        self._fleet.use(self._laws)
 
     def _reload_conditions(self) -> None:
         for sender in self._senders if self._conditions else []:
             with self._loader.watch.loading(sender.robot, self._conditions[0]):
-                reports = self._stepper.outcomes.conditions
-                sender.use(self._communication.broadcast(sender.robot, reports))
+                reports = self._fleet.outcomes.conditions
+                sender.broadcast = self._communication.broadcast(sender.robot, reports)
 
     def _is_moving(self) -> bool:
         return time.monotonic() - self._last_moving < self._pause_timeout_s

@@ -1,4 +1,4 @@
-"""Links of a controller process: which states its robots receive, over topics and channels."""
+"""Links of a process of controllers: which states its robots receive, over topics and channels."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
 
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value, content_of, layout
-from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
-from setcmas_ctrl.driving.odometry import FleetOdometry, State, read_state
+from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.fleet_poses import FleetPoses, State, state_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.polling import PolledTopic
 
 
@@ -100,54 +99,46 @@ _LAST_COUNTS_S = 0.3
 _TIMER_JITTER_S = 0.02
 
 
-class FleetCommunication:
-    """Takes the states that robots send, and provides what each receiver knows.
+class FleetNetwork:
+    """What each robot of a process knows of the others: their poses, and messages of their laws.
 
     Attributes:
         is_on: Whether there are links. Robots that know all poses have none until a law uses
             messages.
         t: Time of the current calls in s.
-        stamps: Stamps of the states that event-triggered robots have sent, in ns, shape (N,).
-        in_lockstep: Whether steps are exactly on time.
-        broadcasters: Those of the event-triggered robots of this process, by robot.
+        senders: Nodes of the event-triggered robots of this process, by robot.
         on_begin: Called when links begin because of messages.
     """
 
     def __init__(
-        self,
-        node: Node,
-        odometry: FleetOdometry,
-        communication: Communication,
-        robots: list[int],
-        profile: QoSProfile = qos.LATCHED,
+        self, node: Node, poses: FleetPoses, communication: Communication, robots: list[int]
     ) -> None:
         """Subscribe to the states that the fleet sends to some robots, those of this process.
 
-        Without event triggering the odometry must have all robots. The profile is the quality of
-        service of the published graph.
+        Without event triggering the poses must be those of all robots.
         """
         self._node = node
-        self._odometry = odometry
+        self._poses = poses
         self._communication = communication
         self._robots = robots
-        self._profile = profile
         self._own = np.array(robots) - 1
-        self._nb_robots = odometry.poses.shape[1]
+        self._nb_robots = poses.poses.shape[1]
         self._published: Floats = np.zeros((self._nb_robots, self._nb_robots))
         self._segment = ''
         self._log = node.get_logger().info
-        self.in_lockstep = False
         self._begun = False
         self._next_graph = self._next_counts = 0.0
         self._graph_publisher: Publisher | None = None
         self._counts_publishers: list[Publisher] = []
-        self.stamps = np.full(self._nb_robots, NO_STAMP)
         self._states: list[PolledTopic] = []
+        self._stamps: dict[int, Time] = {}
         self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
         self.t = 0.0
-        self.broadcasters: Mapping[int, EventTriggeredComm] = {}
+        self.senders: Mapping[int, EventTriggeredComm] = {}
         self.on_begin: Callable[[], object] = bool
         self.is_on = not communication.is_ideal
+        self._known: Floats = poses.poses[None]
+        self._adjacency: Floats | None = None
         if self.is_on:
             self._open()
 
@@ -155,7 +146,7 @@ class FleetCommunication:
         """Create the topics."""
         if not self._communication.reaches_all:
             self._graph_publisher = self._node.create_publisher(
-                Float32MultiArray, topics.COMMUNICATION_GRAPH, self._profile
+                Float32MultiArray, topics.COMMUNICATION_GRAPH, qos.LATCHED
             )
         self._counts_publishers = [
             self._node.create_publisher(
@@ -168,41 +159,31 @@ class FleetCommunication:
                 topic = topics.robot_topic(robot, topics.TRIG_ODOM)
                 on_state = partial(self._on_state, robot)
                 self._states.append(
-                    PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
+                    PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED)
                 )
             else:
-                self._odometry.listen(robot, partial(self._send, robot))
+                self._poses.listen(robot, partial(self._send, robot))
 
     @cached_property
     def _links(self) -> Links:
         return self._communication.links(self._robots)
 
     def begin(self) -> None:
-        """Prepare for messages, on links over which the robots have sent their poses already.
-
-        Raises:
-            RuntimeError: In lockstep, other processes control some of the robots.
-        """
-        if self.in_lockstep and len(self._robots) < self._nb_robots:
-            raise RuntimeError(
-                'in lockstep, robots that use messages must all be controlled by one process; '
-                'leave out --robots'
-            )
+        """Prepare for messages, on links over which the robots have sent their poses already."""
         self._messages.listen()
         if not self.is_on:
             self.is_on = True
             self._open()
-            poses, now = self._odometry.poses, self._odometry.now
-            self._links.send(np.arange(self._nb_robots), poses, now)
-            self.known_poses(self.t)
+            self._links.send(np.arange(self._nb_robots), self._poses.poses, self._poses.now)
+            self.begin_step(self.t)
             self.on_begin()
 
     def send(self, robot: int, value: Value) -> None:
         """Let the next states that a robot of this process sends carry a value."""
         content = Content(self.t, value)
         self._attach(robot, content)
-        if robot in self.broadcasters:
-            self.broadcasters[robot].carry(value)
+        if robot in self.senders:
+            self.senders[robot].carry(value)
         self._messages.publish(robot, content)
 
     def received(self, robot: int) -> Mapping[int, Content]:
@@ -212,9 +193,10 @@ class FleetCommunication:
 
     def forget_messages(self) -> None:
         """Drop all messages: the laws start anew."""
-        self._links.forget_contents()
-        for broadcaster in self.broadcasters.values():
-            broadcaster.carry(None)
+        if self.is_on:
+            self._links.forget_contents()
+        for sender in self.senders.values():
+            sender.carry(None)
 
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)
@@ -224,35 +206,36 @@ class FleetCommunication:
         self._messages.take()
 
     def take(self) -> None:
-        """Take the states that robots have sent; call after taking odometry."""
+        """Take the states that robots have sent; call after taking poses."""
         for topic in self._states:
             topic.take()
 
-    def _on_state(self, robot: int, data: bytes) -> None:
-        state = read_state(data)
-        if isinstance(state, State):
-            self.stamps[robot - 1] = read_stamp(data)
+    def _on_state(self, robot: int, message: Odometry) -> None:
+        state = state_of(message)
+        is_new = message.header.stamp != self._stamps.get(robot)  # the last one is repeated
+        if is_new and isinstance(state, State):
+            self._stamps[robot] = message.header.stamp
             self._send(robot, state)
 
     def _send(self, robot: int, state: State) -> None:
-        self._links.send([robot - 1], np.array(state.pose)[:, None], self._odometry.now)
+        self._links.send([robot - 1], np.array(state.pose)[:, None], self._poses.now)
 
     def missing(self) -> list[int]:
         """Return the robots that have not sent a state yet."""
+        if not self.is_on:
+            return []
         return [int(i) + 1 for i in np.flatnonzero(np.isnan(self._links.last_sent[0]))]
 
-    def known_poses(self, t: float) -> tuple[Floats, Floats]:
-        """Return the poses that each receiver knows at time t (s), and the adjacency matrix.
-
-        Returns:
-            Poses by receiver, shape (R, 3, N), NaN for unknown robots; and the matrix (N, N).
-        """
-        now = self._odometry.now
-        if not self.in_lockstep:
-            # A step at t = 9.9998 s corresponds to t = 10 s offline, when a graph may switch.
-            t += _TIMER_JITTER_S
+    def begin_step(self, t: float) -> None:
+        """Bring the links up to date at time t (s), before the laws are called."""
+        self.t, poses = t, self._poses.poses
+        if not self.is_on:
+            self._known = poses[None]
+            return
+        now = self._poses.now
+        # A step at t = 9.9998 s corresponds to t = 10 s offline, when a graph may switch.
+        t += _TIMER_JITTER_S
         self._report_segment(t)
-        poses = self._odometry.poses
         adjacency = self._communication.graph.adjacency(t, poses[:2])
         if not self._begun:
             self._begun = True
@@ -266,7 +249,18 @@ class FleetCommunication:
         if now >= self._next_counts:
             self._next_counts = now + _COUNTS_EVERY_S
             self._publish_counts()
-        return self._links.known_poses(poses[:, self._own], now), adjacency
+        self._known = self._links.known_poses(poses[:, self._own], now)
+        self._adjacency = adjacency
+
+    def known_by(self, robot: int) -> tuple[Floats, Floats | None]:
+        """Return the poses that a robot of this process knows, and the adjacency matrix.
+
+        Returns:
+            Poses (3, N), NaN for unknown robots; and the matrix (N, N), None if it is complete.
+        """
+        if not self.is_on:
+            return self._known[0], None
+        return self._known[self._robots.index(robot)], self._adjacency
 
     def _report_segment(self, t: float) -> None:
         segment = self._communication.graph.segment(t).name
@@ -276,6 +270,8 @@ class FleetCommunication:
 
     def stop(self) -> None:
         """Publish the final counts, and wait briefly until they have arrived."""
+        if not self.is_on:
+            return
         self._publish_counts()
         for publisher in self._counts_publishers:
             publisher.wait_for_all_acked(Duration(seconds=_LAST_COUNTS_S))

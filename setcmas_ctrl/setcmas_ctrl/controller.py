@@ -1,0 +1,85 @@
+"""A controller: a node that calls the control law of a robot, the function `control` of a script.
+
+`setcmas ctrl` has those of a whole fleet in one process. One alone:
+
+    ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from geometry_msgs.msg import Point32
+
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.controllers.network_links import FleetNetwork
+from setcmas_ctrl.controllers.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.scripts.script_errors import ControlError
+from setcmas_simu.fleet import topics
+from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.ros import qos
+
+Velocity = tuple[float, float]
+
+REST: Velocity = (0.0, 0.0)
+NONE: Velocity = (math.nan, math.nan)
+
+
+class Controller(RobotNode):
+    """Calls the control law of robot i at 5 Hz: poses of the fleet in, cmd_cart_vel out.
+
+    Attributes:
+        law: The control law; None while its script has a mistake.
+        network: What the robot knows of the others.
+        outcomes: Takes the errors of the law.
+        is_paused: Whether the law is not called, so that its references do not run ahead.
+        is_lost: Whether the newest pose of the robot is too old.
+        without_law: Velocity in m/s in place of that of a law that fails, or cannot be called.
+    """
+
+    law: ControlLaw | None
+    network: FleetNetwork
+    outcomes: ScriptOutcomes
+
+    def __init__(
+        self, robot: int | None, options: LawOptions, in_experiment: bool, **of_node: Any
+    ) -> None:
+        """Create the topic and the parameters of a robot; `of_node` is for `RobotNode`.
+
+        In an experiment a law that fails commands nothing, instead of zero.
+        """
+        super().__init__('controller', robot, **of_node)
+        odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
+        self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
+        self.parameters = self.declared(options, 'vnom')
+        self.cmd_cart_vel = self.publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
+        self.is_paused = self.is_lost = False
+        self.without_law = NONE if in_experiment else REST
+
+    def step(self) -> None:
+        """Publish the velocity that the law wants, in the world frame."""
+        vx, vy = REST if self.is_paused else self.velocity()
+        self.cmd_cart_vel.publish(Point32(x=vx, y=vy))
+
+    def velocity(self) -> Velocity:
+        """Call the law; return its velocity in m/s, at most vnom."""
+        if not (law := self.law) or self.is_lost:
+            return self.without_law
+        poses, adjacency = self.network.known_by(self.robot)
+        try:
+            with self.outcomes.watch.call(self.robot, law.path):
+                wanted = law(poses, self.time.t, adjacency)
+            self.outcomes.check_ros(law)
+            self.outcomes.laws.succeeded(self.robot, self.time.t)
+        except ControlError as error:
+            self.outcomes.laws.failed(self.robot, self.time.t, error)
+            return self.without_law
+        vx, vy = saturate(wanted, self.parameters.options.vnom).tolist()
+        return vx, vy
+
+    def stop(self) -> None:
+        """Let the robot rest."""
+        self.cmd_cart_vel.publish(Point32())

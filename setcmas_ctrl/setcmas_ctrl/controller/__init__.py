@@ -1,1 +1,0 @@
-"""The controller process: start, step, and what it publishes."""

@@ -1,0 +1,1 @@
+"""The process that holds the controllers of a fleet."""

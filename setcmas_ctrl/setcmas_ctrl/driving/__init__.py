@@ -1,1 +1,0 @@
-"""Drives robots: poses, commands, models, pause, and zero for dead controllers."""

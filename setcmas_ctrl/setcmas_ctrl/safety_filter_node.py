@@ -1,0 +1,94 @@
+"""The safety filter: a node that changes the velocities of a fleet as little as is safe."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point32
+
+from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.filter.safety_filter import SafetyFilter
+from setcmas_ctrl.fleet_poses import FleetPoses
+from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.polling import newest
+from setcmas_simu.ros.process import FleetNode, of_other_nodes
+
+
+class SafetyFilterNode(FleetNode):
+    """Keeps robots apart: cmd_cart_vel of each robot in, cmd_cart_vel_allowed out."""
+
+    def __init__(
+        self,
+        fleet: FleetNode,
+        robots: Sequence[SiToUni],
+        options: FilterOptions,
+        gains: GainOptions,
+        poses: FleetPoses,
+    ) -> None:
+        """Filter the velocities of some robots of a fleet; the others count as obstacles.
+
+        Raises:
+            SetcmasError: The filter cannot guarantee safety for these robots.
+        """
+        namespace = fleet.fleet_namespace or '/'
+        super().__init__('safety_filter', namespace=namespace, **of_other_nodes())
+        self.parameters = NodeParameters(self, gains, {name: name for name in ('vnom', 'komega')})
+        self.robots, self.poses = robots, poses
+        self.time, self.timeout = robots[0].time, robots[0].timeout
+        numbers = [robot.robot for robot in robots]
+        self.conversion = VelocityConversion(
+            len(robots),
+            gains.komega,
+            1.0 / gains.rate,
+            options.accel or math.inf,
+            options.lookahead,
+        )
+        self.filter = SafetyFilter(
+            options, numbers, poses.poses.shape[1], self.conversion, self.get_logger().warning
+        )
+        self.models: list[Any] = []
+        self.wanted: list[Callable[[], Any]] = []
+        self.allowed = []
+        for robot in numbers:
+            wanted = topics.robot_topic(robot, topics.CMD_CART_VEL)
+            allowed = topics.robot_topic(robot, topics.CMD_CART_VEL_ALLOWED)
+            self.wanted.append(newest(self, Point32, self.full_name(wanted), qos.COMMAND))
+            self.allowed.append(self.create_publisher(Point32, allowed, qos.COMMAND))
+        self.velocities = np.zeros((2, len(robots)))
+        self.heard = np.full(len(robots), -math.inf)
+
+    def step(self) -> None:
+        """Publish what the robots may do, once new velocities have come."""
+        now = self.time.now
+        for i, wanted in enumerate(self.wanted):
+            if message := wanted():
+                self.velocities[:, i] = message.x, message.y
+                self.heard[i] = now
+        if not (self.heard == now).any():
+            return
+        if self.models != (models := [robot.model for robot in self.robots]):
+            self.models = models
+            self.filter.use(models)
+        self.velocities[:, now - self.heard > self.timeout] = 0.0
+        has_failed = np.isnan(self.velocities).any(axis=0)  # laws in experiments
+        velocities = np.where(has_failed, 0.0, self.velocities)
+        self.conversion.komega = self.parameters.options.komega
+        allowed, verdicts = self.filter(velocities, self.poses.poses, self.parameters.options.vnom)
+        allowed = np.where(has_failed, math.nan, allowed)
+        for publisher, (vx, vy), verdict in zip(
+            self.allowed, allowed.T.tolist(), verdicts.tolist(), strict=True
+        ):
+            publisher.publish(Point32(x=vx, y=vy, z=float(verdict)))
+
+    def stop(self) -> None:
+        """Let the robots rest."""
+        for publisher in self.allowed:
+            publisher.publish(Point32())

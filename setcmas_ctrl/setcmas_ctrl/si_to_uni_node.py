@@ -1,0 +1,151 @@
+"""si_to_uni: a node that turns the velocity wanted of a robot into its command.
+
+Whoever publishes cmd_cart_vel drives the robot: a controller of `setcmas ctrl`, or a program in
+any language. `setcmas ctrl` has the nodes of a whole fleet in one process. One alone:
+
+    ros2 run setcmas_ctrl si_to_uni --ros-args -r __ns:=/tb3_3 -p komega:=2.0
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point32
+from std_msgs.msg import Bool
+
+from setcmas_ctrl.control.commander import within_limits
+from setcmas_ctrl.control.control_options import ControllerOptions, GainOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_simu.fleet import topics
+from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.robots.model import RobotModel, VelocityLimits
+from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
+
+REPEAT_S = 0.2
+"""Time in s after which the last command is repeated: robots stop when none comes."""
+
+_SHORTEST_TIMEOUT_S = 1.0
+_TIMEOUT_PERIODS = 3
+_JITTER_S = 0.01
+
+Command = Sequence[float]
+"""Speeds forward and to the left in m/s, and turn rate in rad/s."""
+
+REST = (0.0, 0.0, 0.0)
+NO_COMMAND = (math.nan, 0.0, math.nan)
+
+
+class SiToUni(RobotNode):
+    """Converts the velocity of robot i to its command: cmd_cart_vel and odom in, cmd_vel out.
+
+    Attributes:
+        paused: Whether the robot is kept at rest.
+        poses: Where the robots are.
+        cmd_vel: Publishes the commands.
+    """
+
+    def __init__(
+        self,
+        robot: int | None,
+        gains: GainOptions,
+        safety: FilterOptions,
+        options: ControllerOptions,
+        limits: VelocityLimits,
+        **of_node: Any,
+    ) -> None:
+        """Create the topics of a robot; `of_node` is for `RobotNode`.
+
+        With the safety filter, the robot follows what that allows. In an experiment commands are
+        for the bridge, which also learns that a law has failed.
+        """
+        super().__init__('si_to_uni', robot, **of_node)
+        self.parameters = self.declared(gains, 'komega')
+        timeout = max(_SHORTEST_TIMEOUT_S, _TIMEOUT_PERIODS / gains.rate)
+        self.timeout = self.number('cmd_timeout', timeout, 'stop after this many s without news')
+        source = topics.CMD_CART_VEL_ALLOWED if safety.is_on else topics.CMD_CART_VEL
+        in_experiment = options.experiment
+        target = topics.CMD_VEL_WANTED if in_experiment else topics.CMD_VEL
+        odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
+        self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
+        self.velocity = self.newest(
+            Point32, self.fixed('velocity_topic', source, 'velocities to follow'), qos.COMMAND
+        )
+        self.cmd_vel = CmdVelPublisher(
+            self,
+            self.robot,
+            self.fixed('cmd_vel_topic', target, 'commands'),
+            topics.ODOM,  # of the robot itself, also in experiments
+            options.cmd_vel_type,
+        )
+        self.pause_request = self.newest(Bool, topics.PAUSE, qos.EVENT)
+        self.conversion = VelocityConversion(
+            1, gains.komega, 1.0 / gains.rate, safety.accel or math.inf, safety.lookahead
+        )
+        self.is_filtered, self.in_experiment = safety.is_on, in_experiment
+        self.limits = limits
+        self.poses: FleetPoses
+        self.use(UNICYCLE)
+        self.paused = self.stopped = False
+        self.command: Command | None = None  # before the first velocity
+        self.heard = self.sent = -math.inf
+
+    def use(self, model: RobotModel) -> None:
+        """Drive the robot as its model asks for."""
+        self.model = within_limits(model, self.limits)
+        self.conversion.use([self.model])
+
+    def step(self) -> None:
+        """Convert a new velocity, or repeat the last command; zero after a time-out."""
+        if (request := self.pause_request()) is not None:
+            self.pause(request.data)
+        now = self.time.now
+        if message := self.velocity():
+            self.heard, self.command = now, self.converted(message)
+        elif now - self.sent < REPEAT_S - _JITTER_S:
+            return
+        elif now - self.heard > self.timeout:
+            self.command = self.command and REST
+        if self.command:
+            self.send(self.command)
+
+    def converted(self, message: Point32) -> Command:
+        """Return the command for a velocity, vx and vy in m/s; z is the filter's verdict."""
+        if self.in_experiment and not math.isfinite(message.x + message.y):
+            return NO_COMMAND  # a law that fails; the bridge stops the robot for good
+        if self.poses.age(self.robot) > POSE_TIMEOUT_S:
+            return REST
+        velocity, pose = (
+            np.array([[message.x], [message.y]]),
+            self.poses.poses[:, [self.robot - 1]],
+        )
+        verdicts = np.array([int(message.z)]) if self.is_filtered else None
+        self.conversion.komega = self.parameters.options.komega
+        command: Command = self.conversion(velocity, pose, verdicts)[:, 0].tolist()
+        return command
+
+    def send(self, command: Command) -> None:
+        """Publish a command, unless the robot is paused: then it rests."""
+        V, left, omega = REST if self.paused else command
+        if self.paused:
+            self.conversion.last = np.zeros((3, 1))
+        self.cmd_vel.publish(V, omega, left)
+        self.sent = self.time.now
+
+    def pause(self, paused: bool) -> None:
+        """Pause or resume the robot; after an emergency stop it stays paused."""
+        self.paused = paused or self.stopped
+        if self.paused:
+            self.send(REST)
+
+    def stop(self) -> None:
+        """Let the robot rest."""
+        self.command = None
+        self.send(REST)
+        self.cmd_vel.wait_until_sent()

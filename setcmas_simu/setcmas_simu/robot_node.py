@@ -1,0 +1,187 @@
+"""Basis of the nodes of a robot: a node in its namespace, which is stepped instead of spun.
+
+    class Follower(RobotNode):
+        def __init__(self):
+            super().__init__('follower')
+            self.odom = self.newest(Odometry, 'odom')
+            self.cmd_vel = self.publisher(TwistStamped, 'cmd_vel')
+
+        def step(self):
+            if message := self.odom():
+                ...
+
+A process may have such nodes of many robots. They poll their topics when they are stepped: a
+callback for each message would cost twice the processor time.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import chain
+from typing import Any
+
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
+from setcmas_simu.options.group import Group
+from setcmas_simu.options.kinds import Number
+from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
+from setcmas_simu.ros.polling import PolledTopic, RequestWait, newest
+from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
+from setcmas_simu.ros.step_loop import SteadyClock, StepLoop
+
+MOST_WITH_SERVICES = 20
+"""Size of the fleet up to which each node has parameter services: they take time to start."""
+
+_FINITE = Number(least=-1e6, most=1e6)
+
+
+class StepTime:
+    """Time of the current step, the same for all nodes of a process.
+
+    Attributes:
+        period: Time between steps in s.
+        clock: Clock of the steps.
+        now: Time of the current step, in s on the clock.
+        stamp: The same for the headers of messages.
+        t: Time of the run in s, as control laws see it: it stands still in a pause.
+    """
+
+    def __init__(self, period: float, clock: SteadyClock | None = None) -> None:
+        self.period = period
+        self.clock = clock or SteadyClock()
+        self.t = 0.0
+        self.begin_step(self.clock.now())
+
+    def begin_step(self, now: float) -> None:
+        """Let all nodes have this time from now on."""
+        self.now, self.stamp = now, messages.stamp()
+
+
+class RobotNode(FleetNode):
+    """A node of one robot, alone in its process or with others.
+
+    Attributes:
+        robot: Number of the robot.
+        time: Time of the current step.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        robot: int | None = None,
+        fleet: FleetNode | None = None,
+        time: StepTime | None = None,
+        has_services: bool = True,
+        **kwargs: Any,
+    ) -> None:
+        """Create the node of a robot of a fleet, whose process has other nodes too.
+
+        Without them, ROS's names and the parameters robot_no and fleet_namespace say whose node
+        it is. Without services, no other process can read or set its parameters.
+
+        Raises:
+            SetcmasError: A parameter is invalid.
+        """
+        is_alone = fleet is None  # else --ros-args are for many nodes
+        if fleet is not None and robot is not None:
+            kwargs |= {'namespace': f'{fleet.fleet_namespace}/{robot_name(robot)}'}
+            kwargs |= of_other_nodes()
+        super().__init__(name, start_parameter_services=has_services, **kwargs)
+        self.time = time or StepTime(0.1)
+        found = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
+        own = robot or int(found[1] if found else 1)
+        number = self.fixed('robot_no', own, 'number of the robot', is_alone)
+        if not isinstance(number, int) or number < 1:
+            raise SetcmasError(f'parameter robot_no is {number!r}; it must be a number from 1')
+        self.robot = number
+        text = 'namespace of what the whole fleet has once, such as /pause'
+        given = self.fixed('fleet_namespace', self.fleet_namespace, text, is_alone)
+        self.fleet_namespace = given.rstrip('/')
+        self._warned: set[str] = set()
+
+    @cached_property
+    def fleet_namespace(self) -> str:
+        """Namespace of the fleet: by default that of this node without the robot's name."""
+        return re.sub(r'/tb3_\d+$', '', self.get_namespace().rstrip('/'))
+
+    def newest(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Callable[[], Any]:
+        """Subscribe; return a function that returns the newest message since its last call."""
+        return newest(self, kind, topic, profile)
+
+    def publisher(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Publisher:
+        """Return a publisher."""
+        return self.create_publisher(kind, topic, profile)
+
+    def declared(self, options: Group, *names: str) -> NodeParameters[Group]:
+        """Declare options, by their names, as parameters that can be set while the node runs."""
+        return NodeParameters(self, options, {name: name for name in names})
+
+    def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
+        """Declare a parameter that cannot be set later; return it, from `--ros-args` or this."""
+        return declare_fixed(self, name, value, text, is_given)
+
+    def number(self, name: str, value: float, text: str) -> float:
+        """Do the same as `fixed` for a finite number; otherwise raise SetcmasError."""
+        number = self.fixed(name, float(value), text)
+        _FINITE.check(f'parameter {name}', number)
+        return float(number)
+
+    def warn(self, text: str) -> None:
+        """Show a warning."""
+        self.get_logger().warning(text)
+
+    def warn_once(self, key: str, text: str) -> None:
+        """Show a warning, unless one with this key was shown before."""
+        if key not in self._warned:
+            self._warned.add(key)
+            self.warn(text)
+
+    def step(self) -> None:
+        """Work for one period."""
+
+    def stop(self) -> None:
+        """Publish the last words of this node, while it still can."""
+
+
+def stepping(
+    process: RosProcess,
+    time: StepTime,
+    phases: Sequence[Sequence[Any]],
+    fleet: FleetNode,
+    before: Callable[[], object],
+    after: Callable[[], object],
+    urgent: Sequence[PolledTopic] = (),
+) -> StepLoop:
+    """Return a loop that steps nodes at once and then every period, phase after phase.
+
+    All nodes of a phase are stepped before the next phase: what they publish arrives at once.
+    Between the steps, requests for parameters are answered, and messages of urgent topics taken.
+
+    Args:
+        process: The process of the nodes.
+        time: Time of the steps.
+        phases: Nodes with a method `step`.
+        fleet: Node of the process, which is not stepped.
+        before: Called before the nodes of a step.
+        after: Called after them.
+        urgent: Topics whose messages cannot wait for the next step.
+    """
+    process.requests = RequestWait([*dict.fromkeys([fleet, *chain(*phases)])], urgent)
+
+    def step(now: float) -> None:
+        time.begin_step(now)
+        before()
+        for phase in phases:
+            for node in phase:
+                node.step()
+        after()
+        loop.period = time.period
+
+    loop = StepLoop(process, time.period, step, time.clock)
+    return loop

@@ -1,0 +1,121 @@
+"""The nodes of a run, stepped in one process, all data over topics: what offline runs must equal."""
+
+import contextlib
+import os
+
+import numpy as np
+import rclpy
+
+from setcmas_ctrl import drawing, network
+from setcmas_ctrl.control.control_options import ControllerOptions
+from setcmas_ctrl.controllers.controllers import PARAMETERS, ControlledFleet
+from setcmas_ctrl.scripts.script_seeds import seeded_generators
+from setcmas_simu.fleet import topics
+from setcmas_simu.reports.reports import connected_launcher
+from setcmas_simu.robots.model import limits_named
+from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.step_loop import SteadyClock
+from setcmas_simu.simulator import simulator
+from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_tools.offline.engine import _calls
+
+
+class SetClock(SteadyClock):
+    """A clock that is set."""
+
+    t = 0.0
+
+    def now(self) -> float:
+        return self.t
+
+
+class SteppedRun:
+    """The nodes of a scenario: virtual_robot, controller, si_to_uni, and what else it has.
+
+    Attributes:
+        poses: Poses of the robots after each step, shape (K + 1, 3, N).
+        sent: Whether each robot sent its state at a step, shape (K + 1, N), if by events.
+    """
+
+    def __init__(self, scenario) -> None:
+        self.scenario = scenario
+        self._clock = SetClock()
+        self._process = RosProcess(connected_launcher({}))
+        options = SimulationOptions.among(scenario.values())
+        node = FleetNode(topics.VIRTUAL_ROBOTS)
+        parameters = NodeParameters(node, options, simulator.PARAMETERS)
+        self.robots = simulator.virtual_robots(node, options)
+        self._simulator = simulator.Simulator(node, self.robots, parameters)
+        self._simulator.time.clock = self._clock
+        law = scenario.law
+        node = FleetNode(topics.CONTROLLERS, follows_clock=True)
+        limits = options.limits
+        self.fleet = ControlledFleet(
+            self._process,
+            node,
+            NodeParameters(node, law, PARAMETERS),
+            scenario.communication,
+            scenario.safety,
+            ControllerOptions(
+                nb_robots=scenario.nb_robots,
+                model=options.model,
+                limits=limits_named(limits) if limits != NO_LIMITS else None,
+            ),
+            self._clock,
+        )
+
+    def run(self) -> 'SteppedRun':
+        """Step the nodes for the duration of the scenario."""
+        rate = self.scenario.robots.robot_rate
+        t = np.arange(self.scenario.robots.nb_steps(self.scenario.time.duration) + 1) / rate
+        control_t, due = _calls(t, 1.0 / rate, self.scenario.law.rate)
+        calls = list(zip(control_t.tolist(), due, strict=True))
+        poses, sent = [], []
+        with network.exchanged_by(self.fleet.network):
+            self._until_connected()
+            for step, now in enumerate(t.tolist()):
+                self._clock.t = now
+                before = [sender.sent for sender in self.fleet.senders]
+                self._step(self._simulator.time, [self.robots], now)
+                self.fleet.take()
+                poses.append([robot.state[:3, 0] for robot in self.robots])
+                pairs = zip(self.fleet.senders, before, strict=True)
+                sent.append([sender.sent is not last for sender, last in pairs])
+                while calls and calls[0][1] <= step:
+                    self._clock.t = calls.pop(0)[0]
+                    self.fleet.time.begin_step(self._clock.t)
+                    self.fleet.begin_step()
+                    self._step(self.fleet.time, self.fleet.phases, self._clock.t)
+                    self.fleet.end_step()
+        self.poses, self.sent = np.array(poses).transpose(0, 2, 1), np.array(sent)
+        return self
+
+    def _step(self, time, phases, now) -> None:
+        time.begin_step(now)
+        for phase in phases:
+            for node in phase:
+                node.step()
+
+    def _until_connected(self) -> None:
+        robots = self.fleet.si_to_unis
+        self._process.spin_until(
+            lambda: all(robot.cmd_vel.follow_listeners() for robot in robots), 10.0
+        )
+
+
+@contextlib.contextmanager
+def stepped_nodes(scenario, domain: int):
+    """Yield the stepped nodes of a scenario in a ROS domain."""
+    canvas = drawing.canvas
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    with dds_setup():
+        rclpy.init(domain_id=domain)
+    try:
+        with seeded_generators():
+            yield SteppedRun(scenario)
+    finally:
+        drawing.canvas = canvas
+        rclpy.shutdown()
