@@ -15,6 +15,7 @@ from setcmas_simu.reports.reports import connected_launcher
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.ros.step_loop import SteadyClock
@@ -50,6 +51,7 @@ class SteppedRun:
         self.robots = simulator.virtual_robots(node, options)
         self._simulator = simulator.Simulator(node, self.robots, parameters)
         self._simulator.time.clock = self._clock
+        FleetAnnouncer(node).announce(self._simulator.announcement)
         law = scenario.law
         node = FleetNode(topics.CONTROLLERS, follows_clock=True)
         limits = options.limits

@@ -9,12 +9,13 @@ from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import Broadcast
-from setcmas_ctrl.fleet_poses import FleetPoses, State
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import State
 
 
 class EventTriggeredComm(RobotNode):

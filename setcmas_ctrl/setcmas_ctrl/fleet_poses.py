@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -13,22 +11,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import State, state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to
 from setcmas_simu.ros.process import FleetNode
-
-Pose = tuple[float, float, float]
-"""x, y in m and theta in rad."""
-
-
-class State(NamedTuple):
-    """State of a robot: pose, forward speed V in m/s, and its odometry."""
-
-    pose: Pose
-    V: float
-    odometry: Odometry
-
 
 Listener = Callable[[State], None]
 
@@ -103,18 +89,6 @@ class FleetPoses:
         self._received[robot - 1] = self.now
         for listener in self._listeners[robot]:
             listener(state)
-
-
-def state_of(message: Odometry) -> State | str:
-    """Return the state in an odometry, or why its pose cannot be used."""
-    place, turn = message.pose.pose.position, message.pose.pose.orientation
-    norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w
-    if not math.isfinite(place.x + place.y + norm):
-        return 'its pose is NaN or infinite'
-    if not norm:
-        return 'its orientation is a zero quaternion'
-    theta = float(yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w))
-    return State((place.x, place.y, theta), message.twist.twist.linear.x, message)
 
 
 def offered_profile(node: Node, topic: str) -> QoSProfile:

@@ -17,10 +17,11 @@ from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value, content_of, layout
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
-from setcmas_ctrl.fleet_poses import FleetPoses, State, state_of
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import State, state_of
 from setcmas_simu.ros.polling import PolledTopic
 
 

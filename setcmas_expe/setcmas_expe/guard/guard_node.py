@@ -36,7 +36,7 @@ from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.model import LIMITS, limits_named
-from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import (
@@ -128,9 +128,7 @@ class CmdVelGuard(FleetNode):
         self._emergency = EmergencyWatch(self)
         self._power = MotorPower(self)
         self._obedience = Obedience(self._limits)
-        self._wheels = PolledTopic(
-            self, Odometry, topics.ODOM, self._on_wheels, qos.SENSOR, encoded=True
-        )
+        self._wheels = PolledTopic(self, Odometry, topics.ODOM, self._on_wheels, qos.SENSOR)
         self._pause = PauseWatch(self, latches=True)
         self._latch = StartLatch()
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
@@ -281,10 +279,10 @@ class CmdVelGuard(FleetNode):
         self._report, self._reported = report, now
         self._reports.publish(report.message(name, self._surroundings.cmd_vel))
 
-    def _on_wheels(self, message: bytes) -> None:
-        odometry = messages.read_odometry(message)
-        if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
-            self._obedience.measure(odometry.V, odometry.omega, self._now)
+    def _on_wheels(self, message: Odometry) -> None:
+        V, omega = message.twist.twist.linear.x, message.twist.twist.angular.z
+        if math.isfinite(V) and math.isfinite(omega):
+            self._obedience.measure(V, omega, self._now)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         V, omega = velocities(message)

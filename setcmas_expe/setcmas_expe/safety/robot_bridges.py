@@ -134,9 +134,7 @@ class CmdVelBridge:
         self._commands = PolledTopic(
             node, TwistStamped, self._wanted, self._on_wanted, qos.COMMAND
         )
-        self._wheels = PolledTopic(
-            node, Odometry, odometry, self._on_wheels, qos.SENSOR, encoded=True
-        )
+        self._wheels = PolledTopic(node, Odometry, odometry, self._on_wheels, qos.SENSOR)
         node.create_subscription(BatteryState, battery, self._on_battery, qos.SENSOR)
 
     def take(self, last: float, now: float) -> None:
@@ -217,11 +215,11 @@ class CmdVelBridge:
         self.V, self.omega = velocities(message)
         self._received = self._oldest
 
-    def _on_wheels(self, message: bytes) -> None:
-        odometry = messages.read_odometry(message)
-        if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
-            self._rolls = odometry.V, odometry.omega
-            self.wheels = odometry.V, self._now
+    def _on_wheels(self, message: Odometry) -> None:
+        V, omega = message.twist.twist.linear.x, message.twist.twist.angular.z
+        if math.isfinite(V) and math.isfinite(omega):
+            self._rolls = V, omega
+            self.wheels = V, self._now
             self._obedience.measure(*self._rolls, self._now)
         else:
             self.has_invalid_wheels = True

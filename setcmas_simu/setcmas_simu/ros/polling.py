@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
-import struct
-import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -13,7 +10,6 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.service import Service
 from rclpy.subscription import Subscription
@@ -31,7 +27,7 @@ class _NeverCalledBack(CallbackGroup):
 
 POLLED = _NeverCalledBack()
 """Callback group of what is polled."""
-_UNREADABLE = (struct.error, rclpy_implementation.RMWError)
+_UNREADABLE = rclpy_implementation.RMWError  # its sender has cut it short
 
 
 class PolledTopic:
@@ -51,19 +47,15 @@ class PolledTopic:
         name: str,
         on_message: Callable[[Any], None],
         profile: QoSProfile,
-        encoded: bool = False,
     ) -> None:
         """Subscribe to a topic; the depth of its profile bounds the queue.
 
-        With `encoded`, messages are passed on as bytes (see module `messages`); those that
-        another process has cut short are left out.
+        Messages that another process has cut short are left out.
         """
         self.received_ns = self.sent_ns = 0
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
-        self._encoded = encoded
-        self._unreadable = _UNREADABLE if encoded else ()
         self._subscribe = partial(
             node.create_subscription, kind, name, on_message, callback_group=POLLED
         )
@@ -81,8 +73,7 @@ class PolledTopic:
     def take(self) -> None:
         """Pass on pending messages."""
         for message in self._messages():
-            with contextlib.suppress(*self._unreadable):
-                self._on_message(message)
+            self._on_message(message)
 
     def close(self) -> None:
         """Unsubscribe."""
@@ -92,7 +83,10 @@ class PolledTopic:
         handle = self.subscription.handle
         with handle:
             for _ in range(self._depth):
-                taken = handle.take_message(self.subscription.msg_type, self._encoded)
+                try:
+                    taken = handle.take_message(self.subscription.msg_type, False)
+                except _UNREADABLE:
+                    continue
                 if taken is None:
                     return
                 self.received_ns = taken[1]['received_timestamp']
@@ -109,7 +103,7 @@ def newest(node: Node, kind: type, topic: str, profile: QoSProfile) -> Callable[
     subscription = node.create_subscription(kind, topic, _ignore, latest, callback_group=POLLED)
 
     def take() -> Any:
-        with contextlib.suppress(*_UNREADABLE), subscription.handle:
+        with contextlib.suppress(_UNREADABLE), subscription.handle:
             taken = subscription.handle.take_message(kind, False)
             return taken and taken[0]
         return None
@@ -170,40 +164,6 @@ class PolledServices:
         """Answer pending requests."""
         for service in self._services:
             answer(service)
-
-
-_LOOK_EVERY_S = 0.02
-
-
-class OnDemandPublisher:
-    """Publishes messages for those who subscribe: asking takes a hundredth of publishing.
-
-    It asks at most every 0.02 s.
-    """
-
-    def __init__(self, publisher: Publisher, always: bool = False) -> None:
-        """Publish through a publisher; `always` publishes without subscribers, too."""
-        self.publisher = publisher
-        self._always = always
-        self._nb_subscribers = 0
-        self._looked = -math.inf
-
-    def publish(self, encode: Callable[[], Any]) -> None:
-        """Publish the message that a function returns, encoded or not."""
-        if self._always:
-            self.publisher.publish(encode())
-            return
-        now = time.monotonic()
-        if now - self._looked >= _LOOK_EVERY_S:
-            self._looked = now
-            self._nb_subscribers = self.publisher.get_subscription_count()
-        if self._nb_subscribers:
-            self.publisher.publish(encode())
-
-    @property
-    def has_newcomers(self) -> bool:
-        """Whether a node has subscribed since the last message."""
-        return not self._always and self.publisher.get_subscription_count() > self._nb_subscribers
 
 
 def suited_to(node: Node, name: str, depth: int) -> QoSProfile:

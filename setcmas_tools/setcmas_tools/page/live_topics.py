@@ -23,10 +23,9 @@ from setcmas_ctrl.communication.graph import with_known_rows
 from setcmas_ctrl.control.references import References, not_understood
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.messages import read_odometry
+from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
 from setcmas_simu.ros.process import RosProcess
 from setcmas_tools.page.live import Departures, Diagnosis, LiveRun
@@ -142,7 +141,7 @@ class LiveTopics:
         robot = topics.robot_of(name) or 0  # markers may be the fleet's
         if kind is Odometry:
             on_odometry = partial(self._on_odometry, robot)
-            return PolledTopic(self._node, kind, name, on_odometry, _NEWEST, encoded=True)
+            return PolledTopic(self._node, kind, name, on_odometry, _NEWEST)
         if kind is UInt16:
             on_event = partial(self._on_trigger, robot)
             return PolledTopic(self._node, kind, name, on_event, _EVENTS)
@@ -166,13 +165,12 @@ class LiveTopics:
                 self._node, Point32, name, self._on_command, _NEWEST
             )
 
-    def _on_odometry(self, robot: int, data: bytes) -> None:
-        odometry = read_odometry(data)
-        if fault := odometry.fault:
-            self._warn_once(f'robot {robot} is not shown: {fault}')
-            return
-        pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
-        self._run.see(robot, pose, odometry.V, self._now)
+    def _on_odometry(self, robot: int, message: Odometry) -> None:
+        state = state_of(message)
+        if isinstance(state, str):
+            self._warn_once(f'robot {robot} is not shown: {state}')
+        else:
+            self._run.see(robot, state.pose, state.V, self._now)
 
     def _warn_once(self, text: str) -> None:
         if text not in self._warned:
