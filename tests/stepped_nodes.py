@@ -1,4 +1,4 @@
-"""The nodes of a run, stepped in one process, all data over topics: what offline runs must equal."""
+"""The nodes of a run, stepped in one process with all data over topics; offline runs equal it."""
 
 import contextlib
 import os
