@@ -15,7 +15,7 @@ from std_msgs.msg import Bool
 from fault_kinds.kind import Kind, falls_silent, sends
 from setcmas_simu.ros import qos
 
-_CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.controller', '--algo', 'consensus']
+_CTRL = [sys.executable, '-m', 'setcmas_ctrl.controllers.controllers', '--algo', 'consensus']
 
 
 def _drive(V: float = 0.2) -> TwistStamped:

@@ -56,5 +56,5 @@ def test_arguments_are_typed_as_options(verb, values, words):
 def test_every_option_of_a_verb_is_an_argument_with_a_help_text():
     arguments = {one.dest: one for one in launch_arguments('simu')}
 
-    assert {'nb_robots', 'model', 'rviz', 'lockstep'} <= arguments.keys()
+    assert {'nb_robots', 'model', 'rviz', 'rtf'} <= arguments.keys()
     assert all(one.help for one in arguments.values())

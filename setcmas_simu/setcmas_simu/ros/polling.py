@@ -37,7 +37,6 @@ class PolledTopic:
 
     Attributes:
         received_ns: When the last message arrived, on the system's clock; 0 before the first.
-        sent_ns: When it was sent, on the sender's clock; 0 before the first.
     """
 
     def __init__(
@@ -52,7 +51,7 @@ class PolledTopic:
 
         Messages that another process has cut short are left out.
         """
-        self.received_ns = self.sent_ns = 0
+        self.received_ns = 0
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
@@ -90,7 +89,6 @@ class PolledTopic:
                 if taken is None:
                     return
                 self.received_ns = taken[1]['received_timestamp']
-                self.sent_ns = taken[1]['source_timestamp']
                 yield taken[0]
 
 

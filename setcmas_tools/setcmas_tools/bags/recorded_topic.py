@@ -49,7 +49,6 @@ def _time(duration: Duration) -> QosTime:
 
 
 _TRANSIENT_LOCAL = DurabilityPolicy.TRANSIENT_LOCAL
-_TIMES = ('std_msgs/Header', 'builtin_interfaces/Time')
 
 
 @dataclass
@@ -58,11 +57,9 @@ class Received:
 
     Attributes:
         time_ns: Time of arrival on the system's clock.
-        sent_ns: Time of sending on the sender's clock.
     """
 
     time_ns: int
-    sent_ns: int
     topic: RecordedTopic
     data: bytes
 
@@ -77,14 +74,12 @@ class RecordedTopic:
         name: Full name.
         msgtype: Type of its messages.
         connection: The topic in the bag; None until a publisher is known.
-        has_stamp: Whether its messages begin with a time.
     """
 
-    def __init__(self, node: Node, name: str, msgtype: str, subscribed: bool = True) -> None:
+    def __init__(self, node: Node, name: str, msgtype: str) -> None:
         """Subscribe, reliably; publishers may not be known yet.
 
-        Unsubscribed it receives nothing. An early subscription receives the first messages of a
-        later publisher.
+        An early subscription receives the first messages of a later publisher.
 
         Raises:
             NoPythonTypeError: The type's Python package is missing.
@@ -94,14 +89,11 @@ class RecordedTopic:
         self.connection: Connection | None = None
         self._node = node
         self._class = message_class(msgtype)
-        fields = self._class.get_fields_and_field_types()
-        self.has_stamp = next(iter(fields.values()), '') in _TIMES
         self._has_publishers = False
         self._reliable, self._transient_local = True, False
         self._taken_early: set[int] = set()
         self._subscription: Subscription | None = None
-        if subscribed:
-            self._subscribe()
+        self._subscribe()
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
         """Subscribe again if the profiles of publishers require it; return what came before."""
@@ -133,9 +125,8 @@ class RecordedTopic:
                 if taken is None:
                     return
                 data, info = taken
-                sent_ns = info['source_timestamp']
-                if self._is_new(sent_ns):
-                    yield Received(info['received_timestamp'], sent_ns, self, data)
+                if self._is_new(info['source_timestamp']):
+                    yield Received(info['received_timestamp'], self, data)
 
     def close(self) -> None:
         """Unsubscribe; nothing more is received."""

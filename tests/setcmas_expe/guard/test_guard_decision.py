@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_ctrl.driving.fleet_pause import NOT_STARTED, PAUSE_NODE_SILENT, PAUSED
+from setcmas_ctrl.controllers.fleet_pause import NOT_STARTED, PAUSE_NODE_SILENT, PAUSED
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 
 BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'

@@ -83,7 +83,7 @@ def test_what_no_file_can_hold_is_refused_by_name(square, values, message):
         ('loss: 1e-1', 'threshold: 2', 7, 'threshold needs event_triggered'),
         ('loss: 1e-1', 'graph: rng', 7, 'did you mean ring'),
         ('loss: 1e-1', 'model: brger', 7, 'did you mean burger'),
-        ('loss: 1e-1', 'lockstep: 1', 7, 'must be true or false'),
+        ('loss: 1e-1', 'emulate: 1', 7, 'must be true or false'),
         ('K: 0.5', 'k: 0.5', 3, "no module-level name 'k'"),
         ('nb_robots: 3', 'nb_robots: 4', 6, '3 poses for 4 robots'),
         ('[1, 0]', '[1]', 6, 'such as [1.0, 2.0, 1.57]'),
