@@ -7,9 +7,7 @@ from typing import Any
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
-from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import Broadcast
-from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.script_calls import Function
@@ -25,29 +23,28 @@ class EventTriggeredComm(RobotNode):
 
     Attributes:
         broadcast: Decides whether a state is sent.
+        watch: Times the calls of the condition.
+        odom_topic: The topic of the robot's poses.
+        sent: The last state sent.
     """
 
-    def __init__(
-        self, broadcast: Broadcast, poses: FleetPoses, watch: CallWatch, **of_node: Any
-    ) -> None:
-        """Listen to the odometry of a robot; `watch` times calls of its condition."""
-        super().__init__('event_triggered_comm', broadcast.robot, **of_node)
-        self.broadcast = broadcast
-        self.watch = watch
-        self.sent: Odometry | None = None
+    broadcast: Broadcast
+    watch: CallWatch
+
+    def __init__(self, robot: int | None, in_experiment: bool, **of_node: Any) -> None:
+        """Create the topics of a robot; `of_node` is for `RobotNode`."""
+        super().__init__('event_triggered_comm', robot, **of_node)
+        odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
+        self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
         self.trig_event = self.publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
         self.trig_odom = self.publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
-        poses.listen(self.robot, self.evaluate)
+        self.sent: Odometry | None = None
 
     def evaluate(self, state: State) -> None:
-        """Decide whether to send a new state."""
+        """Decide whether to send a new state of the robot."""
         with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))
         if triggered:
             self.sent = state.odometry
         self.trig_odom.publish(self.sent)
-
-    def carry(self, value: Value | None) -> None:
-        """Take the value that the next states carry, for the condition."""
-        self.broadcast.value = value

@@ -90,7 +90,8 @@ class LawOptions(GainOptions):
 
     algo: Algo = option(
         _LawName(metavar='NAME'),
-        'control law: a path, NAME.py in this folder, or a built-in law (see setcmas list); or '
+        'control law: a path, NAME.py in this folder, a built-in law (see setcmas list), or '
+        'external: another program publishes velocities on cmd_cart_vel; or '
         "one per robot: '1:leader.py,2-8:follower.py'",
         complete=names_and_files(ALGORITHMS.plugins, ('py',)),
     )
@@ -105,12 +106,22 @@ class LawOptions(GainOptions):
 
     def scripts(self) -> LawScripts:
         """Return the control scripts, which can be compiled, or raise SetcmasError."""
+        if self.is_external:
+            raise SetcmasError(
+                f'--algo {EXTERNAL} is for setcmas ctrl, as velocities come over ROS; here --algo '
+                'must be a control law'
+            )
         return LawScripts(str(self.algo), self.exercise, self.set)
 
     @property
     def is_scripts(self) -> bool:
         """Whether all laws are scripts, and none a function."""
-        return isinstance(self.algo, str) and self.algo != ''
+        return isinstance(self.algo, str) and self.algo not in ('', EXTERNAL)
+
+    @property
+    def is_external(self) -> bool:
+        """Whether another program publishes the velocities."""
+        return self.algo == EXTERNAL
 
     def check(self) -> None:
         """Check that there is a script to take settings."""

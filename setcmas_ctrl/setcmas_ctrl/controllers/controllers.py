@@ -1,8 +1,6 @@
 """The process of the controllers of a fleet: for each robot a controller and si_to_uni.
 
-Start it with `ros2 run setcmas_ctrl controller --algo consensus`. Without --algo it has the
-controller of one robot, which ROS's names and parameters describe:
-`--ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus`.
+Start it with `ros2 run setcmas_ctrl controllers --algo consensus`.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ from setcmas_ctrl.communication.communication_settings import (
 from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import (
-    EXTERNAL,
     SCRIPT_FAILED,
     ControllerOptions,
     GainOptions,
@@ -56,7 +53,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
-from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, stepping
+from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime, stepping
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import model_names
@@ -86,7 +83,7 @@ PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
 
 def main(argv: list[str] | None = None) -> int:
     """Control robots until a signal arrives; return the exit status."""
-    parser = argparse.ArgumentParser(prog='controller', description=__doc__)
+    parser = argparse.ArgumentParser(prog='controllers', description=__doc__)
     LawOptions.add_to(parser)
     ControllerOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
@@ -137,6 +134,7 @@ class ControlledFleet:
         safety: FilterOptions,
         options: ControllerOptions,
         clock: SteadyClock | None = None,
+        alone: RobotNode | None = None,
     ) -> None:
         """Find the fleet, load its laws, and create the nodes of its robots.
 
@@ -148,6 +146,7 @@ class ControlledFleet:
             safety: The safety filter.
             options: Which robots there are, and how they listen.
             clock: Clock of the steps; by default that of the robots.
+            alone: The only node, if the others of its robot are in other processes.
 
         Raises:
             SetcmasError: A script does not load, or options contradict each other.
@@ -156,6 +155,7 @@ class ControlledFleet:
         process.requests = RequestWait([node])
         self._process, self._node, self._warn = process, node, node.get_logger().warning
         self._parameters, self._options, self._safety = parameters, options, safety
+        self._alone = alone
         law = parameters.options
         self._announced = FleetListener(node)
         self._nb_robots = self._fleet_size()
@@ -166,7 +166,7 @@ class ControlledFleet:
         end_stuck_script(process, self._watch)
         drawing.canvas = MarkerCanvas(node)
         self._loader, laws = None, []
-        if law.algo != EXTERNAL:
+        if not law.is_external:
             self._loader = self._law_loader(law.scripts())
             laws = self._loader.load()
         self._of_nodes: dict[str, Any] = {
@@ -175,6 +175,8 @@ class ControlledFleet:
             'has_services': len(self.robots) <= MOST_WITH_SERVICES,
         }
         self.time: StepTime = self._of_nodes['time']
+        if alone:
+            alone.time = self.time
         self.outcomes = ScriptOutcomes(
             self._warn,
             self._watch,
@@ -214,12 +216,22 @@ class ControlledFleet:
     def _create_nodes(self, laws: Sequence[ControlLaw]) -> None:
         law, safety, options = self._parameters.options, self._safety, self._options
         limits = options.limits or limits_named(self._announced.limits)
-        self.controllers = [
-            Controller(one.robot, law, options.experiment, **self._of_nodes) for one in laws
-        ]
-        self.si_to_unis = [
-            SiToUni(robot, law, safety, options, limits, **self._of_nodes) for robot in self.robots
-        ]
+        own, of_nodes = options.experiment, self._of_nodes
+        self.controllers: list[Controller] = []
+        self.si_to_unis: list[SiToUni] = []
+        self.senders: list[EventTriggeredComm] = []
+        for robot in self.robots if self._alone is None else ():
+            if laws:
+                self.controllers.append(Controller(robot, law, own, **of_nodes))
+            self.si_to_unis.append(SiToUni(robot, law, safety, options, limits, **of_nodes))
+            if self._communication.event_triggered:
+                self.senders.append(EventTriggeredComm(robot, own, **of_nodes))
+        if isinstance(self._alone, Controller):
+            self.controllers.append(self._alone)
+        elif isinstance(self._alone, SiToUni):
+            self.si_to_unis.append(self._alone)
+        elif isinstance(self._alone, EventTriggeredComm):
+            self.senders.append(self._alone)
         self.poses = self._subscribed_poses()
         for si_to_uni in self.si_to_unis:
             si_to_uni.poses = self.poses
@@ -230,7 +242,7 @@ class ControlledFleet:
                 self.network,
                 self.outcomes,
             )
-        self.senders = self._created_senders() if self._communication.event_triggered else []
+        self._load_conditions()
         self.network.senders = {sender.robot: sender for sender in self.senders}
         self._models = DrivenModels(self.si_to_unis, self._warn)
         if options.model:
@@ -252,23 +264,24 @@ class ControlledFleet:
         if not (in_experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topic_of(self.robots[0]))
         sources: dict[int, tuple[FleetNode, str]] = {}
-        if self._communication.needs_all_poses or self._safety.is_on:
+        needs_all = self.controllers and self._communication.needs_all_poses
+        if needs_all or self._safety.is_on:
             everyone = range(1, self._nb_robots + 1)
             sources = {robot: (self._node, topic_of(robot)) for robot in everyone}
         sources |= {one.robot: (one, one.odom_topic) for one in self.si_to_unis}
         sources |= {one.robot: (one, one.odom_topic) for one in self.controllers}
         return FleetPoses(sources, self._nb_robots, profile)
 
-    def _created_senders(self) -> list[EventTriggeredComm]:
+    def _load_conditions(self) -> None:
+        """Let robots send their states when their conditions trigger."""
         path = self._communication.condition_script or Path(CTC)
-        senders = []
-        for robot in self.robots:
-            with self._watch.loading(robot, path):
-                broadcast = self._communication.broadcast(robot, self.outcomes.conditions)
-            senders.append(
-                EventTriggeredComm(broadcast, self.poses, self._watch, **self._of_nodes)
-            )
-        return senders
+        for sender in self.senders:
+            sender.watch = self._watch
+            with self._watch.loading(sender.robot, path):
+                sender.broadcast = self._communication.broadcast(
+                    sender.robot, self.outcomes.conditions
+                )
+            self.poses.listen(sender.robot, sender.evaluate)
 
     def _safety_filter(self) -> SafetyFilterNode:
         return SafetyFilterNode(
@@ -451,7 +464,7 @@ class ControlledFleet:
     def end_step(self) -> None:
         """Look after what is not urgent."""
         self._watch.end_period()
-        if self._time_topic:
+        if self._time_topic and self.controllers:
             self._time_topic.publish()
         self._stepped = self.time.now
         self._process.take_signals()  # scripts may have changed the handlers
@@ -498,7 +511,8 @@ class ControlledFleet:
         self._watch.slow.period = self.time.period / self.time.clock.rtf
         for phase in self.phases:
             for node in phase:
-                node.parameters.follow(options)
+                if node is not self._node:
+                    node.parameters.follow(options)
 
 
 def _sent_hint(_: list[int]) -> str:

@@ -31,7 +31,7 @@ class FleetPause:
         """Subscribe and offer the service through a node."""
         self._drivers = drivers
         self._launcher = launcher
-        self._stopped = False
+        self._stopped = self._requested = False
         self._printed: list[float] = []
         node.create_service(SetBool, '~/pause', self._answer)
         stop = topics.EMERGENCY_STOP
@@ -47,7 +47,9 @@ class FleetPause:
     @property
     def is_on(self) -> bool:
         """Whether all robots are paused."""
-        return bool(self._drivers) and all(driver.paused for driver in self._drivers)
+        if not self._drivers:  # controllers whose robots other processes drive
+            return self._requested
+        return all(driver.paused for driver in self._drivers)
 
     def _on_stop(self, message: Bool) -> None:
         if message.data and not self._stopped:
@@ -63,9 +65,10 @@ class FleetPause:
     def _pause(self, paused: bool, by: str) -> None:
         if self._stopped:
             return
-        if any(driver.paused != paused for driver in self._drivers):
+        if self._requested != paused or any(one.paused != paused for one in self._drivers):
             self._print(f'{"paused" if paused else "started"} by {by}')
             self._launcher.report(Paused(paused))
+        self._requested = paused
         for driver in self._drivers:
             driver.pause(paused)
 

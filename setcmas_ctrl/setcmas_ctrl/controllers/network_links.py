@@ -184,7 +184,7 @@ class FleetNetwork:
         content = Content(self.t, value)
         self._attach(robot, content)
         if robot in self.senders:
-            self.senders[robot].carry(value)
+            self.senders[robot].broadcast.value = value
         self._messages.publish(robot, content)
 
     def received(self, robot: int) -> Mapping[int, Content]:
@@ -197,7 +197,7 @@ class FleetNetwork:
         if self.is_on:
             self._links.forget_contents()
         for sender in self.senders.values():
-            sender.carry(None)
+            sender.broadcast.value = None
 
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)

@@ -1,0 +1,105 @@
+"""Processes with one node of a robot; its other nodes are in other processes.
+
+ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
+ros2 run setcmas_ctrl si_to_uni --ros-args -r __ns:=/tb3_3 -p komega:=2.0
+ros2 run setcmas_ctrl event_triggered_comm --ros-args -r __ns:=/tb3_3
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.control.control_options import (
+    EXTERNAL,
+    SCRIPT_FAILED,
+    ControllerOptions,
+    GainOptions,
+    LawOptions,
+)
+from setcmas_ctrl.controller import Controller
+from setcmas_ctrl.controllers.controllers import ControlledFleet
+from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_ctrl.scripts.script_seeds import seeded_generators
+from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.robots.model import IDEAL
+from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.process import RosProcess, node_main
+
+Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
+
+
+def controller(argv: list[str] | None = None) -> int:
+    """Run the controller of one robot until a signal arrives; return the exit status."""
+    return _main('controller', lambda law, _, own: Controller(None, law, own.experiment), argv)
+
+
+def si_to_uni(argv: list[str] | None = None) -> int:
+    """Run the si_to_uni of one robot until a signal arrives; return the exit status."""
+
+    def make(law: LawOptions, safety: FilterOptions, options: ControllerOptions) -> RobotNode:
+        return SiToUni(None, law, safety, options, options.limits or IDEAL)
+
+    return _main('si_to_uni', make, argv)
+
+
+def event_triggered_comm(argv: list[str] | None = None) -> int:
+    """Run the event-triggered communication of one robot; return the exit status."""
+    return _main(
+        'event_triggered_comm', lambda _, __, own: EventTriggeredComm(None, own.experiment), argv
+    )
+
+
+NODES = {
+    'controller': controller,
+    'si_to_uni': si_to_uni,
+    'event_triggered_comm': event_triggered_comm,
+}
+
+
+def _main(name: str, make: Make, argv: list[str] | None) -> int:
+    parser = argparse.ArgumentParser(
+        prog=name, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    GainOptions.add_to(parser)
+    ControllerOptions.add_to(parser)
+    CommunicationOptions.add_to(parser)
+    FilterOptions.add_to(parser)
+    return node_main(parser, partial(_serve, make), argv)
+
+
+def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
+    gains, safety = GainOptions.of(args), FilterOptions.of(args)
+    options, communication = ControllerOptions.of(args), CommunicationOptions.of(args)
+    law = LawOptions(algo=EXTERNAL, **gains.values())
+    with seeded_generators(), named_output():
+        node = make(law, safety, options)
+        parameters = NodeParameters(node, law, {'rate': 'rate'})
+        nb_robots = node.fixed('nb_robots', options.nb_robots or 0, 'robots; 0: as announced')
+        options = replace(options, robots=(node.robot,), nb_robots=nb_robots or None)
+        if isinstance(node, Controller):
+            algo = node.fixed('algo', 'consensus', 'the control law')
+            exercise = node.fixed('exercise', False, 'whether it is the exercise version')
+            parameters.options = replace(parameters.options, algo=algo, exercise=exercise)
+        elif isinstance(node, EventTriggeredComm):
+            communication = replace(communication, event_triggered=True)
+        try:
+            fleet = ControlledFleet(
+                process, node, parameters, communication, safety, options, alone=node
+            )
+            fleet.run()
+        except StopCall:
+            return 0
+    return SCRIPT_FAILED if fleet.outcomes.failed else 0
+
+
+if __name__ == '__main__':
+    sys.exit(NODES[sys.argv.pop(1)]())
