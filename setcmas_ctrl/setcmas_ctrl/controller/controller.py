@@ -79,7 +79,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
             return 0
         stepper, loop = fleet.stepper, fleet.loop
         process.take_signals()  # scripts may have changed the handlers while loading
-        end_stuck_script(process, stepper.watch, stepper.stop)
+        end_stuck_script(process, stepper.watch)
         try:
             with contextlib.suppress(StopCall), network.exchanged_by(stepper.communication):
                 stepper.get_ready(process, args.recorded, isinstance(loop, LockstepLoop))
