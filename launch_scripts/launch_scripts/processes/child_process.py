@@ -41,7 +41,6 @@ class Child:
     """A running process in its own process group.
 
     Attributes:
-        command: Program and arguments.
         shown: Whether its output is shown.
         needed: Whether the other processes need it.
         reports: Pipe of its reports.
@@ -49,7 +48,6 @@ class Child:
         failures: Periods of failed calls, as it reports at its end.
         killed: Whether it had to be killed.
         on_report: Called with its reports.
-        on_hang: Called when a script call does not return.
     """
 
     def __init__(
@@ -63,13 +61,11 @@ class Child:
     ) -> None:
         """Start the process; its error messages begin with `mistake`."""
         self.name = name
-        self.command = command
         self.needed = needed
         self.shown = True
         self.killed = False
         self.failures: tuple[ScriptFailure, ...] = ()
         self.on_report: Callable[[Message], None] = lambda _: None
-        self.on_hang: Callable[[], None] = lambda: None
         self._reported: dict[type[Message], Message] = {}
         self._failed: dict[ScriptCall, None] = {}
         self._examined = 0

@@ -197,8 +197,6 @@ class UnreadCommands:
 
     def _has_no_effect(self, sender: Endpoint, answering: set[bytes]) -> bool:
         """Return whether robots ignore a sender; in lockstep they follow those that answer."""
-        if sender.node == topics.ZERO_COMMANDER_NODE:
-            return False
         if self._in_lockstep:
             return sender.participant not in answering
         return sender.kind != self._kind
@@ -304,7 +302,7 @@ class CmdVelPublisher:
         return [
             one.full_name
             for one in publishers(self._node, self.topic)
-            if one.is_known and one.participant != own and one.node != topics.ZERO_COMMANDER_NODE
+            if one.is_known and one.participant != own
         ]
 
     def _use_type(self, wanted: set[str]) -> None:
