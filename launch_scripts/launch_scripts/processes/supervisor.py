@@ -12,11 +12,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, cast
 
-from launch_scripts.processes.child_process import (
-    HANGS_S,
-    Child,
-    ChildDiedError,
-)
+from launch_scripts.processes.child_process import HANGS_S, Child, ChildDiedError
 from launch_scripts.terminal.terminal import (
     LineBuffer,
     OutputQueue,
@@ -24,8 +20,7 @@ from launch_scripts.terminal.terminal import (
     Stream,
     write_line,
 )
-from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
-from setcmas_simu.reports.script_calls import ScriptCall
+from setcmas_simu.reports.reports import WRITES_S, Recording, Report
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 _STOPS = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
@@ -98,11 +93,11 @@ class Supervisor:
             reports: The kinds of its reports.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
-        child = Child(name, command, self._environment, needed, listens, mistake)
+        child = Child(name, command, self._environment, needed, listens, mistake, reports)
         self.children.append(child)
         self._watch(child.process.stdout, self._printer(child, self.stdout))
         self._watch(child.process.stderr, self._printer(child, self.stderr))
-        self._watch(child.reports, _report_reader(child, reports))
+        self._watch(child.reports, child.take_reports)
         return child
 
     def run(
@@ -126,8 +121,12 @@ class Supervisor:
                         raise child.unexpected_end()
                     self.warn(f'{child.name} has ended; everything else continues')
                     self.stop(child)
-                elif (call := child.hanging_call()) and not child.call.is_reported:
-                    self._report_hang(child, call)
+                elif call := child.silent_call():
+                    self.warn(
+                        f'{child.name} does not answer: {call} has not returned for {HANGS_S:g} s '
+                        '(a loop in C, or a suspended process); its robots get no commands until '
+                        'it returns; Ctrl-C stops'
+                    )
 
     def run_to_end(self, child: Child, on_tick: Callable[[], None] = lambda: None) -> int:
         """Show output until a process ends, or the user stops the command; return its status."""
@@ -140,13 +139,6 @@ class Supervisor:
             status = child.process.returncode
             return status if status >= 0 else self.report_death(death, child.name)
         return 0
-
-    def _report_hang(self, child: Child, call: ScriptCall) -> None:
-        self.warn(
-            f'{child.name} does not answer: {call} has not returned for {HANGS_S:g} s '
-            '(a loop in C, or a suspended process); its robots get no commands until it '
-            'returns; Ctrl-C stops'
-        )
 
     def wait(self, seconds: float) -> None:
         """Show output for some seconds, whatever happens."""
@@ -224,15 +216,3 @@ class Supervisor:
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
     """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
-
-
-def _report_reader(child: Child, kinds: Any) -> Callable[[bytes], None]:
-    decoder: LineDecoder[Message] = LineDecoder(kinds)
-
-    def take(data: bytes) -> None:
-        for report in decoder.feed(data):
-            child.take(report)
-        if not data:
-            child.take_end_of_reports()
-
-    return take
