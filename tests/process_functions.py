@@ -1,6 +1,5 @@
 """Functions that tests run in processes of their own, which import them by name."""
 
-import os
 import sys
 import time
 from pathlib import Path
@@ -9,7 +8,7 @@ from pathlib import Path
 def talk(warn):
     print('to stdout')
     print('to stderr', file=sys.stderr)
-    os.write(1, b'half a line')
+    sys.stdout.write('half a line')
     warn('a warning')
     return Path.cwd()
 

@@ -323,15 +323,24 @@ def test_noise_spreads_robots_as_far_as_predicted(graph, links):
     assert figure.measured == pytest.approx(figure.predicted, rel=0.05)
 
 
-def test_events_leave_less_disagreement_than_their_bound():
+@pytest.mark.parametrize(
+    ('own_state', 'bound', 'words'),
+    [
+        ('held', 4 * 0.2 / 1.0, 'own positions as sent, too'),  # |L| c / lambda_2
+        ('exact', 2 * 0.2 / 1.0, 'own positions exact'),  # |A| c / lambda_2
+    ],
+)
+def test_events_leave_less_disagreement_than_their_bound(own_state, bound, words):
+    given = {'event_triggered': True, 'threshold': 0.2, 'own_state': own_state}
     exact = {'set': {'SLOW': 0.0}, **THEORY}
-    run = simulate(
-        'laplacian_consensus', 6, 60.0, graph='ring', event_triggered=True, threshold=0.2, **exact
-    )
+    run = simulate('laplacian_consensus', 6, 60.0, graph='ring', **given, **exact)
     figure = run.metrics()['prediction'].figures['consensus.disagreement_at_end_m']
+    centre = run.poses[:, :2].mean(axis=2)
 
-    assert figure.predicted == pytest.approx(2 * 0.2 / 1.0, rel=0.01)  # |A| c / lambda_2
+    assert figure.predicted == pytest.approx(bound, rel=0.01)
     assert 0.05 * figure.predicted < figure.measured < figure.predicted
+    assert words in figure.formula
+    assert (np.ptp(centre, axis=0).max() < 1e-6) == (own_state == 'held')
 
 
 @pytest.mark.parametrize('graph', ['path', 'star', 'directed_ring'])

@@ -99,15 +99,18 @@ def test_robots_stand_after_the_controller_of_a_launch_file_has_died(ros2, peer,
         'import os\ndef control(robotNo, nbRobots, poses, t):\n'
         '    return (0.3, 0) if t < 1 else os.kill(os.getpid(), 9)\n'
     )
+    from nav_msgs.msg import Odometry
+
     launch = ('launch', 'launch_scripts')
     ros2.start(*launch, 'simu_multi_robots.launch.py', 'nb_robots:=2', 'namespace:=/a')
     controllers = ros2.start(
         *launch, 'ctrl_multi_robots.launch.py', f'algo:={law}', 'namespace:=/a'
     )
-    commands = moves(peer, '/a/tb3_2/cmd_vel', above=0.1)
+    odometry = peer.listen(Odometry, '/a/tb3_2/odom')
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
     peer.wait_for(lambda: controllers.popen.poll() is not None)
 
-    peer.wait_for(lambda: commands[-1].twist.linear.x == 0.0)
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
 
 
 def test_nodes_end_with_zero_velocity_when_launch_dies(ros2, peer):

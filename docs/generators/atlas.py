@@ -130,8 +130,10 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
     (
         'Events',
         'Robots send their position only when it is c away from the last position that they '
-        'sent. They do not quite meet; in the long run their RMS distance from the centre is at '
-        'most |A| c / lambda_2 in an undirected graph.\n\nSource: Seyboth, Dimarogonas and '
+        'sent. Their laws use all positions as last sent, their own, too: in a balanced graph the '
+        'mean is kept. They do not quite meet; in the long run their RMS distance from the centre '
+        'is at most |L| c / lambda_2 in an undirected graph. With `--own-state exact` it is at '
+        'most |A| c / lambda_2, but the mean moves.\n\nSource: Seyboth, Dimarogonas and '
         'Johansson, Event-based broadcasting for multi-agent average consensus, Automatica 49(1), '
         '2013.',
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,
@@ -141,7 +143,7 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
         'Falling threshold',
         'The threshold c0 + c1 exp(-a t) falls from 1.02 to 0.02 m. No robot sends infinitely '
         'often in finite time, and the robots come as near to each other as the bound above with '
-        'c = c0: here with half as many messages as with 0.2 m, and ten times nearer.\n\n'
+        'c = c0: here with half as many messages as with 0.2 m, and nine times nearer.\n\n'
         'Source: Seyboth, Dimarogonas and Johansson, Event-based broadcasting for multi-agent '
         'average consensus, Automatica 49(1), 2013.',
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,

@@ -95,7 +95,7 @@ def draw_thresholds(study: Study) -> Figure:
         label=r'without triggering at most $\ln 20 / (K \lambda_2)$',
     )
     panels[2].set_yscale('log')
-    panels[2].plot(d, 2 / slowest * d, 'k--', label=r'bound: $\|A\| d / \lambda_2$')
+    panels[2].plot(d, 4 / slowest * d, 'k--', label=r'bound: $\|L\| d / \lambda_2$')
     for axes in panels:
         axes.legend(loc='lower center', bbox_to_anchor=(0.5, 1.0))
     return figure

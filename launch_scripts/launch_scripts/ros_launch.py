@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launch_scripts.cli import build_parser
 
 if TYPE_CHECKING:
-    from launch.action import Action
     from launch.actions import ExecuteProcess
-    from launch.events.process import ProcessExited
     from launch.launch_context import LaunchContext
     from launch.launch_description import LaunchDescription
 
@@ -56,7 +54,6 @@ def _parser(verb: str) -> argparse.ArgumentParser:
 
 
 _ENDS_WITHIN_S = '15'  # robots get zero velocity first, then processes end one by one
-_USAGE = 2  # exit status of a command that never began
 _NODES = {
     'simu': ('setcmas_simu', 'virtual_robot'),
     'ctrl': ('setcmas_ctrl', 'controller'),
@@ -125,20 +122,6 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
     package, executable = _NODES[verb]
     common = {'namespace': values['namespace'], 'respawn': False, **_process()}
 
-    def ended(event: ProcessExited, _: LaunchContext) -> Action:
-        """End the launch, after zero velocities in place of a controller that has died."""
-        if verb != 'ctrl' or event.returncode == _USAGE:
-            return Shutdown()
-        robots = ['--robots', values['robots']] if values['robots'] else []
-        return Node(
-            package=package,
-            executable='zero_commander',
-            exec_name='zero_commander',
-            arguments=robots,
-            on_exit=Shutdown(),
-            **common,
-        )
-
     nodes = [
         Node(
             package=package,
@@ -147,7 +130,7 @@ def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
             arguments=args.node_arguments(args),
             parameters=[values['params_file']] if values['params_file'] else None,
             ros_arguments=args.ros_args,
-            on_exit=ended,
+            on_exit=Shutdown(),
             **common,
         )
     ]

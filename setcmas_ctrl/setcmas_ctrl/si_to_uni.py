@@ -176,9 +176,13 @@ class VelocityConversion:
         return self._within_limits(self._followed(velocities, poses))
 
     def _followed(self, velocities: Floats, poses: Floats) -> Floats:
-        commands = np.empty(poses.shape)
-        for convert, _, robots in self._groups:
-            commands[:, robots] = convert(velocities[:, robots], poses[:, robots], self.komega)
+        if len(self._groups) == 1:  # the usual case
+            convert, _, _ = self._groups[0]
+            commands = convert(velocities, poses, self.komega)
+        else:
+            commands = np.empty(poses.shape)
+            for convert, _, robots in self._groups:
+                commands[:, robots] = convert(velocities[:, robots], poses[:, robots], self.komega)
         return limited_rise(commands, self.last, self._accel * self.Ts)
 
     def _within_limits(self, commands: Floats) -> Floats:

@@ -19,7 +19,7 @@ from setcmas_tools.scenario.scenario import Scenario
 
 _OFFERED = (
     'nb_robots', 'duration', 'graph', 'range', 'delay', 'loss', 'noise', 'event_triggered',
-    'threshold', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
+    'threshold', 'own_state', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
     'random_poses', 'pose', 'arena', 'obstacles',
 )  # fmt: skip
 """Options of the page, in order; the others need ROS, a solver, or files."""

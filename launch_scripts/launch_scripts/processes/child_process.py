@@ -10,17 +10,18 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.reports import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, encode
+from setcmas_simu.reports.reports import Ended, Failed, LineDecoder, Message, Mistake, encode
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 HANGS_S = 3.0
 """Time in s after which a script call hangs; the process itself reports it sooner, if it can."""
 
 _PR_SET_PDEATHSIG = 1
+_libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
 _ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
 
 AnyReport = TypeVar('AnyReport', bound=Message)
@@ -41,7 +42,6 @@ class Child:
     """A running process in its own process group.
 
     Attributes:
-        command: Program and arguments.
         shown: Whether its output is shown.
         needed: Whether the other processes need it.
         reports: Pipe of its reports.
@@ -49,7 +49,6 @@ class Child:
         failures: Periods of failed calls, as it reports at its end.
         killed: Whether it had to be killed.
         on_report: Called with its reports.
-        on_hang: Called when a script call does not return.
     """
 
     def __init__(
@@ -60,19 +59,18 @@ class Child:
         needed: bool,
         listens: bool,
         mistake: str,
+        kinds: Any,
     ) -> None:
-        """Start the process; its error messages begin with `mistake`."""
+        """Start the process; its error messages begin with `mistake`, its reports are of kinds."""
         self.name = name
-        self.command = command
         self.needed = needed
         self.shown = True
         self.killed = False
         self.failures: tuple[ScriptFailure, ...] = ()
         self.on_report: Callable[[Message], None] = lambda _: None
-        self.on_hang: Callable[[], None] = lambda: None
+        self._decoder: LineDecoder[Message] = LineDecoder(kinds)
         self._reported: dict[type[Message], Message] = {}
         self._failed: dict[ScriptCall, None] = {}
-        self._examined = 0
         self._disconnected: str | None = None
         reports, pipe = os.pipe()
         self.reports = os.fdopen(reports, 'rb', buffering=0)
@@ -85,7 +83,7 @@ class Child:
             stderr=subprocess.PIPE,
             env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory} {mistake}'},
             pass_fds=(pipe, memory),
-            preexec_fn=prepare_child(),
+            preexec_fn=_prepare,
         )
         os.close(pipe)
         os.close(memory)
@@ -106,18 +104,21 @@ class Child:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.process.pid, signum)
 
-    def take(self, report: Message) -> None:
-        """Take a report of the process."""
-        self._reported[type(report)] = report
-        if isinstance(report, Failed):
-            self._failed[report.call] = None
-        elif isinstance(report, Ended):
-            self._failed |= dict.fromkeys(report.failed)
-            self.failures = report.failures
-        self.on_report(report)
+    def take_reports(self, data: bytes) -> None:
+        """Take what has come through the pipe of reports; nothing if it is closed."""
+        for report in self._decoder.feed(data):
+            self._reported[type(report)] = report
+            if isinstance(report, Failed):
+                self._failed[report.call] = None
+            elif isinstance(report, Ended):
+                self._failed |= dict.fromkeys(report.failed)
+                self.failures = report.failures
+            self.on_report(report)
+        if not data:
+            self._end_if_disconnected()
 
-    def take_end_of_reports(self) -> None:
-        """Take that the pipe of reports is closed: kill a process that goes on without it."""
+    def _end_if_disconnected(self) -> None:
+        """Kill the process if it goes on although a script has closed its pipe of reports."""
         place = self._place()
         try:
             self.process.wait(_ENDS_WITHIN_S)
@@ -135,11 +136,11 @@ class Child:
         """How long a script call has been running, in s; 0 between calls."""
         return self.call.running_s(time.monotonic())
 
-    def hanging_call(self) -> ScriptCall | None:
-        """Return a script call that has turned out to hang; each once."""
-        if self.running_s <= HANGS_S or self._examined == self.call.calls:
+    def silent_call(self) -> ScriptCall | None:
+        """Return a script call that hangs without a word of the process about it; each once."""
+        if self.call.is_reported or self.running_s <= HANGS_S:
             return None
-        self._examined = self.call.calls
+        self.call.is_reported = True
         return self.running_call()
 
     def running_call(self) -> ScriptCall | None:
@@ -194,16 +195,8 @@ class Child:
         return f' after {call}' if (call := self.call.last()) else ''
 
 
-def prepare_child() -> Callable[[], None]:
-    """Return a function for the child to call first: own process group, end with the parent."""
-    parent = os.getpid()
-    libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
-
-    def prepare() -> None:
-        os.setpgid(0, 0)
-        if libc is not None:
-            libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-            if os.getppid() != parent:
-                os._exit(1)
-
-    return prepare
+def _prepare() -> None:
+    """Give a child that begins a process group of its own, and let it end with its parent."""
+    os.setpgid(0, 0)
+    if _libc:
+        _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment
-from launch_scripts.processes.node_commands import stop_robots_of
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 
 
@@ -22,17 +20,13 @@ def run_in_foreground(
     """
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
-        child.on_hang = partial(stop_robots_of, supervisor, child)
         for companion, its_command in companions:
             supervisor.start(companion, its_command, needed=False)
         try:
             supervisor.run()
         except StoppedError:
             supervisor.stop(child)
-            if child.killed:
-                stop_robots_of(supervisor, child)
             return child.exit_status
         except ChildDiedError as death:
-            stop_robots_of(supervisor, child)
             return supervisor.report_death(death)
     return 0

@@ -6,13 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.supervisor import Supervisor
-from setcmas_simu.reports.reports import Started
-
 SIMULATOR = 'setcmas_simu.simulator.simulator'
 CONTROLLER = 'setcmas_ctrl.controllers.controllers'
-ZERO_COMMANDER = 'setcmas_ctrl.driving.zero_commander'
 CAMERA = 'setcmas_expe.mocap.camera_node'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
@@ -60,11 +55,3 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     # Python 3.10 has no option for that.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
-
-
-def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
-    """Stop the robots of a controller process that hangs or has died; bridges do that sooner."""
-    if started := ctrl.reported(Started):
-        robots = ','.join(map(str, started.robots))
-        rule = namespace_rule(ctrl.command)
-        supervisor.start_helper(node_command(ZERO_COMMANDER, ['--robots', robots, *rule]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child
@@ -12,7 +11,6 @@ from launch_scripts.processes.node_commands import (
     RECORDER,
     SIMULATOR,
     node_command,
-    stop_robots_of,
 )
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
@@ -101,7 +99,6 @@ class SimulatedRun(RecordedRun):
         """
         if not self._ctrl and self._simulator.reported(Ready):
             self._ctrl = self._supervisor.start('ctrl', self._laws)
-            self._ctrl.on_hang = partial(stop_robots_of, self._supervisor, self._ctrl)
 
     def finish(self) -> None:
         """Stop the controllers."""

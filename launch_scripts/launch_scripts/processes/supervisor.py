@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import selectors
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,12 +12,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, cast
 
-from launch_scripts.processes.child_process import (
-    HANGS_S,
-    Child,
-    ChildDiedError,
-    prepare_child,
-)
+from launch_scripts.processes.child_process import HANGS_S, Child, ChildDiedError
 from launch_scripts.terminal.terminal import (
     LineBuffer,
     OutputQueue,
@@ -26,8 +20,7 @@ from launch_scripts.terminal.terminal import (
     Stream,
     write_line,
 )
-from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Message, Recording, Report
-from setcmas_simu.reports.script_calls import ScriptCall
+from setcmas_simu.reports.reports import WRITES_S, Recording, Report
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 _STOPS = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
@@ -36,7 +29,6 @@ _ENDS_S = 5.0
 _TICK_S = 0.05  # longest delay before a key press is noticed
 _LATE_S = 1.0  # a longer script call keeps its process from ending
 _LATE_ENDS_S = 1.5
-_HELPER_ENDS_S = 5.0
 
 
 class StoppedError(Exception):
@@ -52,7 +44,6 @@ class Supervisor:
     def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
         """Prepare; with `prefix`, lines of output start with the name of their process."""
         self.children: list[Child] = []
-        self._helpers: list[subprocess.Popen[bytes]] = []
         self.write: Callable[[str, Stream], None] = write_line
         self._output = OutputQueue()
         self.stdout = QueuedStream(self._output, sys.stdout)
@@ -69,8 +60,6 @@ class Supervisor:
 
     def __exit__(self, *exc_info: object) -> None:
         self.stop(*reversed(self.children))
-        for process in self._helpers:
-            _end(process)
         for key in list(self._selector.get_map().values()):
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
@@ -104,11 +93,11 @@ class Supervisor:
             reports: The kinds of its reports.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
-        child = Child(name, command, self._environment, needed, listens, mistake)
+        child = Child(name, command, self._environment, needed, listens, mistake, reports)
         self.children.append(child)
         self._watch(child.process.stdout, self._printer(child, self.stdout))
         self._watch(child.process.stderr, self._printer(child, self.stderr))
-        self._watch(child.reports, _report_reader(child, reports))
+        self._watch(child.reports, child.take_reports)
         return child
 
     def run(
@@ -132,8 +121,12 @@ class Supervisor:
                         raise child.unexpected_end()
                     self.warn(f'{child.name} has ended; everything else continues')
                     self.stop(child)
-                elif call := child.hanging_call():
-                    self._report_hang(child, call)
+                elif call := child.silent_call():
+                    self.warn(
+                        f'{child.name} does not answer: {call} has not returned for {HANGS_S:g} s '
+                        '(a loop in C, or a suspended process); its robots get no commands until '
+                        'it returns; Ctrl-C stops'
+                    )
 
     def run_to_end(self, child: Child, on_tick: Callable[[], None] = lambda: None) -> int:
         """Show output until a process ends, or the user stops the command; return its status."""
@@ -146,28 +139,6 @@ class Supervisor:
             status = child.process.returncode
             return status if status >= 0 else self.report_death(death, child.name)
         return 0
-
-    def _report_hang(self, child: Child, call: ScriptCall) -> None:
-        if not child.call.is_reported:
-            self.warn(
-                f'{child.name} does not answer: {call} has not returned for {HANGS_S:g} s '
-                '(a loop in C, or a suspended process); its robots get no commands until it '
-                'returns; Ctrl-C stops'
-            )
-        child.on_hang()
-
-    def start_helper(self, command: Sequence[str]) -> None:
-        """Start a short process without output."""
-        self._helpers.append(
-            subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env=self._environment,
-                preexec_fn=prepare_child(),
-            )
-        )
 
     def wait(self, seconds: float) -> None:
         """Show output for some seconds, whatever happens."""
@@ -245,23 +216,3 @@ class Supervisor:
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
     """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    try:
-        process.wait(_HELPER_ENDS_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-
-
-def _report_reader(child: Child, kinds: Any) -> Callable[[bytes], None]:
-    decoder: LineDecoder[Message] = LineDecoder(kinds)
-
-    def take(data: bytes) -> None:
-        for report in decoder.feed(data):
-            child.take(report)
-        if not data:
-            child.take_end_of_reports()
-
-    return take

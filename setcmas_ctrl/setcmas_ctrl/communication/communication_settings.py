@@ -31,7 +31,10 @@ from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
-from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number
+from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number, OneOf
+
+HELD, EXACT = 'held', 'exact'
+"""What an event-triggered robot's law sees of its own state: the last one sent, or the newest."""
 
 Graph = str | Path | ArrayLike
 Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
@@ -72,6 +75,12 @@ class CommunicationOptions(Options):
         'without --ctc: send at this distance from the last position sent',
         default=THRESHOLD_M,
     )
+    own_state: str = option(
+        OneOf((HELD, EXACT)),
+        f'own pose in the law of an event-triggered robot: {HELD} as last sent, like those of '
+        f'the others, or {EXACT}',
+        default=HELD,
+    )
     graph: Graph = option(
         _Graph(metavar='NAME|FILE.yaml', choices=tuple(PRESETS)),
         f'communication graph: {", ".join(PRESETS)}, or a file',
@@ -94,11 +103,11 @@ class CommunicationOptions(Options):
     )
 
     def check(self) -> None:
-        """Check that a condition and a threshold have an effect."""
-        if self.ctc is not None and not self.event_triggered:
-            raise ClashError('{} needs {}; add it', 'ctc', 'event_triggered')
-        if self.threshold != THRESHOLD_M and not self.event_triggered:
-            raise ClashError('{} needs {}; add it', 'threshold', 'event_triggered')
+        """Check that options of event-triggered robots have an effect."""
+        changed = self.changed()
+        for name in ('ctc', 'threshold', 'own_state'):
+            if name in changed and not self.event_triggered:
+                raise ClashError('{} needs {}; add it', name, 'event_triggered')
         if self.threshold != THRESHOLD_M and self.ctc is not None:
             raise ClashError('{} has its own threshold; remove {}', 'ctc', 'threshold')
 
@@ -142,6 +151,7 @@ class Communication:
         event_triggered: Whether robots send their state only when a condition triggers.
         seed: Seed of the links' random numbers.
         threshold: Threshold of the default condition in m.
+        own_state: What an event-triggered robot's law sees of its own state, 'held' or 'exact'.
     """
 
     graph: CommunicationGraph
@@ -150,6 +160,7 @@ class Communication:
     seed: int
     _condition: Condition = None
     threshold: float = THRESHOLD_M
+    own_state: str = HELD
 
     @property
     def is_ideal(self) -> bool:
@@ -179,7 +190,8 @@ class Communication:
 
     def links(self, receivers: Sequence[int]) -> Links:
         """Return the links on which some robots receive the states of the fleet."""
-        return Links(receivers, self.channel, self.seed)
+        holds_own = self.event_triggered and self.own_state == HELD
+        return Links(receivers, self.channel, self.seed, holds_own)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return the object that decides when a robot sends its state, or raise SetcmasError."""
@@ -206,6 +218,7 @@ def chosen_communication(
         seed,
         chosen.found().ctc,
         chosen.threshold,
+        chosen.own_state,
     )
 
 

@@ -128,7 +128,8 @@ _OF_NOISE = np.array([[1], [2]])
 class Links:
     """The links on which R robots of one process receive the states of a fleet of N.
 
-    A receiver holds the last state that it received from each sender (zero-order hold). Receivers
+    A receiver holds the last state that it received from each sender (zero-order hold). It knows
+    its own newest pose or, if it holds its own state, the pose that it sent last. Receivers
     know what robots sent before `begin`, as if it was sent long ago. When a link comes up later,
     the last state of the sender is sent over it once more: it is latched. A state may carry
     content, an object that shares its delay and its loss.
@@ -138,9 +139,12 @@ class Links:
         last_sent: Last state sent by each robot: rows x, y, theta, shape (3, N); NaN for none yet.
     """
 
-    def __init__(self, receivers: Sequence[int], channel: Channel, seed: int) -> None:
+    def __init__(
+        self, receivers: Sequence[int], channel: Channel, seed: int, holds_own: bool = False
+    ) -> None:
         """Prepare links to some robots, by their sorted numbers; all links are down.
 
+        With `holds_own`, receivers hold their own states, too.
         The random numbers of a message depend on seed, receiver and sender, on how many messages
         the sender sent before, and, for a state sent once more, on how often the link came up.
         """
@@ -159,6 +163,7 @@ class Links:
         self._flat_held = self._held.reshape(-1)
         own = 3 * np.arange(len(rows)) + np.arange(3)[:, None]
         self._own: Indices = own * nb_robots + rows
+        self._holds_own = holds_own
         self.last_sent = np.full((3, nb_robots), np.nan)
         self._numbers = np.full(nb_robots, -1)
         self._times_up = np.zeros(shape, dtype=int)
@@ -227,17 +232,18 @@ class Links:
         return {sender: one for sender, one in enumerate(held.tolist()) if one is not None}
 
     def known_poses(self, own_poses: Floats, now: float) -> Floats:
-        """Return the poses that each receiver knows at a time in s, with its own pose exact.
+        """Return the poses that each receiver knows at a time in s.
 
         Args:
-            own_poses: Poses of the receivers, shape (3, R).
+            own_poses: Newest poses of the receivers, shape (3, R).
             now: Not before the time of earlier calls.
 
         Returns:
             Shape (R, 3, N), NaN for unknown robots; valid until the next call.
         """
         self._deliver(now)
-        self._flat_held[self._own] = own_poses
+        own = self.last_sent[:, self._receivers] if self._holds_own else own_poses
+        self._flat_held[self._own] = own
         return self._held
 
     def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:

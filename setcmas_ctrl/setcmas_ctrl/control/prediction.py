@@ -58,12 +58,14 @@ class RunConditions(Conditions):
         noise: Standard deviation of the noise on received positions, in m.
         threshold: Distance from the last position sent at which a robot sends its state, in m;
             0 if it sends every state.
+        holds_own: Whether a robot uses its own position as last sent, too.
         range: Distance beyond which robots have no link, in m.
     """
 
     delay: float = 0.0
     noise: float = 0.0
     threshold: float = 0.0
+    holds_own: bool = False
     range: float = inf
 
 
@@ -183,9 +185,12 @@ class LinearLaw:
         """Return an upper bound of the RMS distance to the centre at the end, in m.
 
         Errors e are at most the threshold of each robot: |delta(k + 1)| <= |B| |delta| + |G e|.
-        The result is inf where |B| >= 1.
+        Where own positions are those sent, G is all of h M, as in Seyboth, Dimarogonas and
+        Johansson, Automatica 49(1), 2013. The result is inf where |B| >= 1.
         """
         B, gains = self._contraction(conditions)
+        if conditions.holds_own:
+            gains = conditions.period * self.matrix
         shrinks = np.linalg.norm(B, 2)
         if shrinks > 1.0 - _NOTHING:
             return np.inf

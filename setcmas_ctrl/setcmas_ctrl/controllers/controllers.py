@@ -400,7 +400,7 @@ class ControlledFleet:
     def run(self) -> None:
         """Control the robots until the process must stop; then they rest."""
         self._process.take_signals()  # scripts may have changed the handlers while loading
-        end_stuck_script(self._process, self._watch, self.stop)
+        end_stuck_script(self._process, self._watch)
         try:
             with contextlib.suppress(StopCall), network.exchanged_by(self.network):
                 self.get_ready()

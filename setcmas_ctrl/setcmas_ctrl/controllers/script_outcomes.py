@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from functools import partial
 from operator import attrgetter
@@ -18,25 +17,14 @@ from setcmas_simu.reports.reports import Ended, Failed, Launcher
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.ros.process import RosProcess
 
-_SWALLOWED_S = 0.5
 _ENDS_ALL = 'this process exits: it can no longer command any robot'
 
 
-def end_stuck_script(
-    process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
-) -> None:
-    """Make a stop signal end a script's call.
-
-    If the script swallows the exception, the process ends soon, after a call of `stop`.
-    """
-
-    def end() -> None:
-        stop()
-        os._exit(1)
+def end_stuck_script(process: RosProcess, watch: CallWatch) -> None:
+    """Make a stop signal end a script's call; the kernel ends one that swallows the exception."""
 
     def on_stop_signal() -> None:
         if watch.running_s:
-            watch.end_within(_SWALLOWED_S, end)
             raise StopCall
 
     process.on_stop_signal = on_stop_signal

@@ -22,6 +22,7 @@ from setcmas_ctrl.control.control_options import (
     LawOptions,
 )
 from setcmas_ctrl.controller import Controller
+from setcmas_ctrl.controllers import controllers
 from setcmas_ctrl.controllers.controllers import ControlledFleet
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
@@ -29,6 +30,7 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_ctrl.scripts.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.options.group import VALUES
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.parameters import NodeParameters
@@ -38,7 +40,10 @@ Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
 
 
 def controller(argv: list[str] | None = None) -> int:
-    """Run the controller of one robot until a signal arrives; return the exit status."""
+    """Run the controller of one robot, or with --algo all nodes; return the exit status."""
+    words = sys.argv[1:] if argv is None else argv
+    if any(word.partition('=')[0] in ('--algo', VALUES) for word in words):
+        return controllers.main(argv)
     return _main('controller', lambda law, _, own: Controller(None, law, own.experiment), argv)
 
 

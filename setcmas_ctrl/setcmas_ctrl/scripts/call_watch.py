@@ -11,7 +11,6 @@ import traceback
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
@@ -66,13 +65,6 @@ STUCK_S = 2.0
 """Duration in s after which a call counts as stuck."""
 
 
-class _Call(NamedTuple):
-    robot: int
-    path: Path
-    function: Function
-    started: float
-
-
 class CallWatch:
     """Times the calls of the main thread, from its own thread."""
 
@@ -81,19 +73,16 @@ class CallWatch:
     ) -> None:
         """Start the monitor, which calls `warn` from either thread.
 
-        A call counts as stuck after `stuck_s`. The launcher sees the current call, and whether
-        it was reported as stuck.
+        A call counts as stuck after `stuck_s`. The launcher sees the current call, too.
         """
         self._warn = warn
         self._stuck_s = stuck_s
         self.have_been_stuck: list[ScriptCall] = []
         """Calls that have been stuck at some time."""
-        self._launcher = launcher
-        self._call: _Call | None = None
-        self._stuck: _Call | None = None
+        self._call = launcher.current_call
+        self._path = Path()
         self.slow = SlowCalls(warn)
         self._counting = False
-        self._last: tuple[_Call, float, Callable[[], None]] | None = None
         self._caller = threading.get_ident()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
@@ -104,15 +93,14 @@ class CallWatch:
         self, robot: int, path: Path, function: Function = Function.CONTROL
     ) -> Iterator[None]:
         """Monitor the code inside as a call of a script's function for a robot."""
-        call = self._call = _Call(robot, path, function, time.monotonic())
-        self._launcher.current_call.begin(robot, path, function, call.started)
+        self._path = path
+        self._call.begin(robot, path, function, time.monotonic())
         try:
             yield
         finally:
-            self._call = None
-            self._launcher.current_call.end()
+            self._call.end()
             if function is not Function.LOADING and self._counting:
-                self.slow.add(call.path, robot, time.monotonic() - call.started)
+                self.slow.add(path, robot, time.monotonic() - self._call.since)
 
     def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
         """Monitor the code inside as the loading of a script for a robot."""
@@ -129,13 +117,7 @@ class CallWatch:
     @property
     def running_s(self) -> float:
         """How long the current call has been running, in s; 0 between calls."""
-        call = self._call
-        return time.monotonic() - call.started if call else 0.0
-
-    def end_within(self, seconds: float, end: Callable[[], None]) -> None:
-        """Call `end`, in the monitor's thread, if the current call is still running then."""
-        if call := self._call:
-            self._last = call, time.monotonic() + seconds, end
+        return self._call.running_s(time.monotonic())
 
     def close(self) -> None:
         """Stop the monitor."""
@@ -144,25 +126,21 @@ class CallWatch:
 
     def _watch(self) -> None:
         while not self._closed.wait(min(0.25, self._stuck_s / 4)):
-            call = self._call
-            if call and call != self._stuck and self.running_s > self._stuck_s:
-                self._stuck = call
-                self._report(call)
-            if self._last and self._last[0] is call and time.monotonic() > self._last[1]:
-                self._last[2]()
+            call = self._call.running()
+            if call and self.running_s > self._stuck_s and not self._call.is_reported:
+                self._call.is_reported = True
+                self._report(call, self._path)
 
-    def _report(self, call: _Call) -> None:
-        described = ScriptCall(call.robot, call.path.name, call.function)
+    def _report(self, call: ScriptCall, path: Path) -> None:
         if call.function is not Function.LOADING:
-            self.have_been_stuck.append(described)
+            self.have_been_stuck.append(call)
         frame = sys._current_frames().get(self._caller)
         # The innermost frame comes first.
-        places = places_in(traceback.walk_stack(frame), call.path) if frame else []
-        file, line = places[0] if places else (call.path, None)
-        place = described_place(file, line, call.path)
-        self._launcher.current_call.is_reported = True
+        places = places_in(traceback.walk_stack(frame), path) if frame else []
+        file, line = places[0] if places else (path, None)
+        place = described_place(file, line, path)
         self._warn(
-            f'{robot_name(call.robot)}: {call.function.late(call.path.name, self._stuck_s)}; '
+            f'{robot_name(call.robot)}: {call.function.late(path.name, self._stuck_s)}; '
             f'it is at {place}{quoted_line(file, line)}\n'
             '    the robots of this process get no commands until it returns; Ctrl-C stops'
         )

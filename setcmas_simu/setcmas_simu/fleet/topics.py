@@ -75,7 +75,6 @@ RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 BRIDGES_NODE = 'bridges'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
-ZERO_COMMANDER_NODE = 'zero_commander'
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]{0,3})/')
 """Finds the robot's number in a topic's full name."""
 MAX_ROBOTS = 2000

@@ -169,10 +169,3 @@ class RobotModel(Protocol):
         States have the shape (S, N), with S rows as from `start`; commands (3, N) are finite.
         """
         ...
-
-    def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
-        """Return the states after each of `count` periods, as from `step`, shape (count, S, N)."""
-        later = np.empty((count, *states.shape))
-        for row in later:
-            row[:] = states = self.step(states, commands, Ts)
-        return later

@@ -61,25 +61,18 @@ class VirtualFleet:
         self._command_times[index] = now
         return usable
 
-    def command_all(self, commands: Floats, now: float) -> None:
-        """Set finite commands for all robots, shape (3, N), as `command` does."""
-        self._commands[:] = commands
-        self._command_times.fill(now)
+    def command_all(self, commands: Floats) -> None:
+        """Set finite commands for all robots, shape (3, N), which last until the next ones."""
+        self._commands = commands
 
     def reset(self, index: int) -> None:
         """Return a robot to its start pose; it rests until the next command."""
         self.states[:, index] = self._start[:, index]
         self._commands[:, index] = 0.0
 
-    def step(self, Ts: float, now: float) -> None:
+    def step(self, Ts: float, now: float = 0.0) -> None:
         """Advance all robots by Ts s; `now` is in s on the clock of `command`."""
         commands = self._commands
         if self._cmd_timeout:
             commands = commands * (now - self._command_times <= self._cmd_timeout)
         self.states = self.model.step(self.states, commands, Ts)
-
-    def steps(self, Ts: float, count: int) -> Floats:
-        """Advance by periods of Ts s under the last commands; return the states, (count, S, N)."""
-        later = self.model.steps(self.states, self._commands, Ts, count)
-        self.states = later[-1]
-        return later

@@ -283,7 +283,7 @@ class CmdVelPublisher:
         return [
             one.full_name
             for one in publishers(self._node, self.topic)
-            if one.is_known and one.participant != own and one.node != topics.ZERO_COMMANDER_NODE
+            if one.is_known and one.participant != own
         ]
 
     def _use_type(self, wanted: set[str]) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.communication.communication_settings import HELD
 from setcmas_ctrl.control.prediction import (
     DOUBTS,
     PREDICT,
@@ -196,8 +197,11 @@ def conditions_of(run: Run) -> RunConditions | None:
         delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
     threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
+    holds_own = bool(given.get('event_triggered')) and given.get('own_state') == HELD
     reach = float(given.get('range') or np.inf)
-    return RunConditions(starts, adjacency, 1.0 / rate, duration, delay, noise, threshold, reach)
+    return RunConditions(
+        starts, adjacency, 1.0 / rate, duration, delay, noise, threshold, holds_own, reach
+    )
 
 
 def _of_all(values: Floats, adjacency: Floats) -> float:
@@ -250,7 +254,11 @@ def _spreads(
         formula = f"P = B P B' + S, the covariance under noise of {conditions.noise:g} m"
         spreads[_SPREAD] = Predicted(float(spread), formula)
     if conditions.threshold:
-        formula = f'the upper bound for positions within {conditions.threshold:g} m of those sent'
+        own = 'as sent, too (Seyboth et al., 2013)' if conditions.holds_own else 'exact'
+        formula = (
+            f'the upper bound for positions within {conditions.threshold:g} m of those sent, own '
+            f'positions {own}'
+        )
         spreads[_AT_END] = Predicted(law.spread_by_events(conditions), formula)
     return spreads
 

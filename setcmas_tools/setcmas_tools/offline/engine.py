@@ -156,17 +156,19 @@ def _integrate(
 
     def advance(done: int, step: int) -> Floats:
         """Move the robots to a later step; return their poses as their messages have them."""
-        later = fleet.steps(1 / robot_rate, step - done)
+        new = states[done + 1 : step + 1]
+        for state in new:
+            fleet.step(1 / robot_rate)
+            state[:] = fleet.states[:6]
         notes.call.end()
-        states[done + 1 : step + 1] = later[:, :6]
         notes.done = step + 1
         if progress:
             progress(float(t[step]))
         if not radio.is_on:
             return through_quaternion(fleet.poses)
-        received = through_quaternion(later[:, :3].transpose(1, 0, 2))
+        received = through_quaternion(new[:, :3].transpose(1, 0, 2))
         for k, now in enumerate(t[done + 1 : step + 1].tolist()):
-            radio.measure(received[:, k], later[k, 3], now)
+            radio.measure(received[:, k], new[k, 3], now)
         return received[:, -1]
 
     done = 0
@@ -178,7 +180,7 @@ def _integrate(
         velocities[call, :2] = commanded.wanted
         if commanded.allowed is not None:
             velocities[call, 2:] = commanded.allowed
-        fleet.command_all(commanded.commands, now)
+        fleet.command_all(commanded.commands)
     advance(done, nb_steps)
     return t, states, control_t, velocities
 

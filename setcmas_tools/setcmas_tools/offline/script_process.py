@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import io
 import multiprocessing
 import os
 import re
@@ -17,7 +18,7 @@ from functools import partial
 from math import inf
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import IO, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -111,13 +112,11 @@ class ScriptProcess(Generic[Result]):
         self._scripts = [path.resolve() for path in scripts]
         call, states = _context.RawValue(CurrentCall), _context.RawArray('d', size)
         self.progress = RunProgress(call, np.frombuffer(states))
-        pipes = [_context.Pipe(duplex=False) for _ in range(4 if _IS_POSIX else 1)]
-        self._answers, *self._streams = (reader for reader, _ in pipes)
-        self._writers = [writer for _, writer in pipes]
-        work = function, call, states, self._writers, memory, Path.cwd()
+        self._answers, answers = _context.Pipe(duplex=False)
+        self._traces, traces = _context.Pipe(duplex=False)
+        self._writers = answers, traces
+        work = function, call, states, answers, traces, memory, Path.cwd()
         self._process = _context.Process(target=_work, args=work, daemon=True)
-        self._printing: list[threading.Thread] = []
-        self._has_begun = False
 
     def __enter__(self) -> ScriptProcess[Result]:
         return self
@@ -180,8 +179,6 @@ class ScriptProcess(Generic[Result]):
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
         self._process.join()
-        for thread in self._printing:
-            thread.join(_LAST_S)  # a process that has left the group may hold the other end
 
     def _start(self) -> None:
         try:
@@ -194,12 +191,9 @@ class ScriptProcess(Generic[Result]):
             ) from error
         for writer in self._writers:
             writer.close()
-        for stream in zip(self._streams, (sys.stdout, sys.stderr), strict=False):
-            self._printing.append(threading.Thread(target=_copy, args=stream, daemon=True))
-            self._printing[-1].start()
 
     def _answer(self, warn: Warn) -> tuple[str, Any] | None:
-        """Wait a moment for the answer, and show messages that come before it."""
+        """Wait a moment for the answer, and show what comes before it."""
         try:
             if not self._answers.poll(_LOOK_S):
                 if self._process.is_alive() or self._answers.poll():
@@ -208,15 +202,16 @@ class ScriptProcess(Generic[Result]):
             kind, value = self._answers.recv()
         except EOFError:  # it has ended, or a script has closed everything
             self._process.join(_LAST_S)
-            if not self._has_begun:
+            if not self.progress.call.calls:
                 raise StartError(UNGUARDED) from None
             raise self._ended(self._death()) from None
         except Exception as error:  # a script may have put anything into the result
             return 'broken', summarise(error)
-        if kind == 'begun':
-            self._has_begun = True
-        elif kind == 'warn':
+        if kind == 'warn':
             warn(value)
+        elif kind in ('stdout', 'stderr'):
+            getattr(sys, kind).write(value)
+            getattr(sys, kind).flush()
         else:
             return kind, value
         return None
@@ -255,7 +250,7 @@ class ScriptProcess(Generic[Result]):
         """Return the place of the script's current call, or where it has died; None if unknown."""
         if not _IS_POSIX:
             return None
-        told, folders, reader = '', {path.parent for path in self._scripts}, self._streams[2]
+        told, folders, reader = '', {path.parent for path in self._scripts}, self._traces
         deadline = time.monotonic()
         if self._process.is_alive() and self.progress.call.calls:
             deadline += _PLACE_S
@@ -291,26 +286,35 @@ def _environment() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _copy(reader: Connection, stream: IO[str]) -> None:
-    with open(reader.fileno(), 'rb', closefd=False) as source:
-        for line in source:
-            stream.write(line.decode(errors='replace'))
-            stream.flush()
+class _Printed(io.TextIOBase):
+    """Takes what scripts print to the process that shows it."""
+
+    def __init__(self, send: Callable[[str], None]) -> None:
+        self._send = send
+
+    def write(self, text: str) -> int:
+        self._send(text)
+        return len(text)
 
 
 def _work(
     function: Callable[[Warn], Any],
     call: CurrentCall,
     states: Any,
-    writers: Sequence[Connection],
+    answers: Connection,
+    traces: Connection,
     memory: int | None,
     folder: Path,
 ) -> None:
     """Run the function in this process, and end it."""
-    answers, *streams = writers
-    process = os.getpid()
-    _separate(streams, memory, folder)
-    answers.send(('begun', None))
+    process, lock = os.getpid(), threading.RLock()
+
+    def send(kind: str, value: Any) -> None:
+        with lock:  # threads of scripts may print
+            answers.send((kind, value))
+
+    _separate(traces, memory, folder)
+    sys.stdout, sys.stderr = _Printed(partial(send, 'stdout')), _Printed(partial(send, 'stderr'))
     run_progress.current = RunProgress(call, np.frombuffer(states))
     robot_script.on_call = partial(call.begin, function=Function.STEP)
     call.calls += 1  # it answers questions from now on
@@ -319,30 +323,28 @@ def _work(
     try:
         with named_output():  # here, too, as threads of scripts print on after `simulate`
             try:
-                answer = 'result', function(lambda text: answers.send(('warn', text)))
+                answer = 'result', function(partial(send, 'warn'))
             except SetcmasError as error:
                 answer = 'mistake', error
             except BaseException as error:  # a script has changed what this process is made of
                 answer = 'broken', summarise(error)
             if os.getpid() == process:  # otherwise a script has forked it
-                answers.send(answer)
+                send(*answer)
             status = 0
     finally:
         os._exit(status)  # whatever scripts have left, such as threads
 
 
-def _separate(streams: Sequence[Connection], memory: int | None, folder: Path) -> None:
-    """Give this process streams and limits of its own; let it end with the one that started it."""
+def _separate(traces: Connection, memory: int | None, folder: Path) -> None:
+    """Give this process a group and limits; let it end with the one that started it."""
     _end_with_parent()
     multiprocessing.current_process().daemon = False  # scripts may start processes
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C
     if _IS_POSIX:
         os.setsid()
         signal.signal(signal.SIGALRM, lambda *_: None)  # a script's alarm does nothing
-        os.dup2(streams[0].fileno(), 1)
-        os.dup2(streams[1].fileno(), 2)
-        faulthandler.enable(streams[2].fileno(), all_threads=False)
-        faulthandler.register(signal.SIGUSR1, streams[2].fileno(), all_threads=False)
+        faulthandler.enable(traces.fileno(), all_threads=False)
+        faulthandler.register(signal.SIGUSR1, traces.fileno(), all_threads=False)
     os.chdir(folder)
     if memory:
         with suppress(ImportError, ValueError, OSError):

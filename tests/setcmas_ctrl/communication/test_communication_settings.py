@@ -46,6 +46,13 @@ def test_options_reach_the_links():
     assert chosen('--graph=directed-ring').graph.adjacency(0, np.zeros((2, 4)))[3, 0] == 1
 
 
+def test_event_triggered_robots_hold_their_own_state_unless_told_otherwise():
+    for words, known in ((), 1.0), (['--own-state', 'exact'], 2.0):
+        links = chosen('--event-triggered', *words).links([1])
+        links.send([0], np.ones((3, 1)), 0.0)
+        assert links.known_poses(np.full((3, 1), 2.0), 0.1)[0, 0, 0] == known
+
+
 def test_a_file_and_a_matrix(tmp_path):
     path = tmp_path / 'graph.yaml'
     path.write_text('edges: [1 - 2]\nlinks:\n  - {link: 1 <- 2, loss: 0.5}\n')
@@ -84,6 +91,7 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
             r"unknown graph 'rong'; it must be complete, ring.*did you mean ring\?",
         ),
         (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
+        (['--own-state', 'exact'], '--own-state needs --event-triggered; add it'),
         (
             ['--event-triggered', '--ctc', 'law.py'],
             'law.py has no function ctc; its control is for --algo law.py; it must have ctc',

@@ -9,9 +9,9 @@ POSES = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.1, 0.2, 0.3]])
 ALL = [0, 1, 2]
 
 
-def begun(graph=None, receivers=(1, 2, 3), seed=0, **channel):
+def begun(graph=None, receivers=(1, 2, 3), seed=0, holds_own=False, **channel):
     """Links of 3 robots that have sent their poses at the start."""
-    links = Links(receivers, Channel.of(3, **channel), seed)
+    links = Links(receivers, Channel.of(3, **channel), seed, holds_own)
     links.send(ALL, POSES, -0.1)
     links.begin(complete(3) if graph is None else graph)
     return links
@@ -47,6 +47,16 @@ def test_a_robot_always_knows_its_own_pose_exactly():
     for robot in range(3):
         np.testing.assert_array_equal(known[robot, :, robot], own[:, robot])
     assert np.isfinite(known).sum() == 9
+
+
+def test_a_robot_that_holds_its_own_state_knows_the_pose_that_it_sent_last():
+    links = begun(receivers=(2, 3), holds_own=True, loss=1.0, noise=1.0, delay=5.0)
+    links.send([1], moved(4)[:, [1]], 0.1)
+
+    known = links.known_poses(moved(7)[:, 1:], 0.1)
+
+    np.testing.assert_array_equal(known[0, :, 1], moved(4)[:, 1])
+    np.testing.assert_array_equal(known[1, :, 2], POSES[:, 2])
 
 
 def test_what_was_sent_last_is_held():

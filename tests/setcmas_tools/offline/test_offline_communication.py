@@ -26,6 +26,40 @@ def test_event_triggered_consensus_is_that_of_the_ros_1_stack():
     assert len(record.triggers) == 8 * len(run.t)
 
 
+def test_disagreement_of_event_triggered_robots_is_that_of_the_ros_1_stack():
+    # 0.123 m was recorded after 40 s. It never rests, and one run is as good as another whose
+    # robots start 1 mm away.
+    starts = simulate('consensus', 8, 0.1).poses[0]
+    errors = np.random.default_rng(0).normal(0.0, 0.001, (10, *starts.shape))
+    options = {'nb_robots': 8, 'duration': 40.0, 'event_triggered': True}
+
+    def disagreement(own_state, error):
+        run = simulate('consensus', poses=starts + error, own_state=own_state, **options)
+        return run.metrics()['consensus'].disagreement_at_end_m
+
+    held = [disagreement('held', error) for error in errors]
+    assert np.mean(held) == pytest.approx(0.12, abs=0.03)
+    assert disagreement('exact', 0.0) < 0.03
+
+
+@pytest.mark.parametrize('own_state', ['held', 'exact'])
+def test_a_law_sees_its_own_state_as_its_robot_sent_it_last(own_state):
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        seen.append(poses[0, 0])
+        return 0.5, 0.0
+
+    simulate(
+        law, 1, 2.0, poses=[[0], [0], [0]], event_triggered=True, threshold=0.19,
+        own_state=own_state,
+    )  # fmt: skip
+    places = 0.1 * np.arange(10)  # at the calls
+
+    held = np.floor(places / 0.2 + 1e-9) * 0.2
+    np.testing.assert_allclose(seen, held if own_state == 'held' else places, atol=1e-9)
+
+
 def test_periodic_and_perfect_links_change_nothing():
     plain = simulate('consensus', 5, 20.0)
     matrix = simulate('consensus', 5, 20.0, graph=1.0 - np.eye(5))
