@@ -1,6 +1,7 @@
 """Topics that the nodes publish: names, types and latching as the code has them.
 
-Every `create_publisher` of the product must be told of in topics.yaml, and nothing else may be.
+Every call of `create_publisher`, or of `publisher` of a RobotNode, must be told of in topics.yaml,
+and nothing else may be.
 """
 
 from __future__ import annotations
@@ -60,7 +61,8 @@ def publishers() -> dict[str, tuple[str, bool]]:
 
 
 def _creates_publisher(function: ast.expr) -> bool:
-    return isinstance(function, ast.Attribute) and function.attr == 'create_publisher'
+    names = ('create_publisher', 'publisher')
+    return isinstance(function, ast.Attribute) and function.attr in names
 
 
 def _message_types(tree: ast.Module) -> dict[str, str]:
