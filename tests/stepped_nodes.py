@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 import rclpy
+from stepped_alone import SetClock
 
 from setcmas_ctrl import drawing, network
 from setcmas_ctrl.control.control_options import ControllerOptions
@@ -18,19 +19,9 @@ from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess
-from setcmas_simu.ros.step_loop import SteadyClock
 from setcmas_simu.simulator import simulator
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.engine import _calls
-
-
-class SetClock(SteadyClock):
-    """A clock that is set."""
-
-    t = 0.0
-
-    def now(self) -> float:
-        return self.t
 
 
 class SteppedRun:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -59,7 +60,7 @@ from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
+from setcmas_simu.ros.parameters import NodeParameters, declare_fixed, warn_of_unknown
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
 from setcmas_simu.ros.process import (
     SIMULATED_TIME,
@@ -157,18 +158,21 @@ class ControlledFleet:
         self._parameters, self._options, self._safety = parameters, options, safety
         self._alone = alone
         law = parameters.options
-        self._announced = FleetListener(node)
-        self._nb_robots = self._fleet_size()
-        self.robots = options.controlled(self._nb_robots)
         communication = communication.found(law.exercise)
+        scripts = None if law.is_external else law.scripts()
+        self._announced = FleetListener(node)
+        self._nb_robots = options.nb_robots or self._found_fleet()
+        self.robots = options.controlled(self._nb_robots)
         self._communication = chosen_communication(self._nb_robots, communication, law.seed)
         self._watch = CallWatch(self._warn, process.launcher)
         end_stuck_script(process, self._watch)
         drawing.canvas = MarkerCanvas(node)
         self._loader, laws = None, []
-        if not law.is_external:
-            self._loader = self._law_loader(law.scripts())
+        if scripts:
+            self._loader = self._law_loader(scripts)
             laws = self._loader.load()
+        if options.nb_robots and not options.experiment:  # laws load before there is a fleet
+            self._found_fleet()
         self._of_nodes: dict[str, Any] = {
             'fleet': node,
             'time': StepTime(1.0 / law.rate, clock or self._clock_of_robots()),
@@ -185,14 +189,13 @@ class ControlledFleet:
             self._communication.condition_script or Path(CTC),
         )
         self._create_nodes(laws)
+        warn_of_unknown([node, *itertools.chain(*self.phases, self.senders)])
         self._watch_graph()
         self._reloader = self._reload_on_save(laws)
 
-    def _fleet_size(self) -> int:
+    def _found_fleet(self) -> int:
         """Wait for the fleet; return its size, which is the given one if there is one."""
         given = self._options.nb_robots
-        if given and self._options.experiment:
-            return given
         nb_robots = wait_for_fleet(self._process, self._node, self._announced, given)
         _go_on(nb_robots)
         return nb_robots

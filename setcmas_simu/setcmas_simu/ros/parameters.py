@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, Generic
 
@@ -64,14 +64,6 @@ class NodeParameters(Generic[Group]):
         self._node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
         self._is_quiet = False
 
-    def warn_of_unknown(self) -> None:
-        """Warn of parameters in `--ros-args` that the node does not have."""
-        known = set(self._node.get_parameters_by_prefix(''))
-        for given in sorted(set(self._node._parameter_overrides) - known):
-            if not given.startswith('qos_overrides.'):
-                hint = did_you_mean(given, known) or '; it is ignored'
-                self._node.get_logger().warning(f"unknown parameter '{given}'{hint}")
-
     def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
         """Return parameters with whole numbers converted where real numbers are expected."""
         return [
@@ -106,6 +98,16 @@ class NodeParameters(Generic[Group]):
                 return
             texts = [f'{one.name} is {str(one.value).removesuffix(".0")}' for one in own]
             self._node.get_logger().info(f'{", ".join(texts)} from now on')
+
+
+def warn_of_unknown(nodes: Sequence[Node]) -> None:
+    """Warn of parameters in `--ros-args` that none of the nodes of a process has."""
+    known = {name for node in nodes for name in node.get_parameters_by_prefix('')}
+    given = {name for node in nodes for name in node._parameter_overrides}
+    for name in sorted(given - known):
+        if not name.startswith('qos_overrides.'):
+            hint = did_you_mean(name, known) or '; it is ignored'
+            nodes[0].get_logger().warning(f"unknown parameter '{name}'{hint}")
 
 
 def declare_fixed(

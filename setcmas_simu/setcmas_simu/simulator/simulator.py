@@ -23,7 +23,7 @@ from setcmas_simu.robots.models import check_models, seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
-from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulator.duplicate_simulators import (
@@ -50,7 +50,9 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     on_failure = process.launcher.report
     node: FleetNode
     if options.robots is None and options.nb_robots is None:
-        node = robot = VirtualRobot(options=options, on_failure=on_failure)
+        simulated = options.simulated()
+        start = tuple(simulated.start_poses[:, 0].tolist())
+        node = robot = VirtualRobot(None, start, simulated.models[0], options, on_failure)
         robots = [robot]
         parameters = NodeParameters(node, options, {'rate': 'robot_rate'})
         refuse_second_simulator(node, [robot.robot], nb_own=1)
@@ -63,6 +65,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
         # First: whoever discovers the topics of the robots has then found it.
         announcer = FleetAnnouncer(node)
         robots = virtual_robots(node, options, on_failure)
+    warn_of_unknown([node, *robots])
     simulator = Simulator(node, robots, parameters)
     announcer.announce(simulator.announcement)
     process.launcher.report_ready()

@@ -37,15 +37,19 @@ def test_a_slow_step_is_reported_with_its_calls(watched):
 
     with watch.call(1, Path(__file__)):  # before the first control period
         threading.Event().wait(0.1)
+    watch.begin_period()
     with watch.loading(1, Path(__file__)):
         threading.Event().wait(0.1)
-    with watch.step(), watch.call(1, Path(__file__)):
+    with watch.call(1, Path(__file__)):
         assert watch.running_s >= 0
     assert watch.running_s == 0
+    watch.end_period()
     assert said == []
 
-    with watch.step(), watch.call(2, Path(__file__)):
+    watch.begin_period()
+    with watch.call(2, Path(__file__)):
         threading.Event().wait(0.1)
+    watch.end_period()
     assert len(said) == 1
     assert f'{Path(__file__).name} took' in said[0]
 

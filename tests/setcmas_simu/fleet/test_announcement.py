@@ -1,13 +1,12 @@
 import pytest
 from message_schemas import fits
 
-from setcmas_simu.fleet.announcement import Announcement, Lockstep, decode, encode
+from setcmas_simu.fleet.announcement import Announcement, decode, encode
 
 FIRST = Announcement(8, (1, 2, 3, 4))
 ANNOUNCED = [
     FIRST,
     Announcement(8, (5, 8), ('car', 'unicycle'), 'burger', 5.0, 1e9),
-    Announcement(8, (5,), lockstep=Lockstep(10.0, 600)),
 ]
 
 

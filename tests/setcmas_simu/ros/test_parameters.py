@@ -10,7 +10,7 @@ from rclpy.parameter import Parameter
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Number, OneOf
-from setcmas_simu.ros.parameters import ProcessParameters
+from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.process import FleetNode
 
 
@@ -41,7 +41,7 @@ def gains(node_with):
     """The parameters, and a list that what changes is appended to."""
     node = node_with()
     names = {'K': 'gain', 'longest': 'longest', 'mode': 'mode'}
-    parameters = ProcessParameters(node, Gains(), names, fixed=['longest'])
+    parameters = NodeParameters(node, Gains(), names, fixed=['longest'])
     changes = []
     parameters.on_change = changes.append
     return node, parameters, changes
@@ -55,7 +55,7 @@ def change(node, **values):
 def test_ros_arguments_take_the_place_of_options(node_with):
     node = node_with('K:=2', 'mode:=fast')
 
-    parameters = ProcessParameters(node, Gains(gain=3.0, other=5.0), {'K': 'gain', 'mode': 'mode'})
+    parameters = NodeParameters(node, Gains(gain=3.0, other=5.0), {'K': 'gain', 'mode': 'mode'})
     assert parameters.options == Gains(gain=2.0, mode='fast', other=5.0)
     assert node.get_parameter('K').value == 2.0
 
@@ -63,15 +63,19 @@ def test_ros_arguments_take_the_place_of_options(node_with):
 @pytest.mark.parametrize('given', ['K:=10', 'K:=fast', 'mode:=1'])
 def test_ros_arguments_that_make_no_sense(node_with, given):
     with pytest.raises(SetcmasError, match=r'parameter .* must be'):
-        ProcessParameters(node_with(given), Gains(), {'K': 'gain', 'mode': 'mode'})
+        NodeParameters(node_with(given), Gains(), {'K': 'gain', 'mode': 'mode'})
 
 
-def test_an_unknown_parameter_is_reported(node_with, capfd):
-    node = node_with('gian:=2', 'use_sim_time:=false')
-    ProcessParameters(node, Gains(), {'gain': 'gain'}).warn_of_unknown()
+def test_a_parameter_that_no_node_of_a_process_has_is_reported(node_with, capfd):
+    given = ('gian:=2', 'mode:=fast', 'use_sim_time:=false', 'qos_overrides./odom:=1')
+    nodes = [node_with(*given), node_with(*given)]
+    NodeParameters(nodes[0], Gains(), {'gain': 'gain'})
+    NodeParameters(nodes[1], Gains(), {'mode': 'mode'})
+    warn_of_unknown(nodes)
+
     message = capfd.readouterr().err
     assert "unknown parameter 'gian'; did you mean gain?" in message
-    assert 'use_sim_time' not in message
+    assert message.count('unknown parameter') == 1
 
 
 def test_a_set_parameter_counts_and_is_reported_once(gains):

@@ -1,4 +1,4 @@
-import math
+import json
 import signal
 import sys
 from pathlib import Path
@@ -11,16 +11,17 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from rcl_interfaces.srv import DescribeParameters, ListParameters
-from rclpy.serialization import serialize_message
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position, twist_stamped
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import colour
 
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 FOREIGN = Path(__file__).parents[2] / 'setcmas_expe' / 'scripts'
 
 
@@ -73,32 +74,6 @@ def test_reset_of_one_robot_and_of_the_fleet_by_topic_or_service(start, peer):
     peer.wait_for(lambda: all(position(o[-1]) == h for o, h in zip(odometry, homes, strict=True)))
 
 
-def test_commands_that_are_no_numbers_stop_a_robot_for_now_and_are_reported_once(start, peer):
-    simulator = start(*SIMU, '--nb-robots', '1')
-    odometry = peer.odometry(1)
-    publisher = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
-    for V in (math.nan, math.inf, 1e308, math.nan):
-        publisher.publish(twist_stamped(V, 0.0))
-        peer.wait_for_new(odometry, 3)
-    publisher.publish(twist_stamped(0.5, 0.0))
-
-    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.5)
-    assert abs(position(odometry[-1])[0]) < 1.0
-    assert simulator.output().count('tb3_1 stops: its command') == 1
-
-
-def test_a_command_that_its_sender_cut_short_is_ignored(start, peer):
-    start(*SIMU, '--nb-robots', '1')
-    odometry = peer.odometry(1)
-    publisher = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
-    for size in (40, 14):
-        publisher.publish(serialize_message(twist_stamped(0.2, 0.0))[:size])
-        peer.wait_for_new(odometry, 3)
-    publisher.publish(twist_stamped(0.5, 0.0))
-
-    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
-
-
 def test_a_sender_of_the_other_type_is_reported_once(start, peer):
     simulator = start(*SIMU, '--nb-robots', '2')
     for robot in (1, 2):
@@ -107,17 +82,6 @@ def test_a_sender_of_the_other_type_is_reported_once(start, peer):
     simulator.wait_for_output(
         '/tb3_1/cmd_vel and 1 more: /peer sends Twist, but the robot takes TwistStamped, so no '
         'command arrives; start simu with --cmd-vel-type twist, or send TwistStamped'
-    )
-
-
-def test_a_sender_to_robots_in_lockstep_is_reported(start, peer):
-    simulator = start(*SIMU, '--nb-robots', '2', '--lockstep')
-    for robot in (1, 2):
-        peer.node.create_publisher(TwistStamped, f'/tb3_{robot}/cmd_vel', 10)
-
-    simulator.wait_for_output(
-        '/tb3_1/cmd_vel and 1 more: /peer sends commands, but robots in lockstep only follow '
-        'answers on /lockstep (docs/ros.md); start simu without --lockstep'
     )
 
 
@@ -133,14 +97,37 @@ def test_so_is_a_sender_without_ros(start, domain):
     )
 
 
-def test_parameters_of_a_single_robot(start, peer):
-    parameters = ('robot_no:=3', 'x0:=2', 'y0:=-1.5', 'limits:=burger', 'robot_frame:=base')
-    start(*SIMU, '--ros-args', *[word for p in parameters for word in ('-p', p)])
-    odometry = peer.odometry(3)
-    peer.wait_for(lambda: odometry)
+def test_a_single_robot_has_the_names_and_parameters_that_ros_gives_it(start, peer):
+    parameters = ('x0:=2', 'y0:=-1.5', 'limits:=burger', 'rate:=50', 'child_frame_id:=base')
+    words = [word for one in parameters for word in ('-p', one)]
+    process = start(*SIMU, '--ros-args', '-r', '__ns:=/lab/tb3_3', *words)
+    process.wait_for_output('simulating robot 3 at 50 Hz')
+    odometry = peer.listen(Odometry, '/lab/tb3_3/odom')
+    fleet = peer.listen(String, '/lab/fleet', LATCHED)
+    peer.wait_for(lambda: odometry and fleet)
 
     assert position(odometry[0]) == (2.0, -1.5)
     assert odometry[0].child_frame_id == 'base'
+    assert json.loads(fleet[0].data)['robots'] == [3]
+    publisher = peer.publisher(TwistStamped, '/lab/tb3_3/cmd_vel')
+    publisher.publish(twist_stamped(1.0, 0.0))
+    peer.wait_for(lambda: 0.0 < odometry[-1].twist.twist.linear.x < 0.3)
+    assert peer.set_parameter('/lab/tb3_3/virtual_robot', 'limits', 'ideal') == ''
+    publisher.publish(twist_stamped(1.0, 0.0))
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 1.0)
+    assert peer.call(Trigger, '/lab/tb3_3/virtual_robot/reset').success
+    peer.wait_for(lambda: position(odometry[-1]) == (2.0, -1.5))
+
+
+def test_a_single_robot_takes_options_too(start, peer):
+    options = ('--pose', '1:2,1', '--limits', 'waffle')
+    start(*SIMU, *options, '--ros-args', '-r', '__ns:=/tb3_1')
+    odometry = peer.odometry(1)
+    peer.wait_for(lambda: odometry)
+
+    assert position(odometry[0]) == (2.0, 1.0)
+    described = peer.call(GetParameters, '/tb3_1/virtual_robot/get_parameters', names=['limits'])
+    assert described.values[0].string_value == 'waffle'
 
 
 def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
@@ -165,22 +152,52 @@ def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
     assert 'rate is 20 from now on' in simulator.output()
 
 
-def test_parameters_of_the_start_are_listed_and_fixed(start, peer):
-    parameters = ('tb3_2.x0:=2', 'rtf:=2.0')
-    words = [word for one in parameters for word in ('-p', one)]
-    start(*SIMU, '--nb-robots', '2', '--ros-args', *words)
-    odometry = peer.odometry(2)
+def test_each_robot_has_parameters_of_its_own(start, peer, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text('/tb3_2/virtual_robot:\n  ros__parameters: {x0: 2.0, limits: burger}\n')
+    start(*SIMU, '--nb-robots', '2', '--ros-args', '--params-file', str(file))
+    odometry = [peer.odometry(robot) for robot in (1, 2)]
+    peer.wait_for(lambda: all(odometry))
+    assert position(odometry[0][0]) == tuple(start_poses(2)[:2, 0])
+    assert position(odometry[1][0]) == (2.0, start_poses(2)[1, 1])
 
-    listed = peer.call(ListParameters, '/virtual_robots/list_parameters').result.names
-    assert {'rate', 'world_frame', 'tb3_1.x0', 'tb3_2.theta0', 'tb3_2.model'} <= set(listed)
-    names = ['rtf', 'tb3_2.x0']
-    found = peer.call(DescribeParameters, '/virtual_robots/describe_parameters', names=names)
-    assert [one.read_only for one in found.descriptors] == [True, True]
-    (allowed,) = found.descriptors[0].floating_point_range
-    assert (allowed.from_value, allowed.to_value) == (0.0, 100.0)
-    assert 'read-only' in peer.set_parameter('/virtual_robots', 'rtf', 3.0)
-    peer.wait_for(lambda: odometry)
-    assert position(odometry[0]) == (2.0, start_poses(2)[1, 1])
+    second = '/tb3_2/virtual_robot'
+    listed = peer.call(ListParameters, f'{second}/list_parameters').result.names
+    assert {'robot_no', 'x0', 'y0', 'theta0', 'model', 'limits', 'cmd_timeout'} <= set(listed)
+    found = peer.call(DescribeParameters, f'{second}/describe_parameters', names=['x0', 'limits'])
+    assert [one.read_only for one in found.descriptors] == [True, False]
+    assert 'read-only' in peer.set_parameter(second, 'x0', 3.0)
+
+    def speeds():
+        for command in commands:
+            command.publish(twist_stamped(1.0, 0.0))
+        peer.wait_for_new(odometry[1], 2)
+        return [messages[-1].twist.twist.linear.x for messages in odometry]
+
+    commands = [peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel') for robot in (1, 2)]
+    peer.wait_for(lambda: speeds() == [1.0, pytest.approx(0.21, abs=0.01)])
+    assert peer.set_parameter('/virtual_robots', 'limits', 'waffle') == ''  # for all of them
+    peer.wait_for(lambda: speeds() == 2 * [pytest.approx(0.26, abs=0.01)])
+    assert peer.set_parameter(second, 'limits', 'ideal') == ''
+    peer.wait_for(lambda: speeds() == [pytest.approx(0.26, abs=0.01), 1.0])
+
+
+def test_robots_of_fleets_above_20_have_no_services_of_their_own(start, peer):
+    start(*SIMU, '--nb-robots', '21', '--ros-args', '-r', '__ns:=/many')
+    start(*SIMU, '--nb-robots', '20', '--ros-args', '-r', '__ns:=/few')
+    for fleet in ('many', 'few'):
+        reason = peer.set_parameter(f'/{fleet}/virtual_robots', 'cmd_timeout', 0.1)
+        assert 'it must be at least 0.3 s' in reason
+
+    def services():
+        names = {name for name, _ in peer.node.get_service_names_and_types()}
+        return {name.split('/')[1] for name in names if '/virtual_robot/' in name}
+
+    peer.wait_for(services)
+    peer.wait_for_new(peer.listen(Odometry, '/many/tb3_21/odom'))
+    peer.wait_for_new(peer.listen(Odometry, '/few/tb3_20/odom'))
+    assert services() == {'few'}
+    assert peer.set_parameter('/few/tb3_20/virtual_robot', 'cmd_timeout', 0.5) == ''
 
 
 def test_a_part_of_a_fleet_starts_where_it_does_in_the_whole(start, peer):
@@ -201,7 +218,7 @@ def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
     second = start(*SIMU, '--nb-robots', '3')
     assert second.wait() == 2
     assert 'robots 1-3 are already simulated in ROS domain' in second.output()
-    assert '(node /virtual_robots publishes odometry)' in second.output()
+    assert '(node /tb3_1/virtual_robot publishes odometry)' in second.output()
     third = start(*SIMU, '--robots', '5-6')
     third.wait_for_output('simulating robots 5-6')
 
@@ -235,7 +252,7 @@ def test_after_a_crash_a_simulator_can_be_started_again(start):
         (('--ros-args', '-p', 'limits:=segway'), 'segway'),
         (('--model', '1:segway'), "unknown robot model 'segway'"),
         (('--ros-args', '-p', 'foo'), 'invalid arguments after --ros-args'),
-        (('--ros-args', '-p', 'use_sim_time:=true'), 'virtual_robots refuses use_sim_time'),
+        (('--ros-args', '-p', 'use_sim_time:=true'), 'virtual_robot refuses use_sim_time'),
     ],
 )
 def test_mistakes_are_reported_without_a_traceback(start, arguments, message):

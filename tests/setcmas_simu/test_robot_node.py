@@ -1,0 +1,174 @@
+"""Nodes of robots: their names and parameters, what they hear, and the order of their steps."""
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from rclpy.parameter import Parameter
+from std_msgs.msg import Bool, UInt16
+from stepped_alone import SetClock
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robot_node import RobotNode, StepTime, stepping
+from setcmas_simu.ros import messages, process
+from setcmas_simu.ros.process import FleetNode
+
+
+@pytest.fixture
+def node_of(peer):
+    """Return a function that creates a node with arguments of ROS; kwargs are its own."""
+    nodes = []
+
+    def create(*given, kind=RobotNode, name='follower', **kwargs):
+        arguments = ['--ros-args', *given]
+        nodes.append(kind(name, context=peer.context, cli_args=arguments, **kwargs))
+        return nodes[-1]
+
+    yield create
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ('given', 'robot', 'fleet_namespace'),
+    [
+        ((), 1, ''),
+        (('-r', '__ns:=/tb3_3'), 3, ''),
+        (('-r', '__ns:=/lab/tb3_12'), 12, '/lab'),
+        (('-r', '__ns:=/lab'), 1, '/lab'),
+        (('-r', '__ns:=/charlie', '-p', 'robot_no:=3', '-p', 'fleet_namespace:=/'), 3, ''),
+        (('-r', '__ns:=/tb3_3', '-p', 'fleet_namespace:=/lab/'), 3, '/lab'),
+    ],
+)
+def test_a_node_alone_is_of_the_robot_that_its_names_or_parameters_say(
+    node_of, given, robot, fleet_namespace
+):
+    node = node_of(*given)
+
+    assert (node.robot, node.fleet_namespace) == (robot, fleet_namespace)
+    assert node.full_name('/pause') == f'{fleet_namespace}/pause'
+    own = node.publisher(Bool, 'pause').topic_name
+    assert own == f'{node.get_namespace().rstrip("/")}/pause'
+
+
+@pytest.mark.parametrize('number', ['0', '-1', '1.5', 'first'])
+def test_a_number_that_no_robot_has_is_refused(node_of, number):
+    with pytest.raises(SetcmasError, match=r'robot_no is .*; it must be a number from 1'):
+        node_of('-p', f'robot_no:={number}')
+
+
+def test_nodes_of_a_process_stand_below_the_namespace_of_its_fleet(node_of, monkeypatch):
+    rules = ['-r', '__ns:=/lab', '-r', '__node:=laws']
+    monkeypatch.setattr(process, '_arguments', ['--ros-args', *rules, '-p', 'gain:=2.0'])
+    fleet = node_of(*rules, kind=FleetNode)
+    node = node_of(robot=2, fleet=fleet)
+
+    assert fleet.get_fully_qualified_name() == '/lab/laws'
+    assert node.get_fully_qualified_name() == '/lab/tb3_2/follower'
+    assert (node.robot, node.fleet_namespace) == (2, '/lab')
+    assert node.publisher(Bool, '/pause').topic_name == '/lab/pause'
+    assert node.publisher(Bool, 'pause').topic_name == '/lab/tb3_2/pause'
+    assert process.of_other_nodes()['cli_args'] == ['--ros-args', '-p', 'gain:=2.0']
+
+
+def test_without_rules_of_names_further_nodes_take_all_arguments(monkeypatch):
+    monkeypatch.setattr(process, '_arguments', ['--ros-args', '-r', 'odom:=pose', '-p', 'a:=1'])
+
+    assert process.of_other_nodes() == {}
+
+
+def test_which_robot_it_is_stays_with_nodes_of_a_process(node_of):
+    fleet = node_of(kind=FleetNode)
+    given = [Parameter('robot_no', value=7), Parameter('fleet_namespace', value='/a')]
+    nodes = [node_of(robot=i, fleet=fleet, parameter_overrides=given) for i in (1, 2)]
+
+    assert [node.robot for node in nodes] == [1, 2]
+    assert [node.fleet_namespace for node in nodes] == ['', '']
+
+
+def test_the_newest_message_is_returned_once(node_of, peer):
+    node = node_of('-r', '__ns:=/tb3_3')
+    count = node.newest(UInt16, 'count')
+    publisher = peer.publisher(UInt16, '/tb3_3/count')
+    assert count() is None
+    for number in (1, 2, 3):
+        publisher.publish(UInt16(data=number))
+
+    assert count().data == 3
+    assert count() is None
+
+
+def test_fixed_parameters_come_from_the_start(node_of):
+    node = node_of('-p', 'height:=2', '-p', 'odom_topic:=pose')
+
+    assert node.fixed('odom_topic', 'odom', 'poses') == 'pose'
+    assert node.fixed('model', 'unicycle', 'a model') == 'unicycle'
+    assert node.number('height', 1.0, 'in m') == 2.0
+    (answer,) = node.set_parameters([Parameter('model', value='car')])
+    assert 'read-only' in answer.reason
+
+
+@pytest.mark.parametrize('given', ['.nan', '.inf', '1e7', 'high', 'true'])
+def test_numbers_are_finite(node_of, given):
+    with pytest.raises(SetcmasError, match=r'parameter height is .*; it must be'):
+        node_of('-p', f'height:={given}').number('height', 1.0, 'in m')
+
+
+def test_a_warning_with_a_key_is_shown_once(node_of, capfd):
+    node = node_of()
+    for key in ('a', 'b', 'a'):
+        node.warn_once(key, f'said of {key}')
+
+    said = capfd.readouterr().err
+    assert (said.count('said of a'), said.count('said of b')) == (1, 1)
+
+
+class Process:
+    """Stops after some steps; its clock goes on only when it is waited for."""
+
+    def __init__(self, clock, nb_steps):
+        self.clock, self.left = clock, nb_steps
+        self.requests = None
+
+    @property
+    def stopping(self):
+        return self.left <= 0
+
+    def serve(self, timeout_s):
+        self.clock.t += max(0.0, timeout_s)
+
+
+class Noted:
+    """A node that notes its steps."""
+
+    services = ()
+
+    def __init__(self, name, time, steps):
+        self.name, self.time, self.steps = name, time, steps
+
+    def step(self):
+        self.steps.append((self.time.now, self.time.stamp.sec, self.name))
+
+
+def test_nodes_are_stepped_phase_after_phase_at_one_time(node_of, monkeypatch):
+    clock, steps = SetClock(), []
+    monkeypatch.setattr(messages, 'now_ns', lambda: round(clock.t * 1e9))
+    time = StepTime(2.0, clock)
+    nodes = [Noted(name, time, steps) for name in ('law 1', 'law 2', 'si_to_uni 1')]
+    robots = Process(clock, 2)
+
+    def before():
+        steps.append('before')
+
+    def after():
+        steps.append('after')
+        robots.left -= 1
+        time.period = 3.0  # counts from the next step on
+
+    stepping(robots, time, [nodes[:2], nodes[2:]], node_of(), before, after).run()
+
+    def at(now):
+        return ['before', *((now, now, node.name) for node in nodes), 'after']
+
+    assert steps == [*at(0.0), *at(3.0)]
+    assert robots.requests
