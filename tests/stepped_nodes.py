@@ -12,6 +12,7 @@ from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_ctrl.controllers.controllers import PARAMETERS, ControlledFleet
 from setcmas_ctrl.scripts.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.reports import connected_launcher
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
@@ -28,7 +29,7 @@ class SteppedRun:
     """The nodes of a scenario: virtual_robot, controller, si_to_uni, and what else it has.
 
     Attributes:
-        poses: Poses of the robots after each step, shape (K + 1, 3, N).
+        poses: Poses of the robots after each step, as messages carry them, shape (K + 1, 3, N).
         sent: Whether each robot sent its state at a step, shape (K + 1, N), if by events.
     """
 
@@ -83,7 +84,8 @@ class SteppedRun:
                     self.fleet.begin_step()
                     self._step(self.fleet.time, self.fleet.phases, self._clock.t)
                     self.fleet.end_step()
-        self.poses, self.sent = np.array(poses).transpose(0, 2, 1), np.array(sent)
+        through = through_quaternion(np.array(poses).transpose(2, 0, 1))
+        self.poses, self.sent = through.transpose(1, 0, 2), np.array(sent)
         return self
 
     def _step(self, time, phases, now) -> None:

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from processes import run_setcmas
 
 from setcmas_ctrl.network import reachable
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_tools import simulate
+from setcmas_tools import Scenario, simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 RATE = 'consensus.convergence_rate_1_s'
@@ -262,23 +261,18 @@ OF_POSES = sorted({*ALGORITHMS.plugins()} - OTHERS)
 EACH_BY_ONE_ROBOT = ','.join(f'{i}:{name}' for i, name in enumerate(OF_POSES, 1))
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize('law', [*WITH_MESSAGES, EACH_BY_ONE_ROBOT])
-def test_each_law_is_the_same_in_lockstep(tmp_path, domain, law):
+def test_each_law_moves_robots_over_topics_as_offline(law, domain):
     pytest.importorskip('rclpy')
-    count = len(OF_POSES) if law == EACH_BY_ONE_ROBOT else 4
-    options = [f'--algo={law}', f'--nb-robots={count}', '--graph=ring', '--loss=0.2']
-    options += ['--delay=0.2', '--duration=3', '--seed=3', '--no-plots']
-    for command in (['offline'], ['run', '--lockstep']):
-        run = run_setcmas(*command, *options, '-o', command[0], cwd=tmp_path)
-        assert run.returncode == 0, run.stdout + run.stderr
+    from stepped_nodes import stepped_nodes
 
-    tables = sorted((tmp_path / 'offline' / 'csv').iterdir())
-    assert len(tables) > 3
-    for table in tables:
-        if table.name == 'drawings.csv':  # colours of markers have single precision
-            continue
-        assert (tmp_path / 'run' / 'csv' / table.name).read_bytes() == table.read_bytes(), table
+    count = len(OF_POSES) if law == EACH_BY_ONE_ROBOT else 4
+    options = {'graph': 'ring', 'loss': 0.2, 'delay': 0.2, 'seed': 3}
+    scenario = Scenario.of(law, nb_robots=count, duration=3.0, **options)
+    with stepped_nodes(scenario, domain) as nodes:
+        nodes.run()
+
+    assert np.array_equal(nodes.poses, simulate(scenario).poses)
 
 
 SLOW_CALLS = {'rate': 5.0, 'robot_rate': 10.0}

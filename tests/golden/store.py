@@ -4,7 +4,7 @@
     git diff tests/golden           show what changed
 
 It uses the command line only, so that it survives any change of the modules. inputs/bag.mcap holds
-two robots for 2 s in lockstep, event-triggered on a ring, compressed by `mcap` with zstd.
+two robots for 2 s, event-triggered on a ring, compressed by `mcap` with zstd.
 inputs/foreign_mcap and inputs/foreign_sqlite3 hold the same 98 messages of a robot that is not of
 this stack, written by rosbags: odometry, IMU, laser, joints, transforms, a text.
 """

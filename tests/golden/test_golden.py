@@ -6,16 +6,16 @@ their last digit.
 
 import re
 
+import numpy as np
 import pytest
 from golden import store
-from processes import run_setcmas
 from sandboxes import needs_sandbox
+
+from setcmas_tools import Scenario, simulate
 
 NUMBER = re.compile(rb'-?\d+\.\d+(?:e[-+]\d+)?')
 LAST_DIGIT = 1.1e-9
 SAME_MATHS = store.maths() == store.MATHS.read_text().strip()
-QUICK = ('event_triggered', 'leader_election')
-"""Runs that are made over ROS in the quick tests."""
 
 
 def same(made, golden):
@@ -42,18 +42,17 @@ def test_an_offline_run_is_the_golden_one(name, tmp_path):
     assert made.keys() == store.stored(name).keys()
 
 
-@pytest.mark.parametrize(
-    'name',
-    [
-        pytest.param(name, marks=() if name in QUICK else pytest.mark.nightly)
-        for name in store.RUNS
-    ],
-)
-def test_a_run_in_lockstep_is_the_golden_one(name, tmp_path, domain):
+@pytest.mark.parametrize('name', store.RUNS)
+def test_the_nodes_of_a_run_move_robots_as_the_offline_run(name, tmp_path, domain):
     pytest.importorskip('rclpy')
-    run = run_setcmas('run', '--lockstep', *store.options(name), '-o', 'out', cwd=tmp_path)
-    assert run.returncode == 0, run.stdout + run.stderr
-    compare(store.results(tmp_path / 'out'), name)
+    from stepped_nodes import stepped_nodes
+
+    store.run(name, tmp_path)
+    scenario = Scenario.load(tmp_path / name / 'run.yaml')
+    with stepped_nodes(scenario, domain) as nodes:
+        nodes.run()
+
+    assert np.array_equal(nodes.poses, simulate(scenario).poses)
 
 
 @pytest.mark.parametrize(('name', 'golden'), store.BAGS.items())

@@ -259,12 +259,15 @@ class ControlledFleet:
             arena = Arena(*safety.arena)
         publish_obstacles(self._node, Obstacles.of(safety.obstacles or ''), arena)
 
+    @property
+    def _topic_of(self) -> Callable[[int], str]:
+        """The topic with the poses of a robot that is not told another one."""
+        return topics.mocap_topic if self._options.experiment else topics.odometry_topic
+
     def _subscribed_poses(self) -> FleetPoses:
         """Return the poses of all robots that the laws, their links or the filter need."""
-        profile = qos.STATE
-        in_experiment = self._options.experiment
-        topic_of = topics.mocap_topic if in_experiment else topics.odometry_topic
-        if not (in_experiment or self._announced.robots):  # robots of others
+        profile, topic_of = qos.STATE, self._topic_of
+        if not (self._options.experiment or self._announced.robots):  # robots of others
             profile = offered_profile(self._node, topic_of(self.robots[0]))
         sources: dict[int, tuple[FleetNode, str]] = {}
         needs_all = self.controllers and self._communication.needs_all_poses
@@ -293,7 +296,9 @@ class ControlledFleet:
 
     def _watch_graph(self) -> None:
         process, node, robots = self._process, self._node, self.si_to_unis
-        self._graph = GraphWatch(node, self.poses, self._announced, robots, self._warn)
+        self._graph = GraphWatch(
+            node, self.poses, self._topic_of, self._announced, robots, self._warn
+        )
         self._lost = LostRobots(self.robots, self.poses, self._warn)
         self._urgent: list[PolledTopic] = []
         if self._options.experiment:

@@ -31,11 +31,14 @@ class GraphWatch:
         self,
         node: Node,
         poses: FleetPoses,
+        topic_of: Callable[[int], str],
         announced: FleetListener,
         drivers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
+        """Begin; new robots are found by their topics, those of known ones are in `poses`."""
         self._node = node
+        self._topic_of = topic_of
         self._own = cmd_vel_topics.own_participant(node)
         self._poses = poses
         self._announced = announced
@@ -165,7 +168,7 @@ class GraphWatch:
     def _notice_latecomers(self) -> None:
         self._announced.take()
         present = {
-            *robots_with_odometry(self._node, self._poses.topic_of, self._known),
+            *robots_with_odometry(self._node, self._topic_of, self._known),
             *self._announced.robots,
         }
         latecomers = present - self._known
