@@ -32,18 +32,6 @@ def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
     return twist.linear.x, twist.angular.z
 
 
-def command(kind: str, V: float, omega: float, left: float, frame: str) -> Twist | TwistStamped:
-    """Return a command: forward speed (m/s), turn rate (rad/s), speed to the left (m/s)."""
-    message = TYPES[kind]()
-    twist = message
-    if isinstance(message, TwistStamped):
-        message.header.stamp = messages.stamp()
-        message.header.frame_id = frame
-        twist = message.twist
-    twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-    return message
-
-
 _GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
 
 _NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name
@@ -258,7 +246,12 @@ class CmdVelPublisher:
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        self._publisher.publish(command(self._type, V, omega, left, self._frame))
+        message = twist = self._message  # one for all: a new one would cost a fifth of all this
+        if isinstance(message, TwistStamped):
+            message.header.stamp = messages.stamp()
+            twist = message.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
+        self._publisher.publish(message)
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -299,3 +292,6 @@ class CmdVelPublisher:
         kind = TYPES[self._type]
         self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
         self.topic = self._publisher.topic_name
+        self._message = kind()
+        if isinstance(self._message, TwistStamped):
+            self._message.header.frame_id = self._frame

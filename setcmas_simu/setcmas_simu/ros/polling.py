@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -100,11 +99,14 @@ def newest(node: Node, kind: type, topic: str, profile: QoSProfile) -> Callable[
     latest = QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
     subscription = node.create_subscription(kind, topic, _ignore, latest, callback_group=POLLED)
 
+    handle = subscription.handle
+
     def take() -> Any:
-        with contextlib.suppress(_UNREADABLE), subscription.handle:
-            taken = subscription.handle.take_message(kind, False)
-            return taken and taken[0]
-        return None
+        try:
+            taken = handle.take_message(kind, False)
+        except _UNREADABLE:
+            return None
+        return taken and taken[0]
 
     return take
 
