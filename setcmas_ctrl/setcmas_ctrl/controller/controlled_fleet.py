@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from setcmas_ctrl import drawing
@@ -28,10 +29,12 @@ from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
 from setcmas_ctrl.driving.odometry import FleetOdometry, offered_profile
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.conversion_script import script_conversions
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import model_names
@@ -152,14 +155,15 @@ class ControlledFleet:
         ]
         self._show_surroundings()
         drivers = self._drivers()
-        commander = self._commander(drivers)
         pause = self._pause(drivers)
         graph = GraphWatch(self._node, self._odometry, self._announced, drivers, self._warn)
         scripts = {law.robot: law.path for law in laws}
         condition = self._communication.condition_script or Path(CTC)
+        conversion = Path(str(self._law.conversion()))
         outcomes = ScriptOutcomes(
-            self._warn, self._loader.watch, self._process.launcher, scripts, condition
+            self._warn, self._loader.watch, self._process.launcher, scripts, condition, conversion
         )
+        commander = self._commander(drivers, outcomes)
         robots = list(zip(controllers, drivers, strict=True))
         stepper = ControlStepper(
             self._node, self._odometry, robots, commander, outcomes, graph, pause
@@ -186,8 +190,17 @@ class ControlledFleet:
             models.follow(self._announced)
         return drivers
 
-    def _commander(self, drivers: list[SiToUni]) -> Commander:
-        commander = Commander(self._law, self._safety, self._robots, self._nb_robots, self._warn)
+    def _commander(self, drivers: list[SiToUni], outcomes: ScriptOutcomes) -> Commander:
+        scripts = script_conversions(
+            self._law.conversion(),
+            self._robots,
+            outcomes.conversions,
+            lambda: self.stepper.t,
+            partial(self._loader.watch.call, function=Function.SI_TO_UNI),
+        )
+        commander = Commander(
+            self._law, self._safety, self._robots, self._nb_robots, self._warn, scripts
+        )
         commander.limits = self._options.limits or limits_named(self._announced.limits)
         commander.use([driver.model for driver in drivers])
         return commander

@@ -35,6 +35,7 @@ class ScriptOutcomes:
         launcher: Launcher,
         laws: Mapping[int, Path],
         condition: Path,
+        conversion: Path,
     ) -> None:
         """Report each new error to the launcher, and all at the end; `laws` are by robot."""
         self._warn = warn
@@ -51,7 +52,15 @@ class ScriptOutcomes:
             partial(self._note, conditions, Function.CONDITION),
             Function.CONDITION,
         )
-        self._first = self.laws, self.conditions  # in later versions t starts at 0 again
+        conversions = dict.fromkeys(laws, conversion)
+        self.conversions = ErrorReports(
+            warn,
+            STOPPED,
+            partial(self._note, conversions, Function.SI_TO_UNI),
+            Function.SI_TO_UNI,
+        )
+        # In later versions t starts at 0 again.
+        self._first = self.laws, self.conditions, self.conversions
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
