@@ -21,9 +21,13 @@ from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 
+_REPEAT_EVERY_NS = 90_000_000  # 10 Hz; odometry comes a little early or late
+
 
 class EventTriggeredComm:
     """Broadcasts the state of one robot when its condition triggers, and publishes each decision.
+
+    It repeats the last state sent at 10 Hz, so that receivers that missed it get it all the same.
 
     Attributes:
         sent: Stamp of the last state sent in ns; NO_STAMP if none was sent.
@@ -43,6 +47,8 @@ class EventTriggeredComm:
         """
         self.robot = broadcast.robot
         self.sent = NO_STAMP
+        self._last_sent = b''  # encoded
+        self._published = NO_STAMP
         self._broadcast = broadcast
         self._now = clock
         self._watch = watch
@@ -65,9 +71,12 @@ class EventTriggeredComm:
         with self._watch.call(self.robot, self._broadcast.path, Function.CONDITION):
             triggered = self._broadcast.is_triggered(state.pose, state.V, self._now())
         self._events.publish(UInt16(data=int(triggered)))
+        stamp = read_stamp(state.odometry)
         if triggered:
-            self.sent = read_stamp(state.odometry)
-            self._states.publish(state.odometry)
+            self.sent, self._last_sent = stamp, state.odometry
+        if triggered or abs(stamp - self._published) >= _REPEAT_EVERY_NS:
+            self._published = stamp
+            self._states.publish(self._last_sent)
 
 
 def broadcasters(

@@ -231,8 +231,12 @@ class FleetCommunication:
     def _on_state(self, robot: int, data: bytes) -> None:
         state = read_state(data)
         if isinstance(state, State):
-            self.stamps[robot - 1] = read_stamp(data)
-            self._send(robot, state)
+            stamp = read_stamp(data)
+            # The last state is repeated in case that it was lost; that sends nothing new.
+            known = self.stamps[robot - 1], tuple(self._links.last_sent[:, robot - 1])
+            if (stamp, state.pose) != known:
+                self.stamps[robot - 1] = stamp
+                self._send(robot, state)
 
     def _send(self, robot: int, state: State) -> None:
         self._links.send([robot - 1], np.array(state.pose)[:, None], self._odometry.now)
