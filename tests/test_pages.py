@@ -60,11 +60,11 @@ def test_every_file_of_ours_that_a_page_names_is_there(page):
 
 
 def scripts(function):
-    """Return the scripts of all pages that define a function for `--algo` or `--ctc`."""
+    """Return the scripts of all pages that define a function of this name."""
     return [text for _, text in code('python') if f'def {function}(' in text]
 
 
-@pytest.mark.parametrize('function', ['control', 'ctc'])
+@pytest.mark.parametrize('function', ['control', 'ctc', 'si_to_uni'])
 def test_every_script_runs(tmp_path, function):
     alone = [text for text in scripts(function) if 'setcmas_tools' not in text]
     for number, text in enumerate(alone):
@@ -74,6 +74,8 @@ def test_every_script_runs(tmp_path, function):
 
         if function == 'ctc':
             simulate('consensus', 3, 5, event_triggered=True, ctc=path, warn=said.append)
+        elif function == 'si_to_uni':
+            simulate('consensus', 3, 5, si_to_uni=path, warn=said.append)
         else:
             simulate(path, 3, 5, warn=said.append)
         assert said == []
@@ -99,7 +101,9 @@ def programs():
     """Return the Python of each page that is no script: its pieces in their order, as one."""
     found = {}
     for page, text in code('python'):
-        is_script = re.search(r'def (control|ctc)\(', text) and 'setcmas_tools' not in text
+        is_script = (
+            re.search(r'def (control|ctc|si_to_uni)\(', text) and 'setcmas_tools' not in text
+        )
         if not is_script and f'{NOT_RUN}\n\n```python\n{text}' not in page.read_text():
             found.setdefault(page, []).append(text)
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from nav_msgs.msg import Odometry
@@ -15,11 +16,13 @@ from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import State
 
+_REPEAT_S = 0.09  # 10 Hz; odometry comes a little early or late
+
 
 class EventTriggeredComm(RobotNode):
     """Publishes the state of robot i when its condition triggers: odom in, trig_odom out.
 
-    The last state is repeated with each odometry, so that a lost message heals.
+    The last state is repeated at 10 Hz, so that receivers that missed it get it all the same.
 
     Attributes:
         broadcast: Decides whether a state is sent.
@@ -39,12 +42,17 @@ class EventTriggeredComm(RobotNode):
         self.trig_event = self.publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
         self.trig_odom = self.publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
         self.sent: Odometry | None = None
+        self.published = -math.inf
 
     def evaluate(self, state: State) -> None:
         """Decide whether to send a new state of the robot."""
         with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))
+        now = self.time.clock.now()
         if triggered:
             self.sent = state.odometry
+        elif now - self.published < _REPEAT_S:
+            return
+        self.published = now
         self.trig_odom.publish(self.sent)

@@ -13,7 +13,7 @@ from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.filter.safety_filter import SafetyFilter
 from setcmas_ctrl.fleet_poses import FleetPoses
-from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -32,8 +32,11 @@ class SafetyFilterNode(FleetNode):
         options: FilterOptions,
         gains: GainOptions,
         poses: FleetPoses,
+        conversions: Sequence[Conversion] = (),
     ) -> None:
         """Filter the velocities of some robots of a fleet; the others count as obstacles.
+
+        The conversions are those of the robots, if not the built-in one.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety for these robots.
@@ -44,12 +47,9 @@ class SafetyFilterNode(FleetNode):
         self.robots, self.poses = robots, poses
         self.time, self.timeout = robots[0].time, robots[0].timeout
         numbers = [robot.robot for robot in robots]
+        accel = options.accel or math.inf
         self.conversion = VelocityConversion(
-            len(robots),
-            gains.komega,
-            1.0 / gains.rate,
-            options.accel or math.inf,
-            options.lookahead,
+            len(robots), gains.komega, 1.0 / gains.rate, accel, options.lookahead, conversions
         )
         self.filter = SafetyFilter(
             options, numbers, poses.poses.shape[1], self.conversion, self.get_logger().warning

@@ -59,17 +59,17 @@ Conversion = Callable[[Floats, Floats, float], Floats]
 """From velocities (2, N) and poses (3, N) of robots, and komega in 1/s, to commands (3, N)."""
 
 
-def conversion_of(model: RobotModel) -> Conversion:
-    """Return how robots of a model are driven: by its own method `command`, or as unicycles."""
-    own: Conversion | None = getattr(model, 'command', None)
-    return own or as_unicycles
-
-
 def as_unicycles(velocities: Floats, poses: Floats, komega: float) -> Floats:
     """Return the commands of unicycles by `si_to_uni`: V (m/s), zeros, omega (rad/s); (3, N)."""
     commands = np.zeros(poses.shape)
     commands[0], commands[2] = si_to_uni(velocities, poses[2], komega)
     return commands
+
+
+def conversion_of(model: RobotModel, otherwise: Conversion = as_unicycles) -> Conversion:
+    """Return how robots of a model are driven: by its own method `command`, if it has one."""
+    own: Conversion | None = getattr(model, 'command', None)
+    return own or otherwise
 
 
 def limited_rise(commands: Floats, before: Floats, most: float) -> Floats:
@@ -111,6 +111,7 @@ class VelocityConversion:
         Ts: float = 0.2,
         accel: float = math.inf,
         lookahead: float = LOOKAHEAD_M,
+        scripts: Sequence[Conversion] = (),
     ) -> None:
         """Prepare to convert velocities of R robots; `use` sets their models.
 
@@ -121,16 +122,19 @@ class VelocityConversion:
             accel: Largest acceleration in m/s^2; inf is no limit.
             lookahead: Distance in m from a unicycle's axle to the point whose velocity the safety
                 filter changes.
+            scripts: Instead of `si_to_uni`, the conversion of each robot; none by default.
         """
         self.komega, self.Ts = komega, Ts
-        self._accel, self._lookahead = accel, lookahead
+        self._accel, self._lookahead, self._scripts = accel, lookahead, scripts
         self.last: Floats = np.zeros((3, nb_robots))
         self._groups: list[tuple[Conversion, bool, Any]] = []
 
     def use(self, models: Sequence[RobotModel]) -> None:
         """Set the models of the R robots; robots that are driven alike are converted together."""
         self._turns = np.array([model.motion is Motion.UNICYCLE for model in models])
-        ways = list(zip(map(conversion_of, models), self._turns.tolist(), strict=True))
+        scripts = self._scripts or [as_unicycles] * len(models)
+        found = map(conversion_of, models, scripts)
+        ways = list(zip(found, self._turns.tolist(), strict=True))
         self._groups = [
             (
                 *way,

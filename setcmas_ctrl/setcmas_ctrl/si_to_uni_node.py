@@ -20,7 +20,7 @@ from setcmas_ctrl.control.commander import within_limits
 from setcmas_ctrl.control.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
-from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import RobotModel, VelocityLimits
@@ -85,13 +85,14 @@ class SiToUni(RobotNode):
             options.cmd_vel_type,
         )
         self.pause_request = self.newest(Bool, topics.PAUSE, qos.EVENT)
-        self.conversion = VelocityConversion(
-            1, gains.komega, 1.0 / gains.rate, safety.accel or math.inf, safety.lookahead
-        )
+        self._of_conversion = (
+            gains.komega, 1.0 / gains.rate, safety.accel or math.inf, safety.lookahead,
+        )  # fmt: skip
         self.is_filtered, self.in_experiment = safety.is_on, in_experiment
         self.limits = limits
         self.poses: FleetPoses
-        self.use(UNICYCLE)
+        self.model: RobotModel = UNICYCLE
+        self.convert_by()
         self.paused = self.stopped = False
         self.command: Command | None = None  # before the first velocity
         self.heard = self.sent = -math.inf
@@ -100,6 +101,11 @@ class SiToUni(RobotNode):
         """Drive the robot as its model asks for."""
         self.model = within_limits(model, self.limits)
         self.conversion.use([self.model])
+
+    def convert_by(self, *script: Conversion) -> None:
+        """Drive the robot by a user's own conversion, or without one by the built-in one."""
+        self.conversion = VelocityConversion(1, *self._of_conversion, script)
+        self.use(self.model)
 
     def step(self) -> None:
         """Convert a new velocity, or repeat the last command; zero after a time-out."""

@@ -15,7 +15,6 @@ import argparse
 from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views, shown_robots
 from launch_scripts.processes.environment import require_ros
-from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
     add_ros_arguments,
@@ -23,6 +22,7 @@ from launch_scripts.processes.node_commands import (
     ros_arguments,
 )
 from launch_scripts.processes.run_processes import controller_arguments
+from launch_scripts.processes.supervisor import run_in_foreground
 from launch_scripts.terminal.terminal import warn
 from setcmas_ctrl.control.control_options import ControllerOptions, FleetOptions, WatchOptions
 

@@ -1,10 +1,11 @@
-"""Write a control script, a robot script, a lab file or a practical session to the current folder.
+"""Write a script, a lab file or a practical session to the current folder.
 
 Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
   setcmas new my_law --from consensus --exercise   the exercise, for you to fill in
   setcmas new my_robot --robot                     your own robot, for --model my_robot.py
+  setcmas new my_driver --si-to-uni                how velocities become commands
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
   setcmas new --session 3                          session_3/: exercise, scenarios and questions
 """
@@ -40,6 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--from, the exercise called NAME',
     )
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
+    conversion = 'a script with the built-in si_to_uni, for --si-to-uni'
+    parser.add_argument('--si-to-uni', action='store_true', help=conversion)
     lab = 'a lab file with every default (default NAME: lab)'
     parser.add_argument('--lab', action='store_true', help=lab)
     session = 'a folder for practical session N of three hours (default NAME: session_N)'
@@ -55,17 +58,21 @@ def main(args: argparse.Namespace) -> int:
     if not args.name:
         raise SetcmasError('NAME is missing; give the script a name, such as my_law')
     target = _new_file(args.name)
-    if args.robot and (args.source or args.exercise):
-        raise SetcmasError('--robot writes a robot script; --from and --exercise are for laws')
+    others = [name for name in ('robot', 'si_to_uni') if getattr(args, name)]
+    if len([*others, *filter(None, [args.source or args.exercise])]) > 1:
+        raise SetcmasError(
+            '--robot and --si-to-uni each write a script of their own; --from and --exercise are '
+            'for laws'
+        )
     if args.exercise:
         source = EXERCISES.file(args.source or target.stem)
     elif args.source:
         source = find_script(args.source)
     else:
-        name = 'robot' if args.robot else 'control_law'
+        name = others[0] if others else 'control_law'
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
     _write(target, source.read_bytes())
-    if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
+    if not (args.source or args.exercise or others) and target.stem in ALGORITHMS:
         print(
             f'--algo {target.stem} now runs this file instead of the built-in law; to copy that '
             f'law, delete this file and run setcmas new {target.stem} --from {target.stem}'
@@ -88,7 +95,7 @@ def _write_lab_file(args: argparse.Namespace) -> int:
 
 
 def _write_session(args: argparse.Namespace) -> int:
-    if args.source or args.exercise or args.robot or args.lab:
+    if args.source or args.exercise or args.robot or args.si_to_uni or args.lab:
         raise SetcmasError('--session writes a whole folder; leave the other options out')
     sessions = Path(str(resources.files('setcmas_ctrl') / 'sessions'))
     source = sessions / f'session_{args.session}.md'
@@ -155,6 +162,8 @@ def _next_command(stem: str, source: str) -> str:
     verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':
         return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
+    if source == 'si_to_uni':
+        return f'setcmas {verb} --algo nav_wp --si-to-uni {stem}'
     if source == 'robot':
         return f'setcmas {verb} --algo consensus --nb-robots 5 --model {stem}.py'
     return f'setcmas {verb} --algo {stem} --nb-robots 5'

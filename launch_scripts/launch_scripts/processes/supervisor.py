@@ -13,6 +13,7 @@ from types import FrameType
 from typing import IO, Any, cast
 
 from launch_scripts.processes.child_process import HANGS_S, Child, ChildDiedError
+from launch_scripts.processes.environment import local_environment
 from launch_scripts.terminal.terminal import (
     LineBuffer,
     OutputQueue,
@@ -128,17 +129,18 @@ class Supervisor:
                         'it returns; Ctrl-C stops'
                     )
 
-    def run_to_end(self, child: Child, on_tick: Callable[[], None] = lambda: None) -> int:
-        """Show output until a process ends, or the user stops the command; return its status."""
+    def run_to_end(
+        self, child: Child, on_tick: Callable[[], None] = lambda: None, may_end: bool = True
+    ) -> int:
+        """Show output until a process ends, or the user stops the command; return the status."""
         try:
             self.run(on_tick=on_tick)
         except StoppedError:
             self.stop(child)
-            return child.exit_status
         except ChildDiedError as death:
-            status = child.process.returncode
-            return status if status >= 0 else self.report_death(death, child.name)
-        return 0
+            if not may_end or child.process.returncode < 0:
+                return self.report_death(death)
+        return child.exit_status
 
     def wait(self, seconds: float) -> None:
         """Show output for some seconds, whatever happens."""
@@ -216,3 +218,19 @@ class Supervisor:
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
     """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
+
+
+def run_in_foreground(
+    name: str,
+    command: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+) -> int:
+    """Run a process, and its companions if any, until Ctrl-C; return the exit status.
+
+    Topics stay on this machine, and the process must not end by itself.
+    """
+    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
+        child = supervisor.start(name, command)
+        for companion, its_command in companions:
+            supervisor.start(companion, its_command, needed=False)
+        return supervisor.run_to_end(child, may_end=False)

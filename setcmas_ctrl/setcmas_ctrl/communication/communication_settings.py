@@ -27,7 +27,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
 )
 from setcmas_ctrl.scripts.exercise import unfilled_note
-from setcmas_ctrl.scripts.loader import EXERCISES, compile_script
+from setcmas_ctrl.scripts.loader import compile_script, find_script_of
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
@@ -115,7 +115,7 @@ class CommunicationOptions(Options):
         """Return the same with the file that `ctc` names, or raise SetcmasError."""
         if not isinstance(self.ctc, (str, Path)):
             return self
-        return replace(self, ctc=find_condition(str(self.ctc), exercise))
+        return replace(self, ctc=find_script_of('--ctc', str(self.ctc), CTC, exercise))
 
     @property
     def notes(self) -> list[str]:
@@ -123,22 +123,6 @@ class CommunicationOptions(Options):
         unfilled = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
         silent = 'loss is 1: no message arrives, so robots know the others as they started'
         return [note for note in (unfilled, silent if self.loss == 1.0 else '') if note]
-
-
-def find_condition(name: str, exercise: bool = False) -> Path:
-    """Return the script that `--ctc NAME` means, or raise SetcmasError.
-
-    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise.
-    """
-    for path in (Path(name), Path(f'{name}.py')):
-        if path.is_file():
-            return path.resolve()
-    if exercise and name in EXERCISES:
-        return EXERCISES.file(name)
-    raise SetcmasError(
-        f"script '{name}' of --ctc was not found; it must be a path, or the name of a script "
-        f'in this folder with a function {CTC}'
-    )
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.si_to_uni import VelocityConversion
+from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
 from setcmas_simu.robots.unicycle import Unicycle
@@ -47,10 +47,12 @@ class Commander:
         robots: Sequence[int],
         nb_robots: int,
         report: Callable[[str], None] = print,
+        scripts: Sequence[Conversion] = (),
     ) -> None:
         """Prepare to command R robots of a fleet of N; `use` sets their models.
 
-        `report` is called with a message when the filter stops robots for long.
+        `report` is called with a message when the filter stops robots for long; `scripts` are the
+        conversions of the R robots, instead of the built-in one.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety at this rate.
@@ -67,6 +69,7 @@ class Commander:
             1.0 / gains.rate,
             options.accel or math.inf,
             options.lookahead,
+            scripts,
         )
         self._filter = None
         if options.is_on:  # loads the solver only if needed

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.scripts.conversion_script import SI_TO_UNI, GivenConversion
+from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script_of
 from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_ctrl.si_to_uni import KOMEGA
@@ -84,9 +85,17 @@ class _Settings(kinds.Kind):
         return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
 
 
+@dataclass(frozen=True)
+class _Conversion(kinds.NameOrFile):
+    """A script; in Python also a function, or a function for each robot."""
+
+    def accepts(self, value: Any) -> bool:
+        return value is not None  # what it must be is checked where it is loaded
+
+
 @dataclass(frozen=True, kw_only=True)
 class LawOptions(GainOptions):
-    """Control law and its settings."""
+    """Control law, its settings, and how its velocities become commands."""
 
     algo: Algo = option(
         _LawName(metavar='NAME'),
@@ -102,6 +111,12 @@ class LawOptions(GainOptions):
         'change too; may be repeated',
         form=Form.REPEATED,
         default={},
+    )
+    si_to_uni: GivenConversion = option(
+        _Conversion(metavar='FILE'),
+        f'script with your own {SI_TO_UNI}: a path or a name',
+        default=None,
+        default_text='turn towards the velocity of the law, and drive at its speed',
     )
 
     def scripts(self) -> LawScripts:
@@ -135,6 +150,18 @@ class LawOptions(GainOptions):
             scripts = LawScripts(str(self.algo), self.exercise)
             if nb_robots is not None:
                 scripts.check(nb_robots)
+
+    def conversion(self) -> GivenConversion:
+        """Return `si_to_uni` with the path of a script, or raise SetcmasError."""
+        if not isinstance(self.si_to_uni, (str, Path)):
+            return self.si_to_uni
+        name = str(self.si_to_uni)
+        return find_script_of('--si-to-uni', name, SI_TO_UNI, self.exercise)
+
+    def check_conversion(self) -> None:
+        """Raise SetcmasError if the script of `si_to_uni` cannot be compiled."""
+        if isinstance(path := self.conversion(), Path):
+            compile_script(path, SI_TO_UNI)
 
     def check_settings(self) -> None:
         """Check that the scripts have the names of `set`, or raise SetcmasError."""

@@ -10,6 +10,7 @@ import contextlib
 import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses, offered_profile
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_ctrl.scripts.script_seeds import seeded_generators
@@ -54,6 +56,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime, stepping
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import limits_named
@@ -186,7 +189,9 @@ class ControlledFleet:
             self._watch,
             process.launcher,
             {one.robot: one.path for one in laws},
+            self.robots,
             self._communication.condition_script or Path(CTC),
+            Path(str(law.conversion())),
         )
         self._create_nodes(laws)
         warn_of_unknown([node, *itertools.chain(*self.phases, self.senders)])
@@ -236,8 +241,10 @@ class ControlledFleet:
         elif isinstance(self._alone, EventTriggeredComm):
             self.senders.append(self._alone)
         self.poses = self._subscribed_poses()
-        for si_to_uni in self.si_to_unis:
+        for si_to_uni, script in zip_longest(self.si_to_unis, self._conversions()):
             si_to_uni.poses = self.poses
+            if script:
+                si_to_uni.convert_by(script)
         self.network = FleetNetwork(self._node, self.poses, self._communication, self.robots)
         for controller, one in zip(self.controllers, laws, strict=True):
             controller.law, controller.network, controller.outcomes = (
@@ -278,6 +285,16 @@ class ControlledFleet:
         sources |= {one.robot: (one, one.odom_topic) for one in self.controllers}
         return FleetPoses(sources, self._nb_robots, profile)
 
+    def _conversions(self) -> list[ScriptConversion]:
+        """Return a user's own conversion for each robot, each with its own state, if any."""
+        return script_conversions(
+            self._parameters.options.conversion(),
+            [one.robot for one in self.si_to_unis],
+            self.outcomes.conversions,
+            lambda: self.time.t,
+            partial(self._watch.call, function=Function.SI_TO_UNI),
+        )
+
     def _load_conditions(self) -> None:
         """Let robots send their states when their conditions trigger."""
         path = self._communication.condition_script or Path(CTC)
@@ -291,7 +308,12 @@ class ControlledFleet:
 
     def _safety_filter(self) -> SafetyFilterNode:
         return SafetyFilterNode(
-            self._node, self.si_to_unis, self._safety, self._parameters.options, self.poses
+            self._node,
+            self.si_to_unis,
+            self._safety,
+            self._parameters.options,
+            self.poses,
+            self._conversions(),
         )
 
     def _watch_graph(self) -> None:

@@ -213,10 +213,13 @@ class FleetNetwork:
 
     def _on_state(self, robot: int, message: Odometry) -> None:
         state = state_of(message)
-        is_new = message.header.stamp != self._stamps.get(robot)  # the last one is repeated
-        if is_new and isinstance(state, State):
-            self._stamps[robot] = message.header.stamp
-            self._send(robot, state)
+        if isinstance(state, State):
+            stamp = message.header.stamp
+            # The last state is repeated in case that it was lost; that sends nothing new.
+            known = self._stamps.get(robot), tuple(self._links.last_sent[:, robot - 1])
+            if (stamp, state.pose) != known:
+                self._stamps[robot] = stamp
+                self._send(robot, state)
 
     def _send(self, robot: int, state: State) -> None:
         self._links.send([robot - 1], np.array(state.pose)[:, None], self._poses.now)

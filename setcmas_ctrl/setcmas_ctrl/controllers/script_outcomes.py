@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
@@ -39,9 +39,14 @@ class ScriptOutcomes:
         watch: CallWatch,
         launcher: Launcher,
         laws: Mapping[int, Path],
+        robots: Sequence[int],
         condition: Path,
+        conversion: Path,
     ) -> None:
-        """Report each new error to the launcher, and all at the end; `laws` are by robot."""
+        """Report each new error to the launcher, and all at the end.
+
+        The laws are by robot; conditions and conversions are those of all robots.
+        """
         self._warn = warn
         self.watch = watch
         self._launcher = launcher
@@ -49,14 +54,22 @@ class ScriptOutcomes:
         self._failed: list[ScriptCall] = []
         self._unloaded: list[ScriptCall] = []  # of the newest version
         self.laws = self._reports_of_laws()
-        conditions = dict.fromkeys(laws, condition)
+        conditions = dict.fromkeys(robots, condition)
         self.conditions = ErrorReports(
             warn,
             CONSEQUENCE,
             partial(self._note, conditions, Function.CONDITION),
             Function.CONDITION,
         )
-        self._first = self.laws, self.conditions  # in later versions t starts at 0 again
+        conversions = dict.fromkeys(robots, conversion)
+        self.conversions = ErrorReports(
+            warn,
+            STOPPED,
+            partial(self._note, conversions, Function.SI_TO_UNI),
+            Function.SI_TO_UNI,
+        )
+        # In later versions t starts at 0 again.
+        self._first = self.laws, self.conditions, self.conversions
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:

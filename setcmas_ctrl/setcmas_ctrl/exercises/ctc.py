@@ -2,8 +2,8 @@
 
 Goal
     With --event-triggered a robot sends its state only when its communication triggering
-    condition `ctc` holds; in between, the others use the last state that it sent. Find a
-    condition that needs few messages and still gives a good consensus.
+    condition `ctc` holds; in between, all laws, its own too, use the last state that it sent.
+    Find a condition that needs few messages and still gives a good consensus.
 
 Formula to implement
     send if |p - p_sent| > THRESHOLD

@@ -9,7 +9,7 @@ from setcmas_ctrl.scripts.function import plain_values
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 
-_FILLED_IN = ('control', 'ctc')
+_FILLED_IN = ('control', 'ctc', 'si_to_uni')
 """The functions that students fill in."""
 
 
@@ -25,7 +25,7 @@ def exercise_of(script: Path) -> str:
 def is_unfilled(script: Path, exercise: str = '') -> bool:
     """Return whether a script's maths is still that of the empty exercise.
 
-    Only `control` and `ctc` count, without comments and docstrings. Errors of a script that cannot
+    Only these functions count, without comments and docstrings. Errors of a script that cannot
     be read are reported when it is loaded. The script names the exercise by default.
     """
     try:

@@ -1,4 +1,4 @@
-"""Required function of a script: checks it before and after the script runs."""
+"""Required function of a script: checks it before and after the script runs; and its numbers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from setcmas_ctrl.scripts.script_errors import ControlError, short_repr
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, nearest
 
 Control = Callable[..., Any]
@@ -16,7 +20,12 @@ Control = Callable[..., Any]
 CONTROL = 'control(robotNo, nbRobots, poses, t)'
 """The function that a control script must define."""
 
-_OPTIONS = {'control': '--algo', 'ctc': '--event-triggered --ctc', 'step': '--model'}
+_OPTIONS = {
+    'control': '--algo',
+    'ctc': '--event-triggered --ctc',
+    'step': '--model',
+    'si_to_uni': '--si-to-uni',
+}
 _COUNTS = {2: 'two', 3: 'three', 4: 'four'}
 
 
@@ -59,6 +68,25 @@ def checked_function(
             f'it must be {expected}'
         ) from error
     return checked
+
+
+def finite_numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
+    """Return what a function of a script returned as an array of one of these sizes.
+
+    Raises:
+        ControlError: It is something else.
+    """
+    try:
+        numbers = np.asarray(result, dtype=float).ravel()
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.size not in sizes or not np.isfinite(numbers).all():
+        count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
+        message = (
+            f'{function} returned {short_repr(result)}; it must return {count} finite numbers'
+        )
+        raise ControlError(message, ('result', function, ''))
+    return numbers
 
 
 def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:

@@ -66,6 +66,24 @@ def find_script(name: str, exercise: bool = False) -> Path:
     raise SetcmasError(f"control script '{name}' not found; {lists}{hint}")
 
 
+def find_script_of(option: str, name: str, function: str, exercise: bool = False) -> Path:
+    """Return the script that another option than `--algo` names, or raise SetcmasError.
+
+    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise. The
+    function that it must define is for the message.
+    """
+    for path in (Path(name), Path(f'{name}.py')):
+        with contextlib.suppress(OSError):
+            if path.is_file():
+                return path.resolve()
+    if exercise and name in EXERCISES:
+        return EXERCISES.file(name)
+    raise SetcmasError(
+        f"script '{name}' of {option} was not found; it must be a path, or the name of a script "
+        f'in this folder with a function {function}'
+    )
+
+
 def _first(names: Sequence[str]) -> str:
     shown = [*names[:_MOST_NAMES], *(['...'] if len(names) > _MOST_NAMES else [])]
     return ', '.join(shown) or 'none'
@@ -87,8 +105,8 @@ def _may_be_law(path: Path) -> bool:
     return True
 
 
-_LISTED = {'control', 'ctc'}
-"""A listed script defines one of these: a control law, or a triggering condition."""
+_LISTED = {'control', 'ctc', 'si_to_uni'}
+"""A listed script defines one of these: a law, a triggering condition, or a conversion."""
 
 
 def summary_of(path: Path) -> str | None:

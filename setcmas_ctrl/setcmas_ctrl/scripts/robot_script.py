@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.function import checked_function
+from setcmas_ctrl.scripts.function import checked_function, finite_numbers
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
@@ -29,7 +29,6 @@ from setcmas_ctrl.scripts.script_errors import (
     StopCall,
     describe_failure,
     failure_of,
-    short_repr,
 )
 from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
@@ -87,7 +86,9 @@ class ScriptRobot(RobotModel):
         if 'start' not in self._own:
             return state
         try:
-            own = _numbers(self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start')
+            own = finite_numbers(
+                self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start'
+            )
         except ControlError as error:
             raise SetcmasError(f'{self._path.name}: {error}') from error
         except (StopCall, KeyboardInterrupt):
@@ -123,7 +124,7 @@ class ScriptRobot(RobotModel):
         if on_call:
             on_call(self._robot, self._path)
         try:
-            result = _numbers(function(*arguments), sizes, function.__name__)
+            result = finite_numbers(function(*arguments), sizes, function.__name__)
         except (StopCall, KeyboardInterrupt):
             raise
         except ControlError as error:
@@ -136,20 +137,6 @@ class ScriptRobot(RobotModel):
         self.failed = True
         self._reports.failed(self._robot, self._t, failure)
         return None
-
-
-def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
-    try:
-        numbers = np.asarray(result, dtype=float).ravel()
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.size not in sizes or not np.isfinite(numbers).all():
-        count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-        message = (
-            f'{function} returned {short_repr(result)}; it must return {count} finite numbers'
-        )
-        raise ControlError(message, ('result', function, ''))
-    return numbers
 
 
 def _twist(before: Floats, after: Floats, Ts: float) -> Floats:

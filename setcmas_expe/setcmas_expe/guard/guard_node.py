@@ -37,7 +37,7 @@ from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
+from setcmas_simu.ros.cmd_vel_topics import TYPES, command, filled, velocities
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import (
     FleetNode,
@@ -262,7 +262,7 @@ class CmdVelGuard(FleetNode):
 
     def _publish(self, V: float, omega: float) -> None:
         for publisher in self._to_base:
-            publisher.publish(command(self._base.kind, V, omega, 0.0, self._frame))
+            publisher.publish(filled(command(self._base.kind, self._frame), V, omega))
 
     def _publish_report(self, state: State, reason: str, now: float) -> None:
         """Publish the state, at once if it is new; log it if it stops the robot."""

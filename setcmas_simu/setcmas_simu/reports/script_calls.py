@@ -13,6 +13,7 @@ class Function(enum.Enum):
 
     CONTROL = 'control'
     CONDITION = 'ctc'
+    SI_TO_UNI = 'si_to_uni'
     LOADING = 'loading'
     STEP = 'step'
 

@@ -32,6 +32,26 @@ def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
     return twist.linear.x, twist.angular.z
 
 
+def command(kind: str, frame: str) -> Twist | TwistStamped:
+    """Return a command for `filled`, of a type by its name in options."""
+    message = TYPES[kind]()
+    if isinstance(message, TwistStamped):
+        message.header.frame_id = frame
+    return message
+
+
+def filled(
+    message: Twist | TwistStamped, V: float, omega: float, left: float = 0.0
+) -> Twist | TwistStamped:
+    """Set forward speed (m/s), turn rate (rad/s) and speed to the left (m/s) of a command."""
+    twist = message
+    if isinstance(message, TwistStamped):
+        message.header.stamp = messages.stamp()
+        twist = message.twist
+    twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
+    return message
+
+
 _GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
 
 _NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name
@@ -246,12 +266,7 @@ class CmdVelPublisher:
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        message = twist = self._message  # one for all: a new one would cost a fifth of all this
-        if isinstance(message, TwistStamped):
-            message.header.stamp = messages.stamp()
-            twist = message.twist
-        twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-        self._publisher.publish(message)
+        self._publisher.publish(filled(self._message, V, omega, left))
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -292,6 +307,4 @@ class CmdVelPublisher:
         kind = TYPES[self._type]
         self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
         self.topic = self._publisher.topic_name
-        self._message = kind()
-        if isinstance(self._message, TwistStamped):
-            self._message.header.frame_id = self._frame
+        self._message = command(self._type, self._frame)

@@ -217,10 +217,15 @@ class TopicTable:
         nb_rows: Number of rows so far.
     """
 
-    def __init__(self, path: Path, row: Row) -> None:
-        """Start a table; the file, which must be new, appears with the first rows."""
+    def __init__(self, path: Path, row: Row, skip_repeated: bool = False) -> None:
+        """Start a table; the file, which must be new, appears with the first rows.
+
+        With `skip_repeated`, a message that is equal to the one before it has no row.
+        """
         self.path = path
         self._row = row
+        self._skip_repeated = skip_repeated
+        self._last: list[Any] = []
         self._lines: list[str] = []
         self._write_row = _row_writer(self._lines.append)
         self.nb_rows = 0
@@ -232,6 +237,10 @@ class TopicTable:
         cells: list[Any] = [seconds_text(time_ns)]
         found: list[int] = []
         self._row.read(message, cells, found)
+        if self._skip_repeated:
+            if cells[1:] == self._last:
+                return
+            self._last = cells[1:]
         lengths = tuple(found)
         if not self._lengths:
             self._write_row(['t', *(name for _, name in self._row.columns(iter(lengths)))])

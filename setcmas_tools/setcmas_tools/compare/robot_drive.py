@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.si_to_uni import KOMEGA, conversion_of
+from setcmas_ctrl.scripts.conversion_script import ScriptConversion
+from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.si_to_uni import KOMEGA, Conversion, as_unicycles, conversion_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -177,6 +180,8 @@ def _offline(run: Run) -> dict[int, Drive]:
     """Return the drives of an offline run, from the velocities that its laws returned."""
     if run.commands is None or run.tables.safety is not None:
         return {}
+    if run.parameters.get('si_to_uni') and not _own_conversions(run):
+        return {}  # a function, which no run keeps
     names = model_names(run.parameters.get('model'), max(run.robots))
     kept = {robot: one for one in run.inputs if one.option == 'model' for robot in one.robots}
     everywhere = [one for one in run.inputs if one.option == 'model' and not one.robots]
@@ -189,13 +194,27 @@ def _offline(run: Run) -> dict[int, Drive]:
     return found
 
 
+def _own_conversions(run: Run) -> list[Path]:
+    return [one.path for one in run.inputs if one.option == 'si_to_uni']
+
+
+def _conversion(run: Run, robot: int) -> Conversion:
+    """Return how a robot without a command of its own was driven."""
+    for script in _own_conversions(run):
+        return ScriptConversion(
+            script, robot, ErrorReports(print), lambda: 0.0, lambda *_: nullcontext()
+        )
+    return as_unicycles
+
+
 def _driven(given: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
     """Return the drive of a robot from the velocities of its law."""
     headings = np.interp(given.t, track.t, np.unwrap(track.theta))
     poses = np.vstack([np.zeros((2, len(given.t))), headings])
     allowed = given.allowed or given
     komega = float(run.parameters.get('komega', KOMEGA))
-    commands = conversion_of(model)(np.array([allowed.vx, allowed.vy]), poses, komega)
+    convert = conversion_of(model, _conversion(run, int(given.robot[0])))
+    commands = convert(np.array([allowed.vx, allowed.vy]), poses, komega)
     if isinstance(model, IdentifiedRobot):
         commands[[0, 2]] = model.slowed_down(commands)
     return Drive(np.vstack([given.t, commands[[0, 2]]]), COMMANDS.name, track)

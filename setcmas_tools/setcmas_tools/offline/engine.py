@@ -94,13 +94,14 @@ def simulate(
         network.exchanged_by(radio),
         recorded_drawings() as drawings,
     ):
-        one.load()
+        one.load(lambda: radio.t)
         return _run(one, radio, drawings)
 
 
 def _warning_of_functions(one: Simulation) -> Callable[[], object]:
     """Warn if functions draw numbers that no seed decides; return what to call when they do."""
-    given = [one.scenario.law.algo, one.scenario.communication.ctc]
+    law = one.scenario.law
+    given = [law.algo, law.si_to_uni, one.scenario.communication.ctc]
     several = [value.values() if isinstance(value, Mapping) else [value] for value in given]
     functions = [value for values in several for value in values if callable(value)]
     for function in dict.fromkeys(functions):
@@ -117,7 +118,7 @@ def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) 
     fleet = VirtualFleet(one.start, fleet_model(one.models))
     robots = range(1, one.nb_robots + 1)
     law, safety = one.scenario.law, one.scenario.safety
-    commander = Commander(law, safety, robots, one.nb_robots, one.warn)
+    commander = Commander(law, safety, robots, one.nb_robots, one.warn, one.conversions)
     commander.use(one.models)
     controllers = FleetLaws(one.laws, commander, one.warn)
     t, states, control_t, velocities = _integrate(fleet, controllers, radio, one, drawings)

@@ -31,7 +31,7 @@ class OfflineRun:
     def __init__(self, scenario: Scenario) -> None:
         """Prepare the run of a scenario from `Scenario.found`; raise SetcmasError if too large."""
         self._scenario = scenario
-        names = {*scenario.named('model'), *scenario.named('ctc')}
+        names = {one for key in ('model', 'si_to_uni', 'ctc') for one in scenario.named(key)}
         others = [Path(name) for name in names if name.endswith('.py')]
         self._process = ScriptProcess(
             partial(_simulated, scenario),

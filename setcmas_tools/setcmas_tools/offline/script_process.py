@@ -35,8 +35,6 @@ from setcmas_tools.offline.run_progress import RunProgress
 
 Result = TypeVar('Result')
 Warn = Callable[[str], None]
-Place = tuple[Path, int]
-"""File and line."""
 
 UNGUARDED = (
     'a process for scripts did not begin; a script that starts processes, such as by sweep(), '
@@ -50,7 +48,6 @@ _MOST_READ = 1 << 16
 _BROKEN = 70  # exit status
 _ENVIRONMENT = {
     'PYTHONHASHSEED': '0',  # sets of texts have the same order in each run
-    'PYTHONUNBUFFERED': '1',
     'OMP_NUM_THREADS': '1',
     'OPENBLAS_NUM_THREADS': '1',
 }
@@ -141,22 +138,21 @@ class ScriptProcess(Generic[Result]):
         """
         self._start()
         begin = since = time.monotonic()
-        calls, warned, call = -1, False, self.progress.call
+        calls, call = -1, self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
             now = time.monotonic()
             if now - begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
             if call.calls != calls or not call.robot:
-                calls, since, warned = call.calls, now, False
+                calls, since = call.calls, now
             elif now - since > call_timeout:
                 late = call.function.late(call.script, call_timeout)
                 raise self._ended(f'{late} (--call-timeout)')
-            elif now - since > STUCK_S and not warned:
-                warned = True
-                place = self._described(self._place(), '; it is at ')
+            elif now - since > STUCK_S and not call.is_reported:
+                call.is_reported = True
                 late = call.function.late(call.script, STUCK_S)
-                warn(f'{robot_name(call.robot)}: {late}{place}')
+                warn(f'{robot_name(call.robot)}: {late}{self._place_after("; it is at ")}')
         self.end()
         kind, value = answer
         if kind == 'mistake':
@@ -168,7 +164,7 @@ class ScriptProcess(Generic[Result]):
 
     def place(self) -> str:
         """Return the current place in the script as text; empty if unknown."""
-        return self._described(self._place(), ' in ')
+        return self._place_after(' in ')
 
     def end(self) -> None:
         """End the process and its group: also the processes that scripts have started."""
@@ -231,26 +227,24 @@ class ScriptProcess(Generic[Result]):
         place, call = self._place(), self.progress.call
         self.end()
         if place:
-            reason += self._described(place, ' at ')
-        elif call.robot:
-            reason += f', in {call.function.value} of {call.script}'
-        file, line = place or (Path(call.script if call.robot else ''), 0)
-        return ScriptEndedError(reason, call.robot, call.function, file.name, line)
+            file, line, text = place
+            return ScriptEndedError(
+                f'{reason} at {text}', call.robot, call.function, file.name, line
+            )
+        script = call.script if call.robot else ''
+        reason += f', in {call.function.value} of {script}' if script else ''
+        return ScriptEndedError(reason, call.robot, call.function, script)
 
-    def _described(self, place: Place | None, before: str) -> str:
-        """Return a place with its line as text; empty if unknown."""
-        if not place:
-            return ''
-        file, line = place
-        script = next(path for path in self._scripts if path.parent == file.parent)
-        there = described_place(file, line, file if file in self._scripts else script)
-        return f'{before}{there}{quoted_line(file, line)}'
+    def _place_after(self, words: str) -> str:
+        """Return the place of the current call after some words; empty if unknown."""
+        place = self._place()
+        return f'{words}{place[2]}' if place else ''
 
-    def _place(self) -> Place | None:
-        """Return the place of the script's current call, or where it has died; None if unknown."""
+    def _place(self) -> tuple[Path, int, str] | None:
+        """Return file, line and text of the place where the script is or has died, if known."""
         if not _IS_POSIX:
             return None
-        told, folders, reader = '', {path.parent for path in self._scripts}, self._traces
+        told, reader = '', self._traces
         deadline = time.monotonic()
         if self._process.is_alive() and self.progress.call.calls:
             deadline += _PLACE_S
@@ -262,8 +256,11 @@ class ScriptProcess(Generic[Result]):
             part = os.read(reader.fileno(), _MOST_READ)  # it comes line by line
             told += part.decode(errors='replace')
             for found in _FRAME.finditer(told):
-                if Path(found['file']).parent in folders:
-                    return Path(found['file']), int(found['line'])
+                file, line = Path(found['file']), int(found['line'])
+                near = [path for path in self._scripts if path.parent == file.parent]
+                if near:
+                    there = described_place(file, line, file if file in near else near[0])
+                    return file, line, there + quoted_line(file, line)
             if not part:
                 break
         return None

@@ -20,6 +20,7 @@ from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.references import References, references_of_fleet
+from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -59,6 +60,17 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
         laws.append(scripts.law(robot, nb_robots))
         call.end()
     return laws
+
+
+@contextmanager
+def _noted_call(robot: int, path: Path) -> Iterator[None]:
+    """Note a call of an own conversion as the current one."""
+    call = run_progress.current.call
+    call.begin(robot, path, Function.SI_TO_UNI)
+    try:
+        yield
+    finally:
+        call.end()
 
 
 def _text(algo: Algo, functions: Collection[int]) -> str:
@@ -124,10 +136,12 @@ class Simulation:
         communication: Settings of the communication.
         models: Model of each robot, from `load` on.
         laws: Law of each robot, from `load` on.
+        conversions: Own conversion of each robot, from `load` on; none by default.
     """
 
     models: list[RobotModel]
     laws: list[ControlLaw]
+    conversions: list[ScriptConversion]
     _references: References | None
 
     def __init__(
@@ -149,28 +163,42 @@ class Simulation:
         self._found = found = scenario.found()
         self._inputs = inputs_of(found)
         self.communication = chosen_communication(self.nb_robots, found.communication, self.seed)
+        self._conversion_reports = ErrorReports(warn, function=Function.SI_TO_UNI)
         self._models = model_names(found.robots.model, self.nb_robots)
         check_models(self._models, robots.limits)
 
-    def load(self) -> None:
-        """Load the scripts of laws and robots, or raise SetcmasError."""
+    def load(self, time: Callable[[], float]) -> None:
+        """Load the scripts of laws, conversions and robots, or raise SetcmasError.
+
+        The time of the run, in s, is for messages.
+        """
         robots = range(1, self.nb_robots + 1)
         self.models = robot_models(self._models, robots, self.scenario.robots.limits, self.warn)
         self.laws = load_laws(self._found.law, self.nb_robots)
+        self.conversions = script_conversions(
+            self._found.law.si_to_uni, robots, self._conversion_reports, time, _noted_call
+        )
         scripts = [(law.names, law.path) for law in self.laws]
         self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 
     def run(self, tables: RunTables, laws: ErrorReports, conditions: ErrorReports | None) -> Run:
         """Return the finished run from its tables, and failures of laws and conditions."""
+        failed_conversions = self._conversion_reports.failed_robots
         failed_models = [robot for robot, one in enumerate(self.models, 1) if one.failed]
         condition = Path(name_of(self._found.communication.ctc) or 'by default').name
         outcome = Outcome.of_failures(
             _by_script([law.path.name for law in self.laws], laws.failed_robots)
+            | _by_script([one.path.name for one in self.conversions], failed_conversions)
             | _by_script(self._models, failed_models),
             {condition: conditions.failed_robots} if conditions else {},
         )
         failed = sorted(
-            [*laws.failures, *(conditions.failures if conditions else [])], key=attrgetter('t')
+            [
+                *laws.failures,
+                *self._conversion_reports.failures,
+                *(conditions.failures if conditions else []),
+            ],
+            key=attrgetter('t'),
         )
         info = RunInfo(
             outcome=outcome,

@@ -27,7 +27,12 @@ from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
 
-_OPTIONS = {'algo': 'control law', 'ctc': 'triggering condition', 'model': 'robot model'}
+_OPTIONS = {
+    'algo': 'control law',
+    'si_to_uni': 'si_to_uni',
+    'ctc': 'triggering condition',
+    'model': 'robot model',
+}
 
 
 @dataclass(frozen=True)

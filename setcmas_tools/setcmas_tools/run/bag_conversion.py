@@ -11,6 +11,7 @@ from itertools import chain, count
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import TRIG_ODOM
 from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
@@ -58,6 +59,7 @@ class ConversionReport:
 def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> ConversionReport:
     """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
+    States on trig_odom, which are repeated until the next one is sent, have one row.
     Existing files of these names are replaced at the end, all at once.
 
     Args:
@@ -96,7 +98,11 @@ def _write_files(
     names = file_names(topic.name for topic in bag.topics)
     samples = RunSamples(bag.topics, odometry_topic)
     rows = {
-        topic: TopicTable(unfinished / name, row_of(topic.type.store, topic.type.name))
+        topic: TopicTable(
+            unfinished / name,
+            row_of(topic.type.store, topic.type.name),
+            skip_repeated=topic.name.endswith(f'/{TRIG_ODOM}'),  # it repeats the last state sent
+        )
         for topic, name in zip(bag.topics, names, strict=True)
     }
     takers = {topic: [own.add, *samples.collectors(topic)] for topic, own in rows.items()}

@@ -17,6 +17,8 @@ from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.conversion_script import GivenConversion
+from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors
@@ -91,7 +93,8 @@ class Scenario:
             algo: A control law by name, a script, a function control(robotNo, nbRobots, poses, t),
                 '1:leader.py,2-8:follower.py', or a dictionary with a law for each robot.
             values: As in a scenario file. `poses` may be an array with rows x, y (m) and theta
-                (rad); `graph` an adjacency matrix; `ctc` a function, or one for each robot.
+                (rad); `graph` an adjacency matrix; `ctc` and `si_to_uni` a function, or one for
+                each robot.
         """
         return cls(law=LawOptions(algo=_option('algo').value(algo))).replace(**values)
 
@@ -172,6 +175,7 @@ class Scenario:
         return {
             'algo': lambda: law.check_laws(nb_robots),
             'set': law.check_settings,
+            'si_to_uni': law.check_conversion,
             'model': lambda: check_models(models, NO_LIMITS),
             'limits': lambda: check_models(models, robots.limits),
             'graph': lambda: check_communication(own, nb_robots),
@@ -226,15 +230,18 @@ class Scenario:
             algo = law.scripts().text
         elif isinstance(algo, Mapping):
             algo = {i: one if callable(one) else _found(one, law) for i, one in algo.items()}
-        same = replace(self, law=replace(law, algo=algo), communication=conditions)
-        return same.located(lambda name: str if name in ('algo', 'ctc') else _absolute)
+        found = replace(law, algo=algo, si_to_uni=law.conversion())
+        same = replace(self, law=found, communication=conditions)
+        return same.located(lambda name: str if name in _OF_FUNCTIONS else _absolute)
 
     @property
     def notes(self) -> list[str]:
         """Notes for the user, such as on scripts to be filled in; may raise SetcmasError."""
         laws = self.law.scripts().notes if self.law.is_scripts else []
         conditions = self.communication.found(self.law.exercise).notes
-        return [*laws, *conditions]
+        conversion = self.law.conversion()
+        unfilled = unfilled_note(conversion) if isinstance(conversion, Path) else ''
+        return [*laws, *conditions, *filter(None, [unfilled])]
 
     @property
     def notes_on_simulation(self) -> list[str]:
@@ -259,7 +266,7 @@ class Scenario:
 
     def scripts(self) -> list[Path]:
         """Return the scripts that it names by paths, except shipped laws."""
-        found = [Path(text) for name in ('algo', 'ctc', 'model') for text in self.named(name)]
+        found = [Path(text) for name in (*_OF_FUNCTIONS, 'model') for text in self.named(name)]
         return [path for path in found if path.suffix == '.py' and not built_in_name(path)]
 
     def located(self, place_of: Callable[[str], Place]) -> Scenario:
@@ -278,7 +285,7 @@ class Scenario:
     def record(self) -> dict[str, Any]:
         """Return version and values as YAML has them; functions by name, None for no limit."""
         found = {k: v for _, part in self._parts() for k, v in part.record().items()}
-        names = {'algo': name_of(self.law.algo), 'ctc': name_of(self.communication.ctc)}
+        names = {name: name_of(self.values()[name]) for name in _OF_FUNCTIONS}
         return {'version': VERSION, **found, **names}
 
     def save(self, path: str | Path) -> Path:
@@ -308,6 +315,7 @@ def check_record(values: Mapping[str, Any]) -> None:
 
 
 _OF_NUMBERS = ('poses', 'graph')
+_OF_FUNCTIONS = ('algo', 'si_to_uni', 'ctc')
 
 
 def _check_version(version: Any) -> None:
@@ -325,7 +333,7 @@ def _absolute(text: str) -> str:
     return str(Path(text).absolute()) if Path(text).is_file() else text
 
 
-def name_of(given: Algo | Condition) -> str | None:
+def name_of(given: Algo | Condition | GivenConversion) -> str | None:
     """Return the name of scripts or functions in a record."""
     if isinstance(given, Mapping):
         return format_per_robot({robot: str(name_of(own)) for robot, own in given.items()})
@@ -354,7 +362,8 @@ def _option(name: str) -> Option:
 
 def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
     """Return a value for a file, or raise SetcmasError if no file can hold it."""
-    several = value.values() if name in ('algo', 'ctc') and isinstance(value, Mapping) else [value]
+    is_several = name in _OF_FUNCTIONS and isinstance(value, Mapping)
+    several = value.values() if is_several else [value]
     if any(map(callable, several)):
         raise SetcmasError(f'{name} is a function, which no file can hold; name a script')
     if name == 'graph' and not isinstance(value, str):

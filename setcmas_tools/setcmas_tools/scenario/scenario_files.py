@@ -7,14 +7,18 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from setcmas_ctrl.communication.triggering_conditions import CTC
+from setcmas_ctrl.scripts.conversion_script import SI_TO_UNI
 from setcmas_ctrl.scripts.imports import MOST_BYTES
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.robots.models import is_file
 
-OF_FILES = ('algo', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')
+OF_FILES = ('algo', 'si_to_uni', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')
 """The values of a scenario that may name files."""
+
+_FUNCTIONS = {'ctc': CTC, 'si_to_uni': SI_TO_UNI}
+"""The functions that scripts of values other than `algo` must define."""
 
 INPUTS = 'inputs'
 """The folder of a run with copies of the files that its scenario names."""
@@ -33,8 +37,9 @@ class ScenarioFolder:
 
     def place_of(self, name: str) -> Place:
         """Return the function from a value's text to the absolute path of the file it names."""
-        places = {'algo': self._law, 'ctc': self._condition, 'model': self._model}
-        return places.get(name, self._file)
+        if name in _FUNCTIONS:
+            return lambda text: self._script_of(name, text)
+        return {'algo': self._law, 'model': self._model}.get(name, self._file)
 
     def name_of(self, name: str) -> Place:
         """Return the function from a path to its text in a file here; it raises SetcmasError."""
@@ -44,13 +49,13 @@ class ScenarioFolder:
         found = self._script(text)
         return found or (self._file(text) if _is_path(text) else str(ALGORITHMS.file(text)))
 
-    def _condition(self, text: str) -> str:
+    def _script_of(self, name: str, text: str) -> str:
         found = self._script(text)
         if found or _is_path(text):
             return found or self._file(text)
         raise SetcmasError(
-            f"script '{text}' of ctc was not found; it must be a script in the scenario's folder "
-            f'with a function {CTC}'
+            f"script '{text}' of {name} was not found; it must be a script in the scenario's "
+            f'folder with a function {_FUNCTIONS[name]}'
         )
 
     def _model(self, text: str) -> str:

@@ -21,6 +21,19 @@ def test_the_new_script_runs_by_the_command_that_is_printed(tmp_path):
     assert 'my_law  My control law' in run_here('list', cwd=tmp_path).stdout
 
 
+def test_the_new_si_to_uni_runs_by_the_command_that_is_printed(tmp_path):
+    result = run_here('new', 'my_driver', '--si-to-uni', cwd=tmp_path)
+    printed = result.stdout.splitlines()[-1].split()
+
+    assert printed == ['setcmas', 'run', '--algo', 'nav_wp', '--si-to-uni', 'my_driver']
+    offline = run_here(
+        'offline', '--no-plots', *printed[2:], '--duration', '2', '-o', 'out', cwd=tmp_path
+    )
+    assert offline.returncode == 0, offline.stderr
+    again = run_here('offline', '--no-plots', '--from', 'out', '-o', 'again', cwd=tmp_path)
+    assert 'identical to out' in again.stdout
+
+
 @pytest.mark.parametrize(
     ('arguments', 'source', 'command'),
     [
@@ -49,6 +62,7 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source, command):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('unused', '--from', 'consensu'), 'did you mean consensus'),
+        (('unused', '--robot', '--si-to-uni'), 'each write a script of their own'),
         (
             ('unused', '--exercise'),
             "unknown exercise 'unused'; must be one of bearing_formation, ",

@@ -51,6 +51,7 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
         'law.py': 'import gains\ndef control(i, n, p, t):\n    return gains.K, 0\n',
         'gains.py': 'K = 0.3\n',
         'when.py': 'def ctc(pos, last_pos, t):\n    return t > 1\n',
+        'mine.py': 'def si_to_uni(velocity, pose, komega):\n    return velocity[0], 0.1\n',
         'switch.yaml': 'segments:\n  - {duration: 1, graph: ring}\n  - {graph: star}\n',
         'places.yaml': 'tb3_1: [1, 2, 0]\n',
     }
@@ -63,7 +64,8 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
         assert offline(tmp_path, *options, *named, '--output', folder).returncode == 0
         return {path.name: path.read_bytes() for path in (tmp_path / folder / 'csv').iterdir()}
 
-    names = {'algo': 'law', 'ctc': 'when', 'graph': 'switch.yaml', 'poses': 'places.yaml'}
+    names = {'algo': 'law', 'ctc': 'when', 'si-to-uni': 'mine'}
+    names |= {'graph': 'switch.yaml', 'poses': 'places.yaml'}
     first = run('first', **names)
     for name in given:
         (tmp_path / name).unlink()

@@ -33,6 +33,27 @@ def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
     peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
 
 
+def test_robots_are_driven_by_an_own_si_to_uni_and_stand_where_it_fails(
+    start, peer, script, tmp_path
+):
+    law = script('def control(i, n, p, t):\n    return 0.1, 0.2\n')
+    mine = tmp_path / 'mine.py'
+    mine.write_text(
+        'def si_to_uni(velocity, pose, komega):\n'
+        '    vx, vy = velocity\n'
+        '    return vx / (pose[1] < 1.5), komega * vy\n'
+    )
+    start(*SIMU, '--nb-robots', '2', '--pose', '1:0,0', '--pose', '2:0,2')
+    commands = [peer.cmd_vel(robot) for robot in (1, 2)]
+    process = start(*CTRL, '--algo', law, '--si-to-uni', str(mine), '--komega', '2')
+    peer.wait_for(lambda: all(len(got) > 3 for got in commands))
+
+    assert velocity(commands[0][3]) == pytest.approx((0.1, 0.4))
+    assert velocity(commands[1][3]) == (0.0, 0.0)
+    assert process.output().count('mine.py, line 3: ZeroDivisionError') == 1
+    assert process.end() == 1
+
+
 def test_slow_are_calls_that_exceed_the_period_as_it_is_on_the_wall_s_clock(start, script):
     law = script(
         """

@@ -19,14 +19,31 @@ def test_states_are_sent_when_the_condition_triggers(start, peer, script):
     events = peer.listen(UInt16, '/tb3_1/trig_event')
     states = peer.listen(Odometry, '/tb3_1/trig_odom', LATCHED)
     start(*CTRL, '--algo', law, '--event-triggered', '--threshold', '0.3')
-    peer.wait_for(lambda: len(states) > 4)
 
-    x = [position(state)[0] for state in states]
+    def sent():  # each is repeated
+        return sorted({position(state)[0] for state in states})
+
+    peer.wait_for(lambda: len(sent()) > 4)
+
+    x = sent()
     assert all(0.3 < later - earlier < 0.45 for earlier, later in itertools.pairwise(x))
     peer.wait_for(lambda: {event.data for event in events} == {0, 1})
     late = peer.listen(Odometry, '/tb3_1/trig_odom', LATCHED)
     peer.wait_for(lambda: late)
     assert position(late[0])[0] <= x[-1]  # sent before it subscribed
+
+
+def test_the_last_state_sent_is_repeated_for_receivers_that_missed_it(start, peer, script):
+    law = script('def control(robotNo, nbRobots, poses, t):\n    return 0.0, 0.0\n')
+    start(*SIMU, '--nb-robots', '1', '--robot-rate', '50').wait_for_output('simulating')
+    odometry = peer.odometry(1)
+    states = peer.listen(Odometry, '/tb3_1/trig_odom')
+    start(*CTRL, '--algo', law, '--event-triggered')
+    peer.wait_for(lambda: len(states) > 10)
+
+    stamps = [state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in states]
+    assert len(set(stamps)) == 1
+    assert len(odometry) > 3 * len(states)  # at 10 Hz, of 50
 
 
 @pytest.mark.parametrize(

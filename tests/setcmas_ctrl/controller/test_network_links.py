@@ -27,6 +27,11 @@ LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')
 FOUR = (*CTRL, '--algo', 'leader_election', '--nb-robots', '4', '--set', 'NUMBERS=[3, 1, 2, 9]')
 
 
+def sent_states(messages):
+    """Return the stamps of the states sent, which are repeated."""
+    return {(one.header.stamp.sec, one.header.stamp.nanosec) for one in messages}
+
+
 def messages_of(peer, robots):
     return [peer.listen(Float64MultiArray, f'/tb3_{i}/message', LATCHED) for i in robots]
 
@@ -134,7 +139,7 @@ def test_each_value_that_a_condition_sends_is_received_in_another_process(start,
 
     # The last value triggers one state only.
     peer.wait_for(lambda: wanted and wanted[-1].x == pytest.approx(0.04))
-    assert len(states) <= 1 + len({message.data[1] for message in sent})
+    assert len(sent_states(states)) <= 1 + len({message.data[1] for message in sent})
 
 
 def test_experiments_have_messages(start, peer, script):
@@ -190,7 +195,8 @@ def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(st
         assert [info.node_name for info in listeners].count('controllers') == 1
         listeners = peer.node.get_subscriptions_info_by_topic(f'/tb3_{robot}/trig_odom')
         assert [info.node_name for info in listeners].count('controllers') == 2
-    assert max(map(len, states)) < 0.3 * min(map(len, odometry))
+    sent = [sent_states(of_robot) for of_robot in states]
+    assert max(map(len, sent)) < 0.3 * min(map(len, odometry))
     assert peer.node.count_publishers('/communication_graph') == 0
     assert first.end() == second.end() == 0
 
@@ -221,6 +227,40 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
         False,
         True,
     ]
+
+
+def test_a_repeated_state_is_received_once(peer):
+    options = CommunicationOptions(event_triggered=True)
+    communication = FleetCommunication(
+        peer.node, FleetOdometry(peer.node, 2), chosen_communication(2, options), [1]
+    )
+    links = peer.listen(Float64MultiArray, '/tb3_1/links', LATCHED)
+    states = peer.listen(Odometry, '/tb3_2/trig_odom')
+    publishers = [peer.publisher(Odometry, f'/tb3_{i}/trig_odom', i, qos=LATCHED) for i in (1, 2)]
+
+    def publish(publisher, x, second):
+        state = Odometry()
+        state.header.stamp.sec = second
+        state.pose.pose.position.x, state.pose.pose.orientation.w = x, 1.0
+        publisher.publish(state)
+
+    def taken():
+        communication.take()
+        return communication.missing() == []
+
+    for publisher in publishers:
+        publish(publisher, 0.0, 0)
+    peer.wait_for(taken)
+    communication.known_poses(0.0)
+    # Repeated, of a robot that stands still, and of one whose odometry has no stamps.
+    for count, (x, second) in enumerate([(0.0, 0), (0.0, 1), (0.0, 1), (1.0, 1), (1.0, 1)], 2):
+        publish(publishers[1], x, second)
+        peer.wait_for(lambda count=count: taken() and len(states) == count)
+    communication.stop()
+    peer.wait_for(lambda: links and counts(links[-1])[1, 0])
+
+    assert communication.known_poses(0.2)[0][0, 0].tolist() == [0.0, 1.0]
+    assert counts(links[-1])[1, :2].tolist() == [2, 2]
 
 
 def test_in_lockstep_messages_need_all_robots_in_one_process(peer):

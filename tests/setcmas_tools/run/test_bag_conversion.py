@@ -44,6 +44,16 @@ def run(make):
     return messages
 
 
+def test_a_state_that_trig_odom_repeats_has_one_row(tmp_path, write_bag, make, run):
+    sent = [odometry(make, x) for x in (0.0, 0.0, 0.0, 0.3, 0.3)]
+    states = [('/tb3_1/trig_odom', i / 10, state) for i, state in enumerate(sent)]
+    report = convert(write_bag(tmp_path / 'bag', [*run, *states]))
+
+    found = rows_of(report.folder / 'tb3_1_trig_odom.csv')
+    assert [float(row['pose.pose.position.x']) for row in found] == [0.0, 0.3]
+    assert report.messages == len(run) + 2
+
+
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
 def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, plugin):
     report = convert(write_bag(tmp_path / 'bag', run, plugin))

@@ -1,0 +1,128 @@
+"""A user's own si_to_uni: a script for `--si-to-uni`, or in Python a function.
+
+The script defines one function:
+
+    def si_to_uni(velocity, pose, komega): return V, omega
+
+velocity: vx, vy in m/s, in the world frame; pose: x, y (m), theta (rad); komega: gain on the
+heading error in 1/s; V: forward speed in m/s; omega: turn rate in rad/s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.scripts.function import checked_function, finite_numbers
+from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.script_errors import (
+    ControlError,
+    ErrorReports,
+    StopCall,
+    failure_of,
+    scripts_own,
+)
+from setcmas_simu.arrays import Floats
+
+SI_TO_UNI = 'si_to_uni(velocity, pose, komega)'
+"""The function that a script for `--si-to-uni` must define."""
+
+GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
+"""A script, a function, or a function for each robot; None is the built-in si_to_uni."""
+
+
+class ScriptConversion:
+    """Drives one robot by a function, of its own copy of a script."""
+
+    def __init__(
+        self,
+        function: Callable[..., Any] | Path,
+        robot: int,
+        reports: ErrorReports,
+        time: Callable[[], float],
+        during_call: Callable[[int, Path], AbstractContextManager[object]],
+    ) -> None:
+        """Take a function or load a script.
+
+        `reports` gets the failures, at the `time` of the run in s; each call is made within what
+        `during_call` returns for the robot and the path.
+
+        Raises:
+            SetcmasError: The script does not load, or the function takes other arguments.
+        """
+        found: Any = function
+        if isinstance(function, Path):
+            self.path = function
+            found = vars(load_script(function, robot, SI_TO_UNI)).get('si_to_uni')
+        else:
+            code = getattr(function, '__code__', None)
+            self.path = Path(code.co_filename if code else 'si_to_uni')
+        self._function = checked_function(found, self.path, SI_TO_UNI, 'V, omega')
+        self._robot, self._reports = robot, reports
+        self._time, self._during_call = time, during_call
+
+    def __call__(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
+        """Return commands (3, N) for velocities (2, N) of the robot at poses (3, N).
+
+        They are zero where the function fails, and where a number is not finite.
+        """
+        commands = np.zeros(poses.shape)
+        for column, (velocity, pose) in enumerate(
+            zip(velocities.T.tolist(), poses.T.tolist(), strict=True)
+        ):
+            if all(map(math.isfinite, (*velocity, *pose))):
+                V, omega = self._called(tuple(velocity), tuple(pose), komega)
+                commands[:, column] = V, 0.0, omega
+        return commands
+
+    def _called(self, *arguments: Any) -> tuple[float, float]:
+        """Return V and omega, or report why they are zero."""
+        try:
+            with self._during_call(self._robot, self.path):
+                V, omega = finite_numbers(self._function(*arguments), (2,), 'si_to_uni').tolist()
+        except StopCall:
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots continue
+            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+                raise
+            failure = failure_of(error, self.path)
+            if isinstance(error, ControlError):
+                failure = ControlError(f'{self.path.name}: {error}', error.key)
+            self._reports.failed(self._robot, self._time(), failure)
+            return 0.0, 0.0
+        self._reports.succeeded(self._robot, self._time())
+        return V, omega
+
+
+def script_conversions(
+    given: GivenConversion,
+    robots: Iterable[int],
+    reports: ErrorReports,
+    time: Callable[[], float],
+    during_call: Callable[[int, Path], AbstractContextManager[object]],
+) -> list[ScriptConversion]:
+    """Return the conversion of each robot; none if the built-in si_to_uni drives them.
+
+    The arguments and errors are those of `ScriptConversion`; a script must be a path.
+    """
+    if given is None:
+        return []
+    return [
+        ScriptConversion(
+            Path(given) if isinstance(given, (str, Path)) else _of_robot(given, robot),
+            robot,
+            reports,
+            time,
+            during_call,
+        )
+        for robot in robots
+    ]
+
+
+def _of_robot(given: Any, robot: int) -> Any:
+    return given[robot] if isinstance(given, Mapping) else given
