@@ -61,7 +61,8 @@ def test_every_file_of_ours_that_a_page_names_is_there(page):
 
 def scripts(function):
     """Return the scripts of all pages that define a function of this name."""
-    return [text for _, text in code('python') if f'def {function}(' in text]
+    begin = re.compile(rf'^def {function}\(', re.M)
+    return [text for _, text in code('python') if begin.search(text)]
 
 
 @pytest.mark.parametrize('function', ['control', 'ctc', 'si_to_uni'])

@@ -17,6 +17,7 @@ import changelog_page
 import commands_page
 import exercises_page
 import mocap_page
+import nodes_page
 import pose_picture
 import rooms_picture
 import run_files_page
@@ -52,6 +53,7 @@ def generated_files() -> dict[Path, str]:
         DOCS / 'commands.md': commands_page.text(),
         DOCS / 'topics.md': topics_page.text(),
         DOCS / 'lab_setup.md': mocap_page.text(),
+        DOCS / 'nodes.md': nodes_page.text(),
         DOCS / 'run_files.md': run_files_page.text(),
         DOCS / 'scenarios.md': scenarios_page.text(),
     }

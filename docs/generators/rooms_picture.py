@@ -17,6 +17,7 @@ PACKAGES = {
 }
 WIDTH, MARGIN, GAP = 900, 8, 10
 PER_ROW, ROOM_HEIGHT, HEAD = 4, 80, 34
+MODULES = 20  # height of their line
 
 
 def svg_of(package: str, top: float) -> tuple[list[str], float]:
@@ -25,18 +26,19 @@ def svg_of(package: str, top: float) -> tuple[list[str], float]:
     rooms, modules = rooms_of(package)
     width = (WIDTH - 2 * MARGIN - (PER_ROW + 1) * GAP) / PER_ROW
     nb_rows = -(-len(rooms) // PER_ROW)
-    height = HEAD + nb_rows * (ROOM_HEIGHT + GAP)
+    head = HEAD + (MODULES if modules else 0)
+    height = head + nb_rows * (ROOM_HEIGHT + GAP)
     left = MARGIN + GAP
     parts = [
         svg.box((MARGIN, top), (WIDTH - 2 * MARGIN, height), fill),
         svg.words((left, top + 22), package, 16, 'start', 'font-weight="bold"'),
         svg.words((left + 150, top + 22), purpose, 13, 'start'),
-        svg.words((WIDTH - left, top + 22), ', '.join(modules), 12, 'end', 'font-style="italic"'),
+        svg.words((left, top + 43), ', '.join(modules), 12, 'start', 'font-style="italic"'),
     ]
     for index, (room, words) in enumerate(rooms.items()):
         row, column = divmod(index, PER_ROW)
         x = left + column * (width + GAP)
-        y = top + HEAD + row * (ROOM_HEIGHT + GAP)
+        y = top + head + row * (ROOM_HEIGHT + GAP)
         parts.append(svg.box((x, y), (width, ROOM_HEIGHT), 'white'))
         middle = x + width / 2
         parts.append(svg.words((middle, y + 20), room, 14, 'middle', 'font-weight="bold"'))

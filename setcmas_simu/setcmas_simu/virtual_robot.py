@@ -32,7 +32,6 @@ MOST_SPEED = 1e6
 """Largest speed of a command in m/s, and turn rate in rad/s: beyond, a pose becomes infinite."""
 
 _REST = np.zeros((3, 1))
-_POSE = {'x0': 'x at the start in m', 'y0': 'y in m', 'theta0': 'heading in rad'}
 
 
 class VirtualRobot(RobotNode):
@@ -42,6 +41,7 @@ class VirtualRobot(RobotNode):
         state: Rows x, y (m), theta (rad); then, of the last step, speeds forward and to the left
             (m/s) and turn rate (rad/s); shape (6 or more, 1).
         command: Speeds forward and to the left (m/s) and turn rate (rad/s), shape (3, 1).
+        model: How a robot of this kind moves, such as a unicycle.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class VirtualRobot(RobotNode):
         on_failure: Callable[[Failed], object] = bool,
         **of_node: Any,
     ) -> None:
-        """Place the robot at x, y in m and a heading in rad; `of_node` is for `RobotNode`.
+        """Place the robot at x, y in m with a heading in rad; `of_node` is for `RobotNode`.
 
         `on_failure` is called when a robot script first fails.
 
@@ -63,21 +63,25 @@ class VirtualRobot(RobotNode):
         super().__init__('virtual_robot', robot, **of_node)
         options = options or SimulationOptions()
         self.parameters = self.declared(options, 'limits', 'cmd_timeout')
-        pose = zip(_POSE, start, _POSE.values(), strict=True)
-        self.start = np.array([[self.number(*one)] for one in pose])
+        x, y, theta = start
+        x = self.number('x0', x, 'x at the start in m')
+        y = self.number('y0', y, 'y at the start in m')
+        theta = self.number('theta0', theta, 'heading at the start in rad')
+        self.start = np.array([[x], [y], [theta]])
         self.model_name = self.fixed('model', model, 'robot model')
-        frames = (
-            self.fixed('frame_id', topics.WORLD_FRAME, 'frame of poses'),
-            self.fixed('child_frame_id', topics.robot_frame(self.robot), 'frame of the robot'),
-        )
-        self.on_failure, self.moves = on_failure, False
-        self.follow(self.parameters.options)
-        self.parameters.check, self.parameters.on_change = self.check, self.follow
+        frame = self.fixed('frame_id', topics.WORLD_FRAME, 'frame of poses')
+        own_frame = topics.robot_frame(self.robot)
+        own_frame = self.fixed('child_frame_id', own_frame, 'frame of the robot')
 
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)
         self.fleet_reset = self.newest(Empty, topics.FLEET_RESET, qos.EVENT)
-        self.states = StatePublisher(self, self.robot, *frames, shape_of(self.model_name))
+        shape = shape_of(self.model_name)
+        self.odom = StatePublisher(self, self.robot, frame, own_frame, shape)
+
+        self.on_failure, self.has_started = on_failure, False
+        self.apply(self.parameters.options)
+        self.parameters.check, self.parameters.on_change = self.check, self.apply
         self.restart()
 
     def restart(self) -> None:
@@ -88,17 +92,17 @@ class VirtualRobot(RobotNode):
     def step(self) -> None:
         """Follow the newest command for one period, and publish the new state."""
         if message := self.cmd_vel():
-            self.command, self.heard = self.usable(message), self.time.now
+            self.command, self.heard = self.command_in(message), self.time.now
         if self.reset() or self.fleet_reset():
             self.restart()
-        if self.moves:  # the first step publishes the start
+        if self.has_started:  # the first step only publishes the start
             is_new = self.time.now - self.heard <= self.timeout
             command = self.command if is_new else _REST
             self.state = self.model.step(self.state, command, self.time.period)
-        self.moves = True
-        self.states.publish(self.state[:6, 0], self.time.stamp)
+        self.has_started = True
+        self.odom.publish(self.state[:6, 0], self.time.stamp)
 
-    def usable(self, message: Twist | TwistStamped) -> Floats:
+    def command_in(self, message: Twist | TwistStamped) -> Floats:
         """Return the command in a message; zero for one that is not finite, or far too large."""
         twist = message.twist if isinstance(message, TwistStamped) else message
         V, left, omega = command = (twist.linear.x, twist.linear.y, twist.angular.z)
@@ -115,10 +119,10 @@ class VirtualRobot(RobotNode):
         """Raise SetcmasError if limits would apply to a robot that has its own."""
         check_models([self.model_name], options.limits, [self.robot])
 
-    def follow(self, options: SimulationOptions) -> None:
-        """Use other limits and another command time-out from now on."""
+    def apply(self, options: SimulationOptions) -> None:
+        """Use these limits and this command time-out from now on."""
         self.timeout = options.cmd_timeout or math.inf
-        if not self.moves or self.model_name == UNICYCLE:
+        if not self.has_started or self.model_name == UNICYCLE:  # others have their own limits
             names = [self.model_name]
             (self.model,) = robot_models(names, [self.robot], options.limits, self.on_warning)
 
@@ -128,4 +132,4 @@ class VirtualRobot(RobotNode):
         if is_script(self.model_name):
             call = ScriptCall(self.robot, Path(self.model_name).name, Function.STEP)
             self.on_failure(Failed(call, text))
-            self.on_failure = bool
+            self.on_failure = bool  # does nothing
