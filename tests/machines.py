@@ -10,7 +10,7 @@ from pathlib import Path
 
 from nav_msgs.msg import Odometry
 from network_namespaces import Network
-from processes import CTRL, SIMU, TIMEOUT_S, Process, run_setcmas
+from processes import CTRL, SIMU, Process
 from ros_peer import Peer, position
 from sensor_msgs.msg import TimeReference
 
@@ -23,9 +23,6 @@ FLEET = [*LEFT, *RIGHT]
 COMMAND_TIMEOUT_S = 0.5
 SPEED = 0.2  # m/s
 SAME_T_S = 0.05
-EXACT = ['--algo', 'consensus', '--graph', 'ring', '--delay', '0.3', '--loss', '0.3']
-EXACT_S = 3
-BEHIND_S = 2  # by which a recorder may be late in lockstep
 LEASE_S = 5.0  # of config/fastdds_network.xml
 LAW = f"""
 import math
@@ -132,31 +129,6 @@ def go(domain: int, folder: Path) -> None:
     """Start the fleet, and check that all machines have the same t."""
     with ThreeMachines(domain, folder) as machines:
         begin(machines)
-
-
-def exact(domain: int, folder: Path) -> None:
-    """Compare a run in lockstep over three machines, of a network with losses, with offline."""
-    with ThreeMachines(domain, folder) as machines:
-        for name in machines.network.addresses:
-            machines.network.lose(name, 0.1)
-        simulator = machines.start('left', *SIMU, '--lockstep', '--nb-robots', str(len(FLEET)))
-        simulator.wait_for_output('in lockstep')
-        recorder = machines.record()
-        recorder.wait_for_output('recording')
-        for machine, robots in ('right', LEFT), ('laptop', RIGHT):
-            machines.start(machine, *CTRL, *EXACT, *part(robots))
-        odometry = machines.odometry[1]
-        # Lost packets are sent again, which takes a while at every step.
-        machines.peer.wait_for(
-            lambda: odometry and stamp(odometry[-1]) > EXACT_S + BEHIND_S, 3 * TIMEOUT_S
-        )
-        assert recorder.end() == 0, recorder.output()
-    fleet = ['--nb-robots', str(len(FLEET)), '--duration', str(EXACT_S), '--no-plots']
-    for command in (['bag_to_csv', 'bag', '-o', 'csv'], ['offline', *EXACT, *fleet, '-o', 'off']):
-        done = run_setcmas(*command, cwd=folder)
-        assert done.returncode == 0, done.stdout + done.stderr
-    offline = (folder / 'off' / 'csv' / 'fleet.csv').read_bytes()
-    assert (folder / 'csv' / 'fleet.csv').read_bytes().startswith(offline)
 
 
 def begin(machines: ThreeMachines):

@@ -9,8 +9,6 @@ import time
 from pathlib import Path
 
 _CLONE_NEWNET = 0x40000000
-_RANDOM = 0xFFFFF000 + 56  # SKF_AD_OFF + SKF_AD_RANDOM of linux/filter.h
-_PASS, _DROP = 0, 2  # TC_ACT_OK and TC_ACT_SHOT of linux/pkt_cls.h
 # Namespaces share /dev/shm: only UDP is a network.
 UDP_ONLY = {'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 
@@ -102,22 +100,6 @@ class Network:
     def restore(self, name: str) -> None:
         """Push a machine's plug in again."""
         ip('-n', self.space('switch'), 'link', 'set', name, 'up')
-
-    def lose(self, name: str, share: float) -> None:
-        """Let packets to a machine get lost at random, from now on.
-
-        Without the netem module, which many kernels lack: by a filter in classic BPF that drops
-        a packet if a random number of 32 bits is below a limit.
-        """
-        limit = int(share * 2**32)
-        program = f'4,32 0 0 {_RANDOM},53 0 1 {limit},6 0 0 {_PASS},6 0 0 {_DROP}'
-        bpf = ['filter', 'add', 'dev', 'eth0', 'ingress', 'bpf', 'da', 'bytecode', program]
-        try:
-            for words in (['qdisc', 'add', 'dev', 'eth0', 'clsact'], bpf):
-                command = self.command(name, ['tc', *words])
-                subprocess.run(command, check=True, capture_output=True, text=True)
-        except subprocess.CalledProcessError as error:
-            raise NoNetworkError(f'packets cannot be dropped: {error.stderr}') from error
 
     def command(self, name: str, command) -> list[str]:
         """Return a command that runs on a machine."""

@@ -52,6 +52,6 @@ def test_every_command_of_the_students_page_works(session, domain):
         if verb == 'expe':
             words += PATIENT_LAB
         if verb == 'run':
-            words += ['--lockstep', '--view', 'none', '--duration', '5', '--no-plots']
+            words += ['--rtf', '2', '--view', 'none', '--duration', '5', '--no-plots']
         done = run_setcmas(verb, *words, cwd=session)
         assert done.returncode == 0, (verb, words, done.stderr)

@@ -4,17 +4,12 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from machines import exact, go, recover
+from machines import go, recover
 from network_namespaces import on_a_network
 
 
 def test_a_fleet_over_three_machines_shares_its_time(domain, tmp_path):
     on_a_network(go, domain, tmp_path)
-
-
-@pytest.mark.nightly
-def test_lockstep_over_a_network_that_loses_a_tenth_is_offline_to_the_last_byte(domain, tmp_path):
-    on_a_network(exact, domain, tmp_path)
 
 
 @pytest.mark.nightly

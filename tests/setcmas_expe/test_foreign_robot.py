@@ -1,4 +1,4 @@
-"""A robot that shares no code with this project, nor its DDS, plays the TurtleBot3."""
+"""A robot, or a control law, that shares no code with this project, nor its DDS."""
 
 import shutil
 import sys
@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 from network_namespaces import on_a_network
-from processes import SETCMAS
+from processes import CTRL, SETCMAS, SIMU
 from terminals import Terminal
 
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
 from rogue_rehearsal import STANDS_M, ways_behind_a_firewall, ways_past_a_rogue
+from ros_peer import position
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
+LAW = Path(__file__).parent / 'scripts' / 'foreign_controller.py'
 EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
 
 
@@ -30,6 +32,18 @@ def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
         terminal.start_robots(lambda: 'goes' in robot.output())
     finally:
         terminal.close()
+
+
+def test_a_control_law_of_another_maker_drives_a_robot_while_it_speaks(start, peer, domain):
+    start(*SIMU, '--nb-robots', '2')
+    start(*CTRL, '--algo', 'external').wait_for_output('controlling robots 1-2')
+    law = start(sys.executable, str(LAW), str(domain))
+    still, driven = peer.odometry(1), peer.odometry(2)
+
+    peer.wait_for(lambda: driven and driven[-1].twist.twist.linear.x == pytest.approx(0.2))
+    law.kill_group()
+    peer.wait_for(lambda: driven[-1].twist.twist.linear.x == 0.0)
+    assert position(still[-1]) == position(still[0])
 
 
 def test_nothing_listens(start, domain):

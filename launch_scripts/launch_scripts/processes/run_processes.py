@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child
@@ -58,7 +59,8 @@ class SimulatedRun(RecordedRun):
 
     def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path) -> None:
         super().__init__(supervisor, bag)
-        simulation = SimulationOptions.among(scenario.values())
+        given = SimulationOptions.among(scenario.values())
+        simulation = replace(given, nb_robots=scenario.nb_robots)
         self._rtf = simulation.rtf
         robots = node_command(SIMULATOR, simulation.arguments())
         self._simulator = supervisor.start('simu', robots)

@@ -143,7 +143,7 @@ def test_three_terminals(start, tmp_path):
 
 
 def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, tmp_path):
-    (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_ctrl.controller', 60))
+    (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_ctrl.controllers', 60))
     env = {'PYTHONPATH': str(tmp_path)}
     process = start(*RUN, '--algo', 'consensus', cwd=tmp_path, env=env)
     process.wait_for_output('[simu] simulating')
@@ -154,17 +154,19 @@ def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, t
 
 
 def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path, domain):
-    law = 'def control(i, n, poses, t):\n    return 1 / (i < 2 or not 0.4 < t < 1.3), 0.0\n'
+    law = 'def control(i, n, poses, t):\n    return 1 / (i < 2 or not 0.5 < t < 1.3), 0.0\n'
     (tmp_path / 'law.py').write_text(law)
     given = ('--algo', 'law.py', '--nb-robots', '2', '--duration', '2', '--no-plots')
-    run_setcmas('run', *given, '--lockstep', '-o', 'ros', cwd=tmp_path)
+    run_setcmas('run', *given, '-o', 'ros', cwd=tmp_path)
     run_here('offline', *given, '-o', 'offline', cwd=tmp_path)
-    ros, offline = (
+    (ros,), (offline,) = (
         yaml.safe_load((tmp_path / name / 'run.yaml').read_text())['failures']
         for name in ('ros', 'offline')
     )
 
-    assert ros == offline
-    assert [(one['t'], one['until'], one['robot'], one['line']) for one in ros] == [
-        (0.6, 1.4, 2, 2)
-    ]
+    called = {'t', 'until'}  # at these times, which in real time are only about 0.6 and 1.4 s
+    assert {key: ros[key] for key in ros.keys() - called} == {
+        key: offline[key] for key in offline.keys() - called
+    }
+    assert (offline['t'], offline['until'], ros['robot'], ros['line']) == (0.6, 1.4, 2, 2)
+    assert (ros['t'], ros['until']) == pytest.approx((0.6, 1.4), abs=0.1)

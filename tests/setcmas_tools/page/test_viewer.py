@@ -206,11 +206,11 @@ def test_a_run_that_ends_stays_on_the_page_until_enter(tmp_path, monkeypatch):
 
 @pytest.mark.nightly
 @NEEDS_CHROMIUM
-def test_a_run_in_lockstep_is_followed_by_the_page_and_by_other_nodes(start, peer, tmp_path):
+def test_a_fast_run_is_followed_by_the_page_and_by_other_nodes(start, peer, tmp_path):
     from browser import open_browser, wait_for
 
     given = ('--algo', 'consensus', '--nb-robots', '3', '--duration', '9000', '--no-plots')
-    run = start(*SETCMAS, 'run', '--lockstep', '--view', *given, cwd=tmp_path, env=NO_WINDOWS)
+    run = start(*SETCMAS, 'run', '--rtf', '5', '--view', *given, cwd=tmp_path, env=NO_WINDOWS)
     with open_browser(1000, 640) as browser:
         browser.get(page_of(run))
         wait_for(lambda: len(rows(browser)) == 3)
