@@ -194,6 +194,7 @@ class ControlledFleet:
             Path(str(law.conversion())),
         )
         self._create_nodes(laws)
+        self._parameters.on_change = self._follow
         warn_of_unknown([node, *itertools.chain(*self.phases, self.senders)])
         self._watch_graph()
         self._reloader = self._reload_on_save(laws)
@@ -435,8 +436,7 @@ class ControlledFleet:
             with contextlib.suppress(StopCall), network.exchanged_by(self.network):
                 self.get_ready()
                 self._parameters.check = self._check
-                self._parameters.on_change = self._follow
-                self._follow(self._parameters.options)  # they may have changed meanwhile
+                self._set_rate(self._parameters.options.rate)
                 self.network.on_begin = self._poll_often
                 self._loop = stepping(
                     self._process,
@@ -537,12 +537,19 @@ class ControlledFleet:
             )
 
     def _follow(self, options: GainOptions) -> None:
-        self.time.period = 1.0 / options.rate
-        self._watch.slow.period = self.time.period / self.time.clock.rtf
+        """Let the nodes of all robots have these gains and this rate."""
+        self._set_rate(options.rate)
         for phase in self.phases:
             for node in phase:
                 if node is not self._node:
                     node.parameters.follow(options)
+
+    def _set_rate(self, rate: float) -> None:
+        self.time.period = 1.0 / rate
+        self._watch.slow.period = self.time.period / self.time.clock.rtf
+        for phase in self.phases[1:]:  # the acceleration of robots depends on it
+            for node in phase:
+                node.conversion.Ts = self.time.period
 
 
 def _sent_hint(_: list[int]) -> str:

@@ -41,7 +41,7 @@ class NodeParameters(Generic[Group]):
         self.on_change: Callable[[Group], object] = lambda _: None
         self._node = node
         self._names = names
-        self._is_quiet = False
+        self._is_quiet, self._followed = False, options
         known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}
         self._options = {parameter: known[name] for parameter, name in names.items()}
         for parameter, name in names.items():
@@ -58,9 +58,14 @@ class NodeParameters(Generic[Group]):
         node.add_post_set_parameters_callback(self._take_over)
 
     def follow(self, options: Any) -> None:
-        """Set the parameters to the values of options, without a message."""
+        """Take over what has changed in the options of the whole fleet, without a message."""
         self._is_quiet = True
-        values = {parameter: getattr(options, name) for parameter, name in self._names.items()}
+        values = {
+            parameter: value
+            for parameter, name in self._names.items()
+            if (value := getattr(options, name)) != getattr(self._followed, name)
+        }
+        self._followed = options
         self._node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
         self._is_quiet = False
 

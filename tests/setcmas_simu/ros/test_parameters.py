@@ -126,3 +126,13 @@ def test_clients_see_types_and_ranges(gains):
     assert described.type == Parameter.Type.DOUBLE.value
     assert described.description == 'a gain'
     assert described.additional_constraints == 'above 0 and at most 9 1/s'
+
+
+def test_a_robot_follows_what_changes_in_the_fleet_and_keeps_its_own_values(node_with):
+    node = node_with('K:=2')
+    parameters = NodeParameters(node, Gains(), {'K': 'gain', 'mode': 'mode'})
+
+    parameters.follow(Gains(mode='fast'))
+    assert parameters.options == Gains(gain=2.0, mode='fast')
+    parameters.follow(Gains(gain=3.0, mode='fast'))
+    assert parameters.options == Gains(gain=3.0, mode='fast')
