@@ -1,5 +1,8 @@
 """Measures simulated fleets under consensus, on this machine; prints figures, asserts nothing.
 
+Figures are of the processes of the nodes alone, simulator and controllers: their launchers, the
+commands `setcmas simu` and `setcmas ctrl`, only wait.
+
 Run in the environment that setcmas is installed in, on a quiet machine:
 
     python benchmarks/fleet.py --nb-robots 8 20 50 100 250 [--duration 30] [--repeat 1]
@@ -14,6 +17,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import signal
 import statistics
 import subprocess
@@ -46,6 +50,7 @@ from setcmas_simu.ros.process import FleetNode
 SETCMAS = Path(sys.executable).parent / 'setcmas'
 ROBOT_HZ, CONTROL_HZ = 10.0, 5.0
 LOOK_S = 0.5
+NODE_MODULE = re.compile(r'setcmas_(simu|ctrl)\.')
 DEPTH = 50  # messages that wait for a look, more than come in between
 
 
@@ -83,7 +88,7 @@ class Observer:
             if time.monotonic() > end:
                 silent = sum(not times for times in self.times[topic])
                 raise SystemExit(f'{silent} robots have no {topic} after {timeout:g} s')
-            time.sleep(0.1)
+            time.sleep(0.05)
             self.look()
 
     def watch(self, duration: float) -> None:
@@ -93,17 +98,21 @@ class Observer:
             self.look()
 
 
-def tree(process: subprocess.Popen) -> list[psutil.Process]:
-    root = psutil.Process(process.pid)
-    return [root, *root.children(recursive=True)]
+def node_process(launcher: subprocess.Popen) -> psutil.Process:
+    """Return the process below a launcher that runs a module of nodes, in any version."""
+    below = psutil.Process(launcher.pid).children(recursive=True)
+    nodes = [one for one in below if any(map(NODE_MODULE.match, one.cmdline()))]
+    if not nodes:
+        raise SystemExit(f'{launcher.args} has not started a process of nodes')
+    return nodes[-1]  # a supervisor in between may have the same words
 
 
-def cpu_s(processes: list[psutil.Process]) -> float:
-    return sum(sum(p.cpu_times()[:2]) for p in processes)
+def cpu_s(process: psutil.Process) -> float:
+    return sum(process.cpu_times()[:2])
 
 
-def pss_mb(processes: list[psutil.Process]) -> float:
-    return sum(p.memory_full_info().pss for p in processes) / 1e6
+def pss_mb(process: psutil.Process) -> float:
+    return process.memory_full_info().pss / 1e6
 
 
 def start(setcmas: Path, *arguments: str) -> tuple[float, subprocess.Popen]:
@@ -123,14 +132,15 @@ def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> d
         observer.wait_for('odom', 60)
         ctrl_begin, ctrl = start(setcmas, 'ctrl', '--algo', 'consensus')
         observer.wait_for('cmd_vel', 60)
+        processes = {'simu': node_process(simu), 'ctrl': node_process(ctrl)}
+        start_cpu = sum(map(cpu_s, processes.values()))
         observer.watch(3.0)
-        processes = {'simu': tree(simu), 'ctrl': tree(ctrl)}
-        before = {name: cpu_s(group) for name, group in processes.items()}
+        before = {name: cpu_s(one) for name, one in processes.items()}
         begin, wall = time.time(), time.monotonic()
         observer.watch(duration)
         wall, end = time.monotonic() - wall, time.time()
-        cores = {name: (cpu_s(group) - before[name]) / wall for name, group in processes.items()}
-        memory = {name: pss_mb(group) for name, group in processes.items()}
+        cores = {name: (cpu_s(one) - before[name]) / wall for name, one in processes.items()}
+        memory = {name: pss_mb(one) for name, one in processes.items()}
     finally:
         for process in (ctrl, simu):
             if process:
@@ -145,6 +155,7 @@ def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> d
         'simu PSS (MB)': memory['simu'],
         'ctrl PSS (MB)': memory['ctrl'],
         'both PSS (MB)': sum(memory.values()),
+        'CPU until cmd_vel (s)': start_cpu,
         'simu ready (s)': first['odom'] - simu_begin,
         'ctrl ready (s)': first['cmd_vel'] - ctrl_begin,
     }
