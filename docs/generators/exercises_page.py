@@ -13,13 +13,14 @@ _HEAD = """# Exercises
 
 Each is a script with blanks: `setcmas new my_law --from NAME --exercise` copies it, and
 `setcmas check my_law` marks it, with one hint at a time. Unfilled, its robots stand still without
-an error. The model solution is the built-in law of the same name. Lecturers
+an error. The model solution is the built-in law of the same name; that of `point_ahead` is
+`setcmas_ctrl/exercises/point_ahead_solution.py`. Lecturers
 [grade a class](grading.md) with the same rubrics. The [course](course/index.md) uses some of them.
 """
 _GROUPS: dict[str, tuple[str, ...]] = {
     'Waypoints, tracking and formations': (
-        'nav_wp', 'traj_tracking', 'leader_follower_formation', 'distance_formation',
-        'bearing_formation',
+        'nav_wp', 'traj_tracking', 'point_ahead', 'leader_follower_formation',
+        'distance_formation', 'bearing_formation',
     ),
     'Consensus': (
         'consensus', 'laplacian_consensus', 'finite_time_consensus', 'resilient_consensus',

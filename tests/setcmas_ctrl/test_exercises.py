@@ -6,17 +6,19 @@ import pytest
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script, load_script
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_tools import simulate
 
 FILES = sorted({EXERCISES.file(name) for name in EXERCISES.plugins()})
-LAWS = [path for path in FILES if path.stem != 'ctc']
+OF_OTHER_FUNCTIONS = {'ctc', 'point_ahead'}
+LAWS = [path for path in FILES if path.stem not in OF_OTHER_FUNCTIONS]
 PARTS = ('Goal', 'Formula', 'What to observe', 'Commands')
 
 
 def test_each_law_but_the_second_formation_has_an_exercise():
-    laws = {*ALGORITHMS.plugins(), 'ctc'} - {'leader_follower_distance_formation', 'wp_nav'}
+    laws = {*ALGORITHMS.plugins()} - {'leader_follower_distance_formation', 'wp_nav'}
 
-    assert {path.stem for path in FILES} == laws
+    assert {path.stem for path in FILES} == laws | OF_OTHER_FUNCTIONS
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: path.stem)
@@ -73,3 +75,42 @@ def test_the_triggering_condition_sends_always_as_it_is():
     assert module.ctc(np.zeros(3), np.zeros(3), 0.0) is True
     with pytest.raises(SetcmasError, match='no function control'):
         ControlLaw(path, 1, 1)
+
+
+SOLUTION = EXERCISES.file('point_ahead').with_name('point_ahead_solution.py')
+
+
+def east(robotNo, nbRobots, poses, t):
+    return 0.5, 0.0
+
+
+def test_robots_stand_with_the_point_ahead_as_it_is():
+    run = simulate(east, 2, 3, si_to_uni=find_script('point_ahead', exercise=True))
+
+    assert (run.poses[-1] == through_quaternion(run.poses[0])).all()
+
+
+def test_the_solution_gives_a_point_ahead_the_velocity_of_the_law():
+    run = simulate(east, 5, 6, si_to_uni=SOLUTION, robot_rate=200, rate=200)
+
+    x, y, theta = np.moveaxis(run.poses, 1, 0)
+    ahead = x + 0.15 * np.cos(theta), y + 0.15 * np.sin(theta)
+    np.testing.assert_allclose(ahead[0][-1] - ahead[0][0], 0.5 * 6, atol=0.01)
+    np.testing.assert_allclose(ahead[1][-1] - ahead[1][0], 0.0, atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ('L', 'is_monotonic', 'settles'),
+    [(0.15, True, True), (0.08, False, True), (0.04, False, False)],
+)
+def test_the_heading_oscillates_below_0_1_m_and_does_not_settle_below_0_05_m(
+    tmp_path, L, is_monotonic, settles
+):
+    # e(k + 1) = e(k) - (0.2 s) (0.5 m/s) / L sin(e(k)): its factor is 1 - 0.1 m / L near e = 0.
+    script = tmp_path / 'ahead.py'
+    script.write_text(SOLUTION.read_text().replace('L = 0.15', f'L = {L}'))
+    run = simulate(east, 1, 20, si_to_uni=script, poses=[[0.0], [0.0], [0.3]])
+    heading = run.poses[::2, 2, 0]
+
+    assert (np.diff(heading) <= 0).all() == is_monotonic
+    assert (abs(heading[-1]) < 1e-3) == settles

@@ -206,6 +206,8 @@ def _scenario(asked: Answer) -> Scenario:
         script = str(_written(asked))
         if asked.get('function') == 'ctc':
             values |= {'ctc': script, 'event_triggered': True}
+        elif asked.get('function') == 'si_to_uni':
+            values['si_to_uni'] = script
         else:
             law = script
     if file:

@@ -162,7 +162,7 @@ def _next_command(stem: str, source: str) -> str:
     verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':
         return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
-    if source == 'si_to_uni':
+    if source in ('si_to_uni', 'point_ahead'):
         return f'setcmas {verb} --algo nav_wp --si-to-uni {stem}'
     if source == 'robot':
         return f'setcmas {verb} --algo consensus --nb-robots 5 --model {stem}.py'

@@ -55,14 +55,12 @@ class ScriptConversion:
         Raises:
             SetcmasError: The script does not load, or the function takes other arguments.
         """
-        found: Any = function
         if isinstance(function, Path):
-            self.path = function
-            found = vars(load_script(function, robot, SI_TO_UNI)).get('si_to_uni')
+            self.path, self._function = function, load_conversion(function, robot)
         else:
             code = getattr(function, '__code__', None)
             self.path = Path(code.co_filename if code else 'si_to_uni')
-        self._function = checked_function(found, self.path, SI_TO_UNI, 'V, omega')
+            self._function = checked_function(function, self.path, SI_TO_UNI, 'V, omega')
         self._robot, self._reports = robot, reports
         self._time, self._during_call = time, during_call
 
@@ -84,19 +82,37 @@ class ScriptConversion:
         """Return V and omega, or report why they are zero."""
         try:
             with self._during_call(self._robot, self.path):
-                V, omega = finite_numbers(self._function(*arguments), (2,), 'si_to_uni').tolist()
-        except StopCall:
-            raise
-        except BaseException as error:  # whatever a script raises, the other robots continue
-            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
-                raise
-            failure = failure_of(error, self.path)
-            if isinstance(error, ControlError):
-                failure = ControlError(f'{self.path.name}: {error}', error.key)
-            self._reports.failed(self._robot, self._time(), failure)
+                answer = answer_of(self._function, self.path, *arguments)
+        except ControlError as error:
+            self._reports.failed(self._robot, self._time(), error)
             return 0.0, 0.0
         self._reports.succeeded(self._robot, self._time())
-        return V, omega
+        return answer
+
+
+def load_conversion(path: Path, robot: int) -> Callable[..., Any]:
+    """Return the function of a robot's own copy of a script, or raise SetcmasError."""
+    function = vars(load_script(path, robot, SI_TO_UNI)).get('si_to_uni')
+    return checked_function(function, path, SI_TO_UNI, 'V, omega')
+
+
+def answer_of(function: Callable[..., Any], path: Path, *arguments: Any) -> tuple[float, float]:
+    """Return V and omega that a function of a script returns.
+
+    Raises:
+        ControlError: It fails, or returns something else.
+    """
+    try:
+        V, omega = finite_numbers(function(*arguments), (2,), 'si_to_uni').tolist()
+    except ControlError as error:
+        raise ControlError(f'{path.name}: {error}', error.key) from error
+    except StopCall:
+        raise
+    except BaseException as error:  # whatever a script raises, the other robots continue
+        if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+            raise
+        raise failure_of(error, path) from error
+    return V, omega
 
 
 def script_conversions(

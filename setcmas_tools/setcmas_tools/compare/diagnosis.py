@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.compare.generic_mistakes import (
     EQUAL,
     YOURS,
@@ -21,8 +22,10 @@ from setcmas_tools.compare.generic_mistakes import (
     also_generic,
     also_multiple,
     generic_conditions,
+    generic_conversions,
     generic_laws,
     other_distance,
+    other_turn_rate,
     plain_multiple,
     same_times,
     scaled,
@@ -58,46 +61,49 @@ def diagnosis(
     runs: Sequence[tuple[str, Scenario, Run]],
     solution: Path | None,
     mistakes: Sequence[Mistake],
-    is_condition: bool = False,
+    function: Function = Function.CONTROL,
 ) -> Diagnosis:
     """Return the diagnosis of a submission.
 
     Args:
         runs: Names of scenarios, these without a law, and the complete runs of the submission.
-        solution: Script of the solution; None is the default condition, or no solution.
+        solution: Script of the solution; None is no law, or the default condition or si_to_uni.
         mistakes: Typical mistakes; they run in this process, as the solution does.
-        is_condition: Whether the submission is a triggering condition; else a control law.
+        function: What the submission is: a control law, a triggering condition, or si_to_uni.
     """
-    if (not is_condition and not solution) or any(run.info.started for *_, run in runs):
+    is_law = function is Function.CONTROL
+    if (is_law and not solution) or any(run.info.started for *_, run in runs):
         return Diagnosis()
     with (
         TemporaryDirectory(prefix='setcmas_') as folder,
         suppress(SetcmasError),
         np.errstate(all='ignore'),
     ):
-        altered = altered_solutions(solution, mistakes, is_condition, Path(folder))
-        found = [calls_of(*each, is_condition, altered) for each in runs]
+        altered = altered_solutions(solution, mistakes, function, Path(folder))
+        found = [calls_of(*each, function, altered) for each in runs]
         if runs and all(found):  # else a run cannot be repeated
             calls = [one for one in found if one]
-            explanation = _explanation(calls, mistakes, is_condition)
-            if not explanation and solution and not is_condition:
+            explanation = _explanation(calls, mistakes, function)
+            if not explanation and solution and function is not Function.CONDITION:
                 twice = twice_altered_solutions(solution, mistakes, Path(folder))
                 explanation = _both_listed(
-                    [calls_of(*each, False, twice) for each in runs], mistakes
+                    [calls_of(*each, function, twice) for each in runs], mistakes
                 )
-            return Diagnosis(explanation, '' if explanation else _measured(calls, is_condition))
+            return Diagnosis(explanation, '' if explanation else _measured(calls, function))
     return Diagnosis()
 
 
-def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], is_condition: bool) -> str:
+def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], function: Function) -> str:
     """Return the hint of the one best explanation; '' for none, or for several as good.
 
     What the lecturer lists comes first; of the others, those with fewer numbers to fit, and those
     of all robots before those of some.
     """
     groups: list[Iterable[Explanation]] = [_listed(calls, mistakes)]
-    if is_condition:
+    if function is Function.CONDITION:
         groups += [generic_conditions(calls), other_distance(calls), same_times(calls)]
+    elif function is Function.SI_TO_UNI:
+        groups += [generic_conversions(calls), other_turn_rate(calls)]
     else:
         groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
         groups += [plain_multiple(calls), too_fast(calls), turned_multiple(calls)]
@@ -206,22 +212,25 @@ def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
     return f'In your law, {term}{sign} is {ratio}{question}'
 
 
-def _measured(calls: Sequence[Calls], is_condition: bool) -> str:
+def _measured(calls: Sequence[Calls], function: Function) -> str:
     """Return where a submission first differs from the solution."""
     for one in calls:
         differs = one.differs(one.solution)
-        if not is_condition:
+        if function is not Function.CONDITION:
             differs = differs[:-2] & differs[1:-1] & differs[2:]  # for more than a call or two
         for call, robot in np.argwhere(differs)[:1].tolist():
-            return _difference(one, call, robot, is_condition)
+            return _difference(one, call, robot, function)
     return ''
 
 
-def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
+def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
     who, own = _wrong_robots([calls])[0], calls.own[call, robot]
-    if is_condition:
+    if function is Function.CONDITION:
         does = 'sends' if own[0] else 'does not send'
         text = f'it {does}, {calls.heading[call, robot]:.2g} m at the last position sent'
+    elif function is Function.SI_TO_UNI:
+        right = _command(calls.solution[call, robot])
+        text = f'it returns {_command(own)}; from the same place, right is {right}'
     else:
         right = _velocity(saturated(calls.solution[call, robot], calls.limit))
         text = f'its velocity is {_velocity(own)}; from the same place, the right one is {right}'
@@ -229,6 +238,11 @@ def _difference(calls: Calls, call: int, robot: int, is_condition: bool) -> str:
     only = '' if who.startswith('all') else 'only '
     affected = f' This affects {only}{who}.' if who else ''
     return f'{first} t = {calls.t[call]:.1f} s: {text}.{affected}'
+
+
+def _command(command: Floats) -> str:
+    V, omega = np.round(command, 3) + 0.0
+    return f'V = {V:.2g} m/s, omega = {omega:.2g} rad/s'
 
 
 def _velocity(velocity: Floats) -> str:

@@ -16,6 +16,7 @@ _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
 _FEWEST = 10  # calls to estimate a factor from
 EQUAL = 0.02  # relative difference of factors
+_SMALLEST = 1e-4  # factor of a turn rate
 _AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 
 YOURS = 'Your velocities'
@@ -67,6 +68,18 @@ ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
     ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
 )
 """Answers of a condition, made of the right ones; the first that fits counts."""
+
+
+COMMANDS: tuple[tuple[str, list[list[int]]], ...] = (
+    ('Your turn rate has the wrong sign; V is right.', [[1, 0], [0, -1]]),
+    ('Your V has the wrong sign; the turn rate is right.', [[-1, 0], [0, 1]]),
+    ('Your V and your turn rate both have the wrong sign.', [[-1, 0], [0, -1]]),
+    ('You return the turn rate first: return V, omega, in this order.', [[0, 1], [1, 0]]),
+    ('Your robots never turn: your turn rate is always zero.', [[1, 0], [0, 0]]),
+    ('Your robots turn, but your V is always zero.', [[0, 0], [0, 1]]),
+    ('Your robots do not move: V and the turn rate are always zero.', [[0, 0], [0, 0]]),
+)
+"""What V and omega are, and the matrix that makes them of the right ones."""
 
 
 FACTORS: dict[str, Callable[[int], float]] = {
@@ -157,6 +170,33 @@ def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
         if found:
             yield from found
             return
+
+
+def generic_conversions(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations of a si_to_uni whose V and omega are swapped, zero, or of wrong sign."""
+    for hint, matrix in COMMANDS:
+        yield from tried(hint, calls, _turned(calls, matrix), is_multiple=True)
+
+
+def other_turn_rate(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a si_to_uni whose turn rate is wrong by a factor."""
+    own, right = (
+        np.concatenate([each.reshape(-1, 2)[:, 1] for each in found])
+        for found in ([one.own for one in calls], [one.solution for one in calls])
+    )
+    turns = np.abs(right) > CLOSE
+    if turns.sum() < _FEWEST:
+        return
+    factor = float(np.median(own[turns] / right[turns]))
+    size = abs(factor)
+    if size < _SMALLEST:
+        return  # as good as zero
+    wrong = f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
+    sign = ' and has the wrong sign' if factor < 0 else ''
+    hint = (
+        f'V is right, but your turn rate is {wrong}{sign}. Does it depend on L as in the formula?'
+    )
+    yield from tried(hint, calls, [one.solution * (1.0, factor) for one in calls])
 
 
 def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:

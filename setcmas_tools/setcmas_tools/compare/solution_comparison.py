@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.offline.altered_solutions import SOLUTION, Altered, Calls, calls_of, saturated
 from setcmas_tools.run.fleet_motion import FleetGrid
@@ -47,7 +48,7 @@ def compared(
     solution: Run,
     base: Scenario,
     script: Path | None,
-    is_condition: bool,
+    function: Function,
 ) -> dict[str, float | None]:
     """Return comparisons by name, with 9 digits; None for missing ones.
 
@@ -56,20 +57,21 @@ def compared(
         run: The run of the submission.
         solution: The run of the solution.
         base: The scenario without the submission.
-        script: The solution; None is the default condition, or unknown.
-        is_condition: Whether answers are those of conditions, or of laws.
+        script: The solution; None is the default condition or si_to_uni, or unknown.
+        function: What answers: a control law, a triggering condition, or si_to_uni.
     """
     _, apart = distances_between(run, solution)
     distances = np.array([*apart.values()])
     if not np.isfinite(distances).any():
         return dict.fromkeys(COMPARED.keys() & names)
     calls = None
-    if {*OF_ANSWERS} & {*names} and (script or is_condition):
+    is_law = function is Function.CONTROL
+    if {*OF_ANSWERS} & {*names} and (script or not is_law):
         right = Altered(SOLUTION, script, is_kept=True)
-        calls = calls_of('', base, run, is_condition, [right])
+        calls = calls_of('', base, run, function, [right])
     of_answers: dict[str, Callable[[Calls], float | None]] = {
-        'answer_error': _sending_error if is_condition else _velocity_error,
-        'direction_error': (lambda _: None) if is_condition else _direction_error,
+        'answer_error': _sending_error if function is Function.CONDITION else _velocity_error,
+        'direction_error': _direction_error if is_law else (lambda _: None),
     }
     functions: dict[str, Callable[[], float | None]] = {
         'path_error': lambda: float(np.sqrt(np.nanmean(distances**2))),
@@ -135,7 +137,7 @@ def frechet_distance(first: Floats, second: Floats) -> float:
 
 
 def _velocity_error(calls: Calls) -> float:
-    """Return the median relative difference of velocities, of the robot where it is largest.
+    """Return the median relative difference of answers, of the robot where it is largest.
 
     The median leaves freedom in moments such as turns, and when a law changes its target.
     """

@@ -171,7 +171,8 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
             check(control, 'consensus')       # a function in a notebook
 
     Args:
-        law: A script, a notebook, or a function `control` or `ctc`. It runs in this process.
+        law: A script, a notebook, or a function `control`, `ctc` or `si_to_uni`. It runs in this
+            process.
         rubric: An exercise or a file; by default the exercise that the script names.
 
     Raises:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.compare.diagnosis import diagnosis
 from setcmas_tools.compare.solution_comparison import compared
 from setcmas_tools.grade.criteria import Criterion, figures_of
@@ -72,7 +73,8 @@ def _hinted(
         missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
         if missed and scenario.name in names:
             tried = [] if rubric.references else known  # the solution is needed to alter it
-            found = diagnosis(tried, rubric.solution, rubric.mistakes, rubric.function == CTC)
+            function = Function(rubric.function)
+            found = diagnosis(tried, rubric.solution, rubric.mistakes, function)
             [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
             text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
             return (*marks[:place], _with_hint(scenario, own.name, text), *marks[place + 1 :])
@@ -94,8 +96,7 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         figures = figures_of(_with_references_of(done.run, solution))
         if solution:
             names = {one.metric for one in scenario.criteria}
-            is_condition = rubric.function == CTC
-            right = scenario.base, rubric.solution, is_condition
+            right = scenario.base, rubric.solution, Function(rubric.function)
             figures |= compared(names, done.run, solution, *right)
     return ScenarioMark(
         scenario.name,

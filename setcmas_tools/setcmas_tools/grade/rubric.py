@@ -23,11 +23,17 @@ from setcmas_tools.run.run_tables import read_tables
 from setcmas_tools.scenario.scenario import Scenario, options
 from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
 
-CONTROL, CTC = 'control', 'ctc'
-"""Functions that a submission may define: a control law, or a triggering condition."""
+CONTROL, CTC, SI_TO_UNI = FUNCTIONS = ('control', 'ctc', 'si_to_uni')
+"""Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""
 
 _OWN = ('name', 'criteria', 'hidden', 'seeds')
-_PLACES = {CONTROL: 'algo', CTC: 'ctc'}
+_PLACES = {CONTROL: 'algo', CTC: 'ctc', SI_TO_UNI: 'si_to_uni'}
+_SUBMITTED = {
+    CONTROL: {'algo', 'exercise'},
+    CTC: {'ctc', 'event_triggered'},
+    SI_TO_UNI: {'si_to_uni'},
+}
+"""Values of scenarios that a submission gives, by its function."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +53,11 @@ class MarkedScenario:
     hidden: bool = False
 
     def of(self, submission: Any, function: str = CONTROL) -> Scenario:
-        """Return the scenario with a submission as its law or condition.
+        """Return the scenario with a submission as its law, condition or si_to_uni.
 
         Args:
             submission: A script, a function, or a function for each robot, {1: ..., 2: ...}.
-            function: Which function the submission is, CONTROL or CTC.
+            function: Which function the submission is, one of FUNCTIONS.
         """
         return self.base.replace(**{_PLACES[function]: submission})
 
@@ -81,10 +87,10 @@ class Rubric:
     """Scenarios and criteria for marking submissions.
 
     Attributes:
-        function: Function that submissions define: CONTROL or CTC.
+        function: Function that submissions define, one of FUNCTIONS.
         exercise: Name of its exercise; '' without one.
-        solution: Script whose paths are the reference; None is the default condition (CTC),
-            or no solution.
+        solution: Script whose paths are the reference; None is the default condition (CTC), the
+            built-in si_to_uni, or no solution.
         mistakes: Typical mistakes with their hints.
         references: Folders with the solution's runs by scenario, for students without the
             solution; empty if it is there.
@@ -197,7 +203,7 @@ def read_rubric(path: Path) -> Rubric:
     )
     function = CONTROL
     if 'function' in fields:
-        function = OneOf((CONTROL, CTC)).of(fields['function'])
+        function = OneOf(FUNCTIONS).of(fields['function'])
     elif exercise:
         function = _function_of(EXERCISES.file(exercise))
     if 'scenarios' not in fields:
@@ -263,13 +269,13 @@ def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedSc
 def _function_of(exercise: Path) -> str:
     tree = ast.parse(exercise.read_bytes())
     defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    return CONTROL if CONTROL in defined else CTC
+    return next(name for name in FUNCTIONS if name in defined)
 
 
 def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     """Return the scenario of an entry of a rubric, once for each of its seeds."""
-    submitted = {'algo', 'exercise'} if function == CONTROL else {'ctc', 'event_triggered'}
-    fields = entry.fields((*_OWN, *(name for name in options() if name not in submitted)))
+    values = (name for name in options() if name not in _SUBMITTED[function])
+    fields = entry.fields((*_OWN, *values))
     for name in ('name', 'criteria'):
         if name not in fields:
             raise entry.mistake(f'a scenario with a {name}, such as {_EXAMPLES[name]}')
@@ -278,6 +284,8 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     base = Scenario.of('')
     if function == CTC:
         base = Scenario.of(str(ALGORITHMS.file('consensus')), event_triggered=True)
+    elif function == SI_TO_UNI:
+        base = Scenario.of(str(ALGORITHMS.file('nav_wp')))
     base = Scenario.read(replace(entry, value=given), base)
     hidden = 'hidden' in fields and fields['hidden'].flag()
     criteria = read_criteria(fields['criteria'])

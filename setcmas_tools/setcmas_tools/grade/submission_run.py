@@ -7,6 +7,8 @@ import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
 from pathlib import Path
 from struct import Struct
 from typing import Any, NoReturn
@@ -19,7 +21,7 @@ from setcmas_ctrl.communication.message_content import Value, layout
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
-from setcmas_tools.grade.rubric import CONTROL, CTC, MarkedScenario
+from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI, MarkedScenario
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
@@ -68,7 +70,7 @@ class SandboxRunner:
         script: Name of its script.
         files: Its files by their names, the script among them.
         times: How long it may take.
-        function: CONTROL or CTC.
+        function: One of the `FUNCTIONS` of rubrics.
         is_confined: Whether the process is confined.
     """
 
@@ -94,12 +96,12 @@ class SandboxRunner:
 
     def _run(self, scenario: MarkedScenario) -> tuple[ScenarioRun, bool]:
         """Return a run, and whether something else may have killed its process."""
-        base, is_condition = scenario.base, self.function == CTC
+        base, is_law = scenario.base, self.function == CONTROL
         work = RunWork(
-            self.script, dict(self.files), is_condition, base.nb_robots, base.seed,
-            {} if is_condition else dict(base.law.set), math.ceil(self.times.run),
+            self.script, dict(self.files), self.function, base.nb_robots, base.seed,
+            dict(base.law.set) if is_law else {}, math.ceil(self.times.run),
         )  # fmt: skip
-        if not is_condition:
+        if is_law:
             scenario = replace(scenario, base=base.replace(set={}))
         with ConfinedProcess(self.is_confined, RUN + msgspec.msgpack.encode(work)) as process:
             script = RunScript(process, work, self.times)
@@ -124,7 +126,7 @@ class SandboxRunner:
 
 
 class RunScript:
-    """The laws or conditions of a fleet in a confined process, as functions for the engine.
+    """The functions of a fleet's robots in a confined process, as functions for the engine.
 
     Attributes:
         failure: The first error; None if there was none yet.
@@ -138,7 +140,6 @@ class RunScript:
         self.was_killed = False
         self._process = process
         self._work = work
-        self._name = CTC if work.is_condition else CONTROL
         self._times = times
         self._left = times.run
         self._adjacency: dict[int, Floats] = {}
@@ -149,11 +150,14 @@ class RunScript:
         Raises:
             LostError: It cannot be loaded.
         """
-        function = self._condition if self._work.is_condition else self._law
-        robots = range(1, self._work.nb_robots + 1)
-        return marked.of(
-            {robot: function(robot, self._loaded(robot)) for robot in robots}, self._name
-        )
+        kinds: dict[str, Callable[[int, bool], Callable[..., Any]]] = {
+            CONTROL: self._law,
+            CTC: self._condition,
+            SI_TO_UNI: partial(self._conversion, 1.0 / marked.base.law.rate),
+        }
+        function, robots = kinds[self._work.function], range(1, self._work.nb_robots + 1)
+        functions = {robot: function(robot, self._loaded(robot)) for robot in robots}
+        return marked.of(functions, self._work.function)
 
     def _loaded(self, robot: int) -> bool:
         """Load the script for a robot; return whether it takes velocities."""
@@ -208,6 +212,20 @@ class RunScript:
 
         return long_ctc if velocities else ctc
 
+    def _conversion(
+        self, period: float, robot: int, _: bool
+    ) -> Callable[..., tuple[float, float]]:
+        times = count()
+
+        def si_to_uni(
+            velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
+        ) -> tuple[float, float]:
+            numbers = np.array([*velocity, *pose, komega])
+            V, omega = self._answer(robot, next(times) * period, (numbers,), VELOCITY)
+            return V, omega
+
+        return si_to_uni
+
     def _answer(
         self,
         robot: int,
@@ -224,7 +242,7 @@ class RunScript:
             LostError: Its process has ended.
         """
         here = Failure('', robot=robot, t=t)
-        late = f'{self._name} has not returned'
+        late = f'{self._work.function} has not returned'
         answer = self._asked(robot, t, arrays, late, here, is_new, given)
         if len(answer) == form.size:
             numbers = form.unpack(answer)
@@ -255,8 +273,8 @@ class RunScript:
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
         if self._left < timeout:
             timeout, text = self._left, f'the run takes longer than {self._times.run:g} s'
-        begin, count = time.monotonic(), sum(array.size for array in arrays)
-        request = REQUEST.pack(is_new, robot, count, t, max(timeout, 1e-6))
+        begin, size = time.monotonic(), sum(array.size for array in arrays)
+        request = REQUEST.pack(is_new, robot, size, t, max(timeout, 1e-6))
         request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
         request += msgspec.msgpack.encode(given) if given else b''
         try:

@@ -25,19 +25,23 @@ from setcmas_ctrl.communication.triggering_conditions import (
     values_taken,
 )
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.conversion_script import load_conversion
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import load_script, names_to_set
+from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.arrays import Floats
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.offline.engine import silent, simulate
+from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
 CLOSE = 0.011
 """Difference of velocities in m/s up to which calls agree: a little more than the dead band."""
-_MAY_DIFFER = {False: 0.03, True: 0.001}
-"""Share of calls that may differ, of laws and of conditions (True): a right law may take its next
-waypoint a call earlier.
+_MAY_DIFFER = {Function.CONTROL: 0.03, Function.CONDITION: 0.001, Function.SI_TO_UNI: 0.03}
+"""Share of calls that may differ, by the function: a right law may take its next waypoint a call
+earlier.
 """
 _SATURATED = 0.98  # from this share of the largest speed on
 _PATH_M = 0.01  # between a run and its repetition
@@ -129,19 +133,19 @@ law is taken for it.
 
 
 def altered_solutions(
-    solution: Path | None, mistakes: Sequence[Mistake], is_condition: bool, folder: Path
+    solution: Path | None, mistakes: Sequence[Mistake], function: Function, folder: Path
 ) -> list[Altered]:
     """Return the solution, and those with one alteration, some of which are written to a folder.
 
     Those with a mistake of the rubric have its number as name; those with a constant its name.
     """
     found = [Altered(SOLUTION, solution, is_kept=True)]
-    if solution and not is_condition:
+    if solution and function is Function.CONTROL:
         found.append(Altered(FROZEN, solution, is_frozen=True))
         found += [Altered(name, solution, name, is_kept=True) for name in _constants(solution)]
     for number, one in enumerate(mistakes):
         altered = _written(str(number), one.source(solution), solution, folder)
-        found.append(replace(altered, is_kept=not is_condition))
+        found.append(replace(altered, is_kept=function is not Function.CONDITION))
     return found
 
 
@@ -178,15 +182,15 @@ def _constants(script: Path) -> list[str]:
 class Calls:
     """What a submission answered at its calls in a scenario, and what solutions would answer.
 
-    Answers have the shape (calls, N, 2): velocities in m/s before saturation, or, for conditions,
-    whether the robot sends (1 or 0), and 0.
+    Answers have the shape (calls, N, 2): velocities in m/s before saturation; for conditions,
+    whether the robot sends (1 or 0), and 0; for si_to_uni, V in m/s and omega in rad/s.
 
     Attributes:
         name: Name of the scenario.
         scenario: The scenario without the submission.
         t: Times of the calls in s.
         own: Answers of the submission; velocities after saturation.
-        limit: Largest speed in m/s.
+        limit: Largest speed in m/s; inf unless answers are velocities.
         heading: Heading of the robot at each call in rad; its distance from the position that it
             sent last in m, for conditions. Shape (calls, N).
         may_differ: Share of the calls in which equal laws may differ.
@@ -242,45 +246,55 @@ def _lengths(vectors: Floats) -> Floats:
 
 
 def calls_of(
-    name: str, base: Scenario, run: Run, is_condition: bool, altered: Sequence[Altered]
+    name: str, base: Scenario, run: Run, function: Function, altered: Sequence[Altered]
 ) -> Calls | None:
     """Return the calls of a submission's run; altered solutions that differ are out from now on.
 
     None if the run cannot be repeated. Raises SetcmasError if a script does not load.
     """
-    rows = _recorded(run, is_condition, base.nb_robots)
+    rows = _recorded(run, function, base.nb_robots)
     if not rows or len({len(one) for one in rows}) > 1 or not len(rows[0]):
         return None
     own = np.stack([one[:, 1:] for one in rows], axis=1)
-    limit = base.law.vnom if not is_condition else np.inf
-    may_differ = _MAY_DIFFER[is_condition]
+    limit = base.law.vnom if function is Function.CONTROL else np.inf
+    may_differ = _MAY_DIFFER[function]
     calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
-    replays = [_Replayed(one, calls, is_condition) for one in altered if not one.is_out]
+    replays = [_Replayed(one, calls, function) for one in altered if not one.is_out]
     sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
-    laws = {
-        robot: _condition(robot, calls, replays)
-        if is_condition
-        else _law(robot, calls, replays, sent)
-        for robot in range(1, base.nb_robots + 1)
-    }
-    played = base.replace(ctc=laws) if is_condition else base.replace(set={}).replace(algo=laws)
+    robots = range(1, base.nb_robots + 1)
+    if function is Function.CONDITION:
+        played = base.replace(ctc={robot: _condition(robot, calls, replays) for robot in robots})
+    elif function is Function.SI_TO_UNI:
+        own_ways = {robot: _conversion(robot, calls, replays) for robot in robots}
+        played = base.replace(si_to_uni=own_ways)
+    else:
+        laws = {robot: _law(robot, calls, replays, sent) for robot in robots}
+        played = base.replace(set={}).replace(algo=laws)
     with silent():
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
     return calls if SOLUTION in calls.answers and _are_equal(run, again) else None
 
 
-def _recorded(run: Run, is_condition: bool, nb_robots: int) -> list[Floats]:
+def _recorded(run: Run, function: Function, nb_robots: int) -> list[Floats]:
     """Return rows t and answer of the calls of each robot; nothing if there is no record."""
     robots = range(1, nb_robots + 1)
-    if not is_condition and run.commands:
+    if function is not Function.CONDITION and run.commands:
         owns = map(run.commands.of, robots)
-        return [np.column_stack([own.t, own.vx, own.vy]) for own in owns]
-    if not is_condition or not run.record:
+        if function is Function.CONTROL:
+            return [np.column_stack([own.t, own.vx, own.vy]) for own in owns]
+        return [_driven(own.t, run.table.of(i)) for i, own in zip(robots, owns, strict=True)]
+    if function is not Function.CONDITION or not run.record:
         return []
     # The first state is sent whatever the condition is.
     rows = [run.record.triggers[run.record.triggers[:, 1] == i][1:] for i in robots]
     return [np.column_stack([one[:, 0], one[:, 2], 0 * one[:, 2]]) for one in rows]
+
+
+def _driven(t: Floats, table: FleetTable) -> Floats:
+    """Return rows t, V, omega of the commands at times t (s), from the next state after each."""
+    after = np.searchsorted(table.t, t + 1e-6, side='right')
+    return np.column_stack([t, table.v[after], table.omega[after]])
 
 
 def _are_equal(run: Run, again: Run) -> bool:
@@ -291,17 +305,17 @@ def _are_equal(run: Run, again: Run) -> bool:
 
 
 class _Replayed:
-    """An altered solution in a scenario: the law or condition of each robot, and its answers."""
+    """An altered solution in a scenario: the function of each robot, and its answers."""
 
-    def __init__(self, altered: Altered, calls: Calls, is_condition: bool) -> None:
+    def __init__(self, altered: Altered, calls: Calls, function: Function) -> None:
         self.altered = altered
         self.answers: Floats = np.full(calls.own.shape, np.nan)
-        self._calls, self._is_condition = calls, is_condition
+        self._calls, self._function = calls, function
         self._laws: dict[int, Callable[..., Any]] = {}
         self._left = calls.may_differ * calls.own.shape[0] * calls.own.shape[1]
 
     def answer(self, robot: int, call: int, *given: Any) -> None:
-        """Answer a call; given are the arguments of the law, or of the condition."""
+        """Answer a call; given are the arguments of the law, condition or si_to_uni."""
         if self.altered.is_out:
             return
         try:
@@ -321,9 +335,11 @@ class _Replayed:
             self.altered.is_out = self._left < 0
 
     def _law(self, robot: int) -> Callable[..., Any]:
-        """Load the law or condition of a robot."""
+        """Load the law, condition or si_to_uni of a robot."""
         base, script = self._calls.scenario, self.altered.script
-        if not self._is_condition and script:
+        if self._function is Function.SI_TO_UNI:
+            return load_conversion(script, robot) if script else _built_in
+        if self._function is Function.CONTROL and script:
             settings = dict(base.law.set)
             if name := self.altered.constant:
                 own = settings.get(name, vars(load_script(script, robot))[name])
@@ -366,6 +382,30 @@ def _law(
         return vx, vy
 
     return control
+
+
+def _built_in(
+    velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
+) -> Any:
+    """Return V and omega by the built-in si_to_uni."""
+    return si_to_uni(velocity, pose[2], komega)
+
+
+def _conversion(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callable[..., Any]:
+    """Return the si_to_uni of a robot that repeats what the submission answered."""
+    times = iter(range(len(calls.t)))
+
+    def own_way(
+        velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
+    ) -> Any:
+        call = next(times)
+        calls.heading[call, robot - 1] = pose[2]
+        for one in replays:
+            one.answer(robot, call, velocity, pose, komega)
+        V, omega = calls.own[call, robot - 1].tolist()
+        return V, omega
+
+    return own_way
 
 
 def _condition(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callable[..., Any]:

@@ -16,8 +16,8 @@ _MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
 def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
     """Return the script to mark, or why there is none.
 
-    It is the only script that defines the function, 'control' or 'ctc'; of several, the one that
-    imports all others. Tests of a law import it too, and do not count.
+    It is the only script that defines the function; of several, the one that imports all others.
+    Tests of a law import it too, and do not count.
     """
     sources = {
         path: content

@@ -27,6 +27,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
     values_taken,
 )
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.conversion_script import answer_of, load_conversion
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.machine_paths import without_paths
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
@@ -43,7 +44,7 @@ The numbers of the arrays that the function takes follow, then `Contents`, if th
 LOADED = {False: b'loaded', True: b'loaded, with velocities'}
 """Answer of a script that is loaded, by whether its condition takes velocities."""
 VELOCITY = Struct('<dd')
-"""Answer of a law; an answer of another size is a `Reply` or a `Refusal`."""
+"""Answer of a law, or V and omega; one of another size is a `Reply` or a `Refusal`."""
 TRIGGERED = Struct('<?')
 """Answer of a condition."""
 
@@ -58,14 +59,14 @@ class RunWork(msgspec.Struct, frozen=True):
     Attributes:
         script: Its name.
         files: The files of the submission, by relative path.
-        is_condition: Whether it is a triggering condition; else it is a control law.
+        function: Its function: 'control', 'ctc' or 'si_to_uni'.
         settings: Values of the script's variables.
         cpu: Largest processor time in s.
     """
 
     script: str
     files: dict[str, bytes]
-    is_condition: bool
+    function: str
     nb_robots: int
     seed: int
     settings: dict[str, Any]
@@ -183,8 +184,8 @@ class ConfinedScript:
 
     def _loaded(self, robot: int) -> bytes:
         """Load the script for a robot; return whether it takes velocities."""
-        load = self._condition if self.work.is_condition else self._law
-        with_velocities, self._answers[robot] = load(robot)
+        kinds = {'control': self._law, 'ctc': self._condition, 'si_to_uni': self._conversion}
+        with_velocities, self._answers[robot] = kinds[self.work.function](robot)
         return LOADED[with_velocities]
 
     def _law(self, robot: int) -> tuple[bool, Answer]:
@@ -223,6 +224,16 @@ class ConfinedScript:
             return TRIGGERED.pack(checked_answer(result, path))
 
         return with_velocities, answer
+
+    def _conversion(self, robot: int) -> tuple[bool, Answer]:
+        function = load_conversion(self._path, robot)
+
+        def answer(t: float, numbers: Floats, given: Contents) -> bytes:
+            del t, given
+            vx, vy, *pose, komega = numbers.tolist()
+            return VELOCITY.pack(*answer_of(function, self._path, (vx, vy), tuple(pose), komega))
+
+        return False, answer
 
 
 def _messages(mailbox: network.Mailbox) -> Messages:

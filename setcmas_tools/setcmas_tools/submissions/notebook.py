@@ -18,7 +18,7 @@ _TRANSPARENT = ('%%time', '%%capture')  # the rest of the cell is ordinary code
 _MAGIC = re.compile(r'(\s*)(?:[%!?]|[\w.,\s]+=\s*[%!]|.*\?\s*$)')
 _MOST_MAGICS = 200  # lines of a cell; each takes a further look at it
 _OF_JUPYTER = {'display', 'get_ipython'}
-_LAWS = {'control', 'ctc'}
+_LAWS = {'control', 'ctc', 'si_to_uni'}
 _INVALID = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 

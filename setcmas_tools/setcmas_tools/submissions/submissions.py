@@ -91,7 +91,7 @@ class Packed:
     Attributes:
         student: Its student.
         files: Its files, the newest last.
-        function: The function of the script to mark: 'control' or 'ctc'.
+        function: The function of the script to mark: 'control', 'ctc' or 'si_to_uni'.
         exercise: Source of the exercise; empty for none.
     """
 
@@ -151,8 +151,9 @@ def submitted_notebook(path: Path) -> Submission:
     own = {PurePosixPath(path.name): path.read_bytes()}
     notebooks = _with_scripts(own)
     script, problem = chosen_script(own, 'control')
-    if problem and not (of_condition := chosen_script(own, 'ctc'))[1]:
-        script, problem = of_condition
+    others = (chosen_script(own, function) for function in ('ctc', 'si_to_uni'))
+    if problem:
+        script, problem = next((one for one in others if not one[1]), (script, problem))
     if problem:
         raise SetcmasError(problem.replace(script_of(PurePosixPath(path.name)).name, path.name))
     files = {**files_near(path), **{str(one): content for one, content in own.items()}}
@@ -176,7 +177,7 @@ def find_submissions(
 
     Args:
         place: The folder or zip file.
-        function: The function of the scripts to mark: 'control' or 'ctc'.
+        function: The function of the scripts to mark: 'control', 'ctc' or 'si_to_uni'.
         exercise: Source of the exercise; empty for none.
         read: Reads what was handed in; by default this process does, which is for submissions of
             trusted people only.

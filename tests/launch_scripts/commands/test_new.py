@@ -41,6 +41,7 @@ def test_the_new_si_to_uni_runs_by_the_command_that_is_printed(tmp_path):
         ('mine.py --from nav-wp', ALGORITHMS.file('nav_wp'), '--algo mine'),
         ('mine --from consensus --exercise', EXERCISES.file('consensus'), '--algo mine'),
         ('mine --from ctc --exercise', EXERCISES.file('ctc'), '--event-triggered --ctc mine'),
+        ('mine --from point_ahead --exercise', EXERCISES.file('point_ahead'), '--si-to-uni mine'),
         ('nav_wp --exercise', EXERCISES.file('nav_wp'), '--algo nav_wp'),  # it keeps its name
     ],
 )

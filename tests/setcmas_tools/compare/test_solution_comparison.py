@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.compare.solution_comparison import compared, frechet_distance
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
@@ -41,7 +42,7 @@ def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
     base = Scenario.of('', nb_robots=3, duration=3)
     run, solution = simulate(base.replace(algo=law)), simulate(base.replace(algo=str(script)))
 
-    found = compared(['direction_error'], run, solution, base, script, is_condition=False)
+    found = compared(['direction_error'], run, solution, base, script, function=Function.CONTROL)
     assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)
 
 
@@ -53,7 +54,9 @@ def test_a_solution_gets_the_messages_that_a_submission_received(gain, error):
     right = Scenario.of(str(script), **options)
     run, solution = (simulate(right, set=options['set'] | {'K': k}) for k in (gain, 0.1))
 
-    found = compared(['answer_error', 'direction_error'], run, solution, right, script, False)
+    found = compared(
+        ['answer_error', 'direction_error'], run, solution, right, script, Function.CONTROL
+    )
 
     assert found == {
         'answer_error': pytest.approx(error / 1.5, abs=1e-3),

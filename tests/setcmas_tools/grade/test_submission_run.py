@@ -7,7 +7,7 @@ from sandboxes import SHORT, needs_sandbox, run
 from setcmas_ctrl import network
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
-from setcmas_tools.grade.rubric import CONTROL, CTC
+from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -38,6 +38,14 @@ def control(i, n, poses, t):
     vx = 0.1 * rng.random() * other.random() * random.random()
     return vx, K * len(network.neighbours()) * poses[0, i - 1]
 """
+DRIVER = """
+import random
+n = 0
+def si_to_uni(velocity, pose, komega):
+    global n
+    n += 1
+    return velocity[0] + 0.01 * n, komega * velocity[1] + pose[2] * random.random()
+"""
 CONDITION = 'def ctc({}):\n    return abs(pos - last_pos).sum() > 0.2\n'
 SAME = {
     **{name: (ALGORITHMS.file(name).read_text(), FLEET, CONTROL) for name in LAWS},
@@ -45,6 +53,7 @@ SAME = {
         DRAWING, LOSSY.replace(seed=3, set={'K': -0.1}), CONTROL
     ),
     'condition': (CONDITION.format('pos, last_pos, t'), TRIGGERED, CTC),
+    'own si_to_uni': (DRIVER, LOSSY.replace(algo='consensus', komega=2.0), SI_TO_UNI),
     'with velocities': (CONDITION.format('pos, vit, last_pos, last_vit, t'), TRIGGERED, CTC),
 }  # fmt: skip
 
@@ -56,7 +65,7 @@ def test_a_script_in_a_sandbox_does_as_it_does_offline_to_the_last_bit(tmp_path,
 
     done = run(source, scenario, function=function)
 
-    place = 'algo' if function == CONTROL else 'ctc'
+    place = {CONTROL: 'algo'}.get(function, function)
     assert same(done.run, simulate(scenario, **{place: tmp_path / 'law.py'}))
     assert done.failure is None
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.altered_solutions import SOLUTION, Mistake, altered_solutions, calls_of
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
@@ -17,9 +18,9 @@ def test_solutions_get_the_messages_that_a_submission_received(name, tmp_path):
     mistakes = [Mistake('the smallest', change=WRONG)]
     (tmp_path / 'law.py').write_text(mistakes[0].source(LAW) if name else LAW.read_text())
     run = simulate(base, algo=tmp_path / 'law.py')
-    altered = altered_solutions(LAW, mistakes, is_condition=False, folder=tmp_path)
+    altered = altered_solutions(LAW, mistakes, function=Function.CONTROL, folder=tmp_path)
 
-    calls = calls_of('one', base, run, False, altered)
+    calls = calls_of('one', base, run, Function.CONTROL, altered)
 
     agree = {one: not calls.differs(calls.answers[one]).any() for one in calls.answers}
     assert agree[name]
@@ -33,8 +34,27 @@ def test_conditions_get_the_values_that_the_laws_sent(tmp_path):
     script = tmp_path / 'when.py'
     script.write_text(source)
     base = Scenario.of(LAW, nb_robots=3, duration=3.0, event_triggered=True)
-    altered = altered_solutions(script, [], is_condition=True, folder=tmp_path)
+    altered = altered_solutions(script, [], function=Function.CONDITION, folder=tmp_path)
 
-    calls = calls_of('one', base, simulate(base, ctc=script), True, altered)
+    calls = calls_of('one', base, simulate(base, ctc=script), Function.CONDITION, altered)
 
     assert not calls.differs(calls.solution).any()
+
+
+@pytest.mark.parametrize('solution', ['script', None])
+def test_a_si_to_uni_is_asked_at_the_poses_and_velocities_of_a_submission(tmp_path, solution):
+    script = tmp_path / 'half.py'
+    script.write_text(
+        'from setcmas_ctrl.si_to_uni import si_to_uni as built_in\n'
+        'def si_to_uni(velocity, pose, komega):\n'
+        '    V, omega = built_in(velocity, pose[2], komega)\n'
+        '    return V / 2, omega\n'
+    )
+    base = Scenario.of('consensus', nb_robots=3, duration=4, komega=2.0)
+    altered = altered_solutions(solution and script, [], Function.SI_TO_UNI, tmp_path)
+    calls = calls_of('one', base, simulate(base, si_to_uni=script), Function.SI_TO_UNI, altered)
+
+    assert calls.own.shape == (20, 3, 2)
+    V, omega = calls.own[..., 0] / calls.solution[..., 0], calls.own[..., 1]
+    np.testing.assert_allclose(V, 1.0 if solution else 0.5)
+    np.testing.assert_allclose(omega, calls.solution[..., 1], atol=1e-12)

@@ -205,7 +205,7 @@ def test_nothing_of_a_run_is_left_for_the_next():
 
 
 def test_a_confined_process_ends_with_the_grader():
-    waiting = RunWork('law.py', {}, False, 1, 0, {}, 60)
+    waiting = RunWork('law.py', {}, 'control', 1, 0, {}, 60)
     with ConfinedProcess(True, RUN + msgspec.msgpack.encode(waiting)) as process:
         before = psutil.Process(process._process.pid).children(recursive=True)
         assert before
