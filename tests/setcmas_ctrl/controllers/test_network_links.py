@@ -19,8 +19,8 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.message_content import Content, checked_value
-from setcmas_ctrl.controller.network_links import FleetCommunication, encoded
-from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_ctrl.controllers.network_links import FleetNetwork, encoded
+from setcmas_ctrl.fleet_poses import FleetPoses
 
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')
@@ -201,6 +201,14 @@ def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(st
     assert first.end() == second.end() == 0
 
 
+def network_of(peer, options, robots):
+    """Return the links of some robots of a fleet of two, on the peer's node."""
+    sources = {robot: (peer.node, f'/tb3_{robot}/odom') for robot in (1, 2)}
+    return FleetNetwork(
+        peer.node, FleetPoses(sources, 2), chosen_communication(2, options), robots
+    )
+
+
 def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
     graph = script(
         """
@@ -211,29 +219,18 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
         """,
         'switching.yaml',
     )
-    communication = FleetCommunication(
-        peer.node,
-        FleetOdometry(peer.node, 2),
-        chosen_communication(2, CommunicationOptions(graph=graph)),
-        [1, 2],
-    )
-    times = (0.0, 0.2003, 0.3997, 0.5997, 0.9999, 1.2004)  # as a timer of 5 Hz gives them
+    links = network_of(peer, CommunicationOptions(graph=graph), [1, 2])
 
-    assert [bool(communication.known_poses(t)[1].any()) for t in times] == [
-        True,
-        True,
-        False,
-        True,
-        False,
-        True,
-    ]
+    def is_connected(t):
+        links.begin_step(t)
+        return bool(links.known_by(1)[1].any())
+
+    times = (0.0, 0.2003, 0.3997, 0.5997, 0.9999, 1.2004)  # as a timer of 5 Hz gives them
+    assert [is_connected(t) for t in times] == [True, True, False, True, False, True]
 
 
 def test_a_repeated_state_is_received_once(peer):
-    options = CommunicationOptions(event_triggered=True)
-    communication = FleetCommunication(
-        peer.node, FleetOdometry(peer.node, 2), chosen_communication(2, options), [1]
-    )
+    network = network_of(peer, CommunicationOptions(event_triggered=True), [1])
     links = peer.listen(Float64MultiArray, '/tb3_1/links', LATCHED)
     states = peer.listen(Odometry, '/tb3_2/trig_odom')
     publishers = [peer.publisher(Odometry, f'/tb3_{i}/trig_odom', i, qos=LATCHED) for i in (1, 2)]
@@ -245,33 +242,23 @@ def test_a_repeated_state_is_received_once(peer):
         publisher.publish(state)
 
     def taken():
-        communication.take()
-        return communication.missing() == []
+        network.take()
+        return network.missing() == []
 
     for publisher in publishers:
         publish(publisher, 0.0, 0)
     peer.wait_for(taken)
-    communication.known_poses(0.0)
+    network.begin_step(0.0)
     # Repeated, of a robot that stands still, and of one whose odometry has no stamps.
     for count, (x, second) in enumerate([(0.0, 0), (0.0, 1), (0.0, 1), (1.0, 1), (1.0, 1)], 2):
         publish(publishers[1], x, second)
         peer.wait_for(lambda count=count: taken() and len(states) == count)
-    communication.stop()
+    network.stop()
     peer.wait_for(lambda: links and counts(links[-1])[1, 0])
+    network.begin_step(0.2)
 
-    assert communication.known_poses(0.2)[0][0, 0].tolist() == [0.0, 1.0]
+    assert network.known_by(1)[0][0].tolist() == [0.0, 1.0]
     assert counts(links[-1])[1, :2].tolist() == [2, 2]
-
-
-def test_in_lockstep_messages_need_all_robots_in_one_process(peer):
-    communication = FleetCommunication(
-        peer.node, FleetOdometry(peer.node, 2), chosen_communication(2), [1]
-    )
-    communication.in_lockstep = True
-
-    with pytest.raises(RuntimeError, match='all be controlled by one process; leave out --robots'):
-        communication.begin()
-    assert not communication.is_on
 
 
 def test_a_process_reports_the_links_of_its_own_robots(start, peer):

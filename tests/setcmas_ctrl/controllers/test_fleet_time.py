@@ -4,7 +4,7 @@ import pytest
 from processes import CTRL, SIMU
 from sensor_msgs.msg import TimeReference
 
-from setcmas_ctrl.driving.fleet_time import FleetTime
+from setcmas_ctrl.controllers.fleet_time import FleetTime
 
 
 def begun(at=100.0):

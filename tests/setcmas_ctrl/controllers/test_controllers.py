@@ -135,18 +135,6 @@ def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):
     assert max(steps) < 1.0  # 3 s have gone by
 
 
-def test_in_lockstep_late_subscribers_get_what_a_step_carries(start, peer):
-    start(*SIMU, '--lockstep')
-    odometry = peer.odometry(1)
-    peer.wait_for(lambda: odometry)  # time waits for a controller
-    start(*CTRL, '--algo', 'nav_wp')
-    peer.wait_for(lambda: position(odometry[-1]) != position(odometry[0]))
-    commands, wanted = peer.cmd_vel(1), peer.cmd_cart_vel(1)
-
-    peer.wait_for_new(odometry, 20)
-    peer.wait_for(lambda: wanted and commands and commands[-1].twist.linear.x > 0.0)
-
-
 def test_fleets_in_two_namespaces_are_apart(start, peer):
     for fleet in ('/a', '/b'):
         robots = start(*SIMU, '--nb-robots', '2', '--ros-args', '-r', f'__ns:={fleet}')
