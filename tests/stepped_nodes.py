@@ -74,7 +74,7 @@ class SteppedRun:
                 self._clock.t = now
                 before = [sender.sent for sender in self.fleet.senders]
                 self._step(self._simulator.time, [self.robots], now)
-                self.fleet.take()
+                self.fleet._poll()  # si_to_uni repeats commands between the laws' calls
                 poses.append([robot.state[:3, 0] for robot in self.robots])
                 pairs = zip(self.fleet.senders, before, strict=True)
                 sent.append([sender.sent is not last for sender, last in pairs])
