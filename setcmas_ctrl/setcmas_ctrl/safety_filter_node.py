@@ -42,7 +42,7 @@ class SafetyFilterNode(FleetNode):
             SetcmasError: The filter cannot guarantee safety for these robots.
         """
         namespace = fleet.fleet_namespace or '/'
-        super().__init__('safety_filter', namespace=namespace, **of_other_nodes())
+        super().__init__('safety_filter', True, namespace=namespace, **of_other_nodes())
         self.parameters = NodeParameters(self, gains, {name: name for name in ('vnom', 'komega')})
         self.robots, self.poses = robots, poses
         self.time, self.timeout = robots[0].time, robots[0].timeout

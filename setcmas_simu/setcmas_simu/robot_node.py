@@ -19,7 +19,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from itertools import chain
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -31,7 +30,7 @@ from setcmas_simu.options.group import Group
 from setcmas_simu.options.kinds import Number
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
-from setcmas_simu.ros.polling import PolledTopic, RequestWait, newest
+from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
 from setcmas_simu.ros.step_loop import SteadyClock, StepLoop
 
@@ -78,6 +77,7 @@ class RobotNode(FleetNode):
         fleet: FleetNode | None = None,
         time: StepTime | None = None,
         has_services: bool = True,
+        follows_clock: bool = True,
         **kwargs: Any,
     ) -> None:
         """Create the node of a robot of a fleet, whose process has other nodes too.
@@ -92,7 +92,7 @@ class RobotNode(FleetNode):
         if fleet is not None and robot is not None:
             kwargs |= {'namespace': f'{fleet.fleet_namespace}/{robot_name(robot)}'}
             kwargs |= of_other_nodes()
-        super().__init__(name, start_parameter_services=has_services, **kwargs)
+        super().__init__(name, follows_clock, start_parameter_services=has_services, **kwargs)
         self.time = time or StepTime(0.1)
         found = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
         own = robot or int(found[1] if found else 1)
@@ -153,26 +153,21 @@ def stepping(
     process: RosProcess,
     time: StepTime,
     phases: Sequence[Sequence[Any]],
-    fleet: FleetNode,
     before: Callable[[], object],
     after: Callable[[], object],
-    urgent: Sequence[PolledTopic] = (),
 ) -> StepLoop:
     """Return a loop that steps nodes at once and then every period, phase after phase.
 
     All nodes of a phase are stepped before the next phase: what they publish arrives at once.
-    Between the steps, requests for parameters are answered, and messages of urgent topics taken.
+    Between the steps the process serves its requests.
 
     Args:
         process: The process of the nodes.
         time: Time of the steps.
         phases: Nodes with a method `step`.
-        fleet: Node of the process, which is not stepped.
         before: Called before the nodes of a step.
         after: Called after them.
-        urgent: Topics whose messages cannot wait for the next step.
     """
-    process.requests = RequestWait([*dict.fromkeys([fleet, *chain(*phases)])], urgent)
 
     def step(now: float) -> None:
         time.begin_step(now)

@@ -60,7 +60,7 @@ class VirtualRobot(RobotNode):
         Raises:
             SetcmasError: A parameter is invalid, or the model does not load.
         """
-        super().__init__('virtual_robot', robot, **of_node)
+        super().__init__('virtual_robot', robot, follows_clock=False, **of_node)
         options = options or SimulationOptions()
         self.parameters = self.declared(options, 'limits', 'cmd_timeout')
         x, y, theta = start

@@ -128,7 +128,6 @@ class Process:
 
     def __init__(self, clock, nb_steps):
         self.clock, self.left = clock, nb_steps
-        self.requests = None
 
     @property
     def stopping(self):
@@ -141,8 +140,6 @@ class Process:
 class Noted:
     """A node that notes its steps."""
 
-    services = ()
-
     def __init__(self, name, time, steps):
         self.name, self.time, self.steps = name, time, steps
 
@@ -150,7 +147,7 @@ class Noted:
         self.steps.append((self.time.now, self.time.stamp.sec, self.name))
 
 
-def test_nodes_are_stepped_phase_after_phase_at_one_time(node_of, monkeypatch):
+def test_nodes_are_stepped_phase_after_phase_at_one_time(monkeypatch):
     clock, steps = SetClock(), []
     monkeypatch.setattr(messages, 'now_ns', lambda: round(clock.t * 1e9))
     time = StepTime(2.0, clock)
@@ -165,10 +162,9 @@ def test_nodes_are_stepped_phase_after_phase_at_one_time(node_of, monkeypatch):
         robots.left -= 1
         time.period = 3.0  # counts from the next step on
 
-    stepping(robots, time, [nodes[:2], nodes[2:]], node_of(), before, after).run()
+    stepping(robots, time, [nodes[:2], nodes[2:]], before, after).run()
 
     def at(now):
         return ['before', *((now, now, node.name) for node in nodes), 'after']
 
     assert steps == [*at(0.0), *at(3.0)]
-    assert robots.requests

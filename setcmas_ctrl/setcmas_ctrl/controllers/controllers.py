@@ -195,8 +195,10 @@ class ControlledFleet:
         )
         self._create_nodes(laws)
         self._parameters.on_change = self._follow
-        warn_of_unknown([node, *itertools.chain(*self.phases, self.senders)])
+        nodes = [node, *itertools.chain(*self.phases, self.senders)]
+        warn_of_unknown(nodes)
         self._watch_graph()
+        process.requests = RequestWait(nodes, self._urgent)  # while they wait, too
         self._reloader = self._reload_on_save(laws)
 
     def _found_fleet(self) -> int:
@@ -282,6 +284,7 @@ class ControlledFleet:
         if needs_all or self._safety.is_on:
             everyone = range(1, self._nb_robots + 1)
             sources = {robot: (self._node, topic_of(robot)) for robot in everyone}
+        sources |= {one.robot: (one, one.odom_topic) for one in self.senders}
         sources |= {one.robot: (one, one.odom_topic) for one in self.si_to_unis}
         sources |= {one.robot: (one, one.odom_topic) for one in self.controllers}
         return FleetPoses(sources, self._nb_robots, profile)
@@ -442,10 +445,8 @@ class ControlledFleet:
                     self._process,
                     self.time,
                     self.phases,
-                    self._node,
                     self.begin_step,
                     self.end_step,
-                    self._urgent,
                 )
                 if self.network.is_on or not self.controllers or self.time.period > REPEAT_S:
                     self._poll_often()

@@ -24,6 +24,7 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulator.duplicate_simulators import (
@@ -145,7 +146,8 @@ class Simulator:
         robots = robots_in_words([robot.robot for robot in self._robots])
         rate = 1.0 / self.time.period
         self._node.get_logger().info(f'simulating {robots} at {rate:g} Hz; Ctrl-C stops')
-        stepping(process, self.time, [self._robots], self._node, self.begin, self.end).run()
+        process.requests = RequestWait([self._node, *self._robots])
+        stepping(process, self.time, [self._robots], self.begin, self.end).run()
 
     def begin(self) -> None:
         """Begin a step: publish its time if it is not that of the system."""

@@ -184,7 +184,7 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
     first.end(signal.SIGKILL)
 
     peer.wait_for(lambda: velocity(commands[0][-1]) == (0.0, 0.0))
-    assert 'robot 1: no odometry for' in process.output()
+    process.wait_for_output('robot 1: no odometry for')
     peer.wait_for_new(commands[1], 2)
     peer.wait_for(lambda: velocity(commands[1][-1])[0] == pytest.approx(0.3))
 

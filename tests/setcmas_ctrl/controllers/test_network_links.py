@@ -192,7 +192,7 @@ def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(st
     peer.wait_for(lambda: all(odometry) and spread() < 0.7)
     for robot in (1, 2, 3, 4):
         listeners = peer.node.get_subscriptions_info_by_topic(f'/tb3_{robot}/odom')
-        assert [info.node_name for info in listeners].count('controllers') == 1
+        assert [info.node_name for info in listeners].count('controller') == 1
         listeners = peer.node.get_subscriptions_info_by_topic(f'/tb3_{robot}/trig_odom')
         assert [info.node_name for info in listeners].count('controllers') == 2
     sent = [sent_states(of_robot) for of_robot in states]
