@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from setcmas_ctrl.filter.point_ahead import LOOKAHEAD_M
 from setcmas_simu.options.group import Options, option, spelled
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, Number, OneOf
 from setcmas_simu.robots.arena import Borders, ObstaclesKind
@@ -16,7 +17,6 @@ SEPARATION_M = 0.35
 """Default minimum distance of two robots' centres, as in the default lab file."""
 
 GAMMA = 1.0
-LOOKAHEAD_M = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)

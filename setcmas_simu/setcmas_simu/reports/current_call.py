@@ -34,6 +34,7 @@ class CurrentCall(ctypes.Structure):
         ('_script', ctypes.c_char * 256),
     )
     _path: Path | None = None
+    _called: Function | None = None
 
     @classmethod
     def shared(cls, descriptor: int) -> CurrentCall:
@@ -44,10 +45,10 @@ class CurrentCall(ctypes.Structure):
         self, robot: int, path: Path, function: Function = Function.CONTROL, since: float = 0.0
     ) -> None:
         """Note that a function of a script is called for a robot."""
-        if path is not self._path:
-            self._path = path
+        if path is not self._path or function is not self._called:
+            self._path, self._called = path, function
             self._script = os.fsencode(path.name)[:255]
-        self._function = function.value.encode()
+            self._function = function.value.encode()
         self.since = since
         self.is_reported = False
         self._robot = robot

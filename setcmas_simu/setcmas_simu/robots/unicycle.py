@@ -51,12 +51,11 @@ def step(states: Floats, V: Floats | float, omega: Floats | float, Ts: float) ->
         omega: Turn rates in rad/s, shape (N,). The heading is not wrapped.
         Ts: Period in s.
     """
-    x, y, theta = states[:3]
-    theta = theta + Ts * omega
-    x = x + Ts * V * np.cos(theta)
-    y = y + Ts * V * np.sin(theta)
+    way = Ts * V
     later: Floats = states.copy()
-    later[:3] = x, y, theta
+    later[2] += Ts * omega
+    later[0] += way * np.cos(later[2])
+    later[1] += way * np.sin(later[2])
     return later
 
 
