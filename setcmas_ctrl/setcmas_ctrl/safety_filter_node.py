@@ -41,8 +41,8 @@ class SafetyFilterNode(FleetNode):
         Raises:
             SetcmasError: The filter cannot guarantee safety for these robots.
         """
-        namespace = fleet.fleet_namespace or '/'
-        super().__init__('safety_filter', True, namespace=namespace, **of_other_nodes())
+        of_fleet = {'namespace': fleet.fleet_namespace or '/', 'context': fleet.context}
+        super().__init__('safety_filter', True, **of_fleet, **of_other_nodes())
         self.parameters = NodeParameters(self, gains, {name: name for name in ('vnom', 'komega')})
         self.robots, self.poses = robots, poses
         self.time, self.timeout = robots[0].time, robots[0].timeout
@@ -78,7 +78,7 @@ class SafetyFilterNode(FleetNode):
             self.models = models
             self.filter.use(models)
         self.velocities[:, now - self.heard > self.timeout] = 0.0
-        has_failed = np.isnan(self.velocities).any(axis=0)  # laws in experiments
+        has_failed = ~np.isfinite(self.velocities).all(axis=0)  # NaN: laws in experiments
         velocities = np.where(has_failed, 0.0, self.velocities)
         self.conversion.komega = self.parameters.options.komega
         allowed, verdicts = self.filter(velocities, self.poses.poses, self.parameters.options.vnom)

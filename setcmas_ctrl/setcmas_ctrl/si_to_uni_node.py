@@ -125,7 +125,8 @@ class SiToUni(RobotNode):
         """Return the command for a velocity, vx and vy in m/s; z is the filter's verdict."""
         if self.in_experiment and not math.isfinite(message.x + message.y):
             return NO_COMMAND  # a law that fails; the bridge stops the robot for good
-        if self.poses.age(self.robot) > POSE_TIMEOUT_S:
+        has_verdict = not self.is_filtered or math.isfinite(message.z)
+        if self.poses.age(self.robot) > POSE_TIMEOUT_S or not has_verdict:
             return REST
         velocity, pose = (
             np.array([[message.x], [message.y]]),
@@ -138,9 +139,11 @@ class SiToUni(RobotNode):
 
     def send(self, command: Command) -> None:
         """Publish a command, unless the robot is paused: then it rests."""
-        V, left, omega = REST if self.paused else command
         if self.paused:
+            command = REST
+        if command is REST:  # speeds rise from there
             self.conversion.last = np.zeros((3, 1))
+        V, left, omega = command
         self.cmd_vel.publish(V, omega, left)
         self.sent = self.time.now
 
