@@ -15,6 +15,7 @@ import rclpy
 _PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
+_PUBLICATION_MODE = 'RMW_FASTRTPS_PUBLICATION_MODE'
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _UDP = 'UDPv4'
 
@@ -33,6 +34,8 @@ def dds_setup() -> Iterator[None]:
     receiver. In the range LOCALHOST rmw_fastrtps insists on shared memory, so a profile with only
     the loopback interface replaces that range.
     """
+    # Asynchronously, a velocity would reach si_to_uni in the same process only a step later.
+    os.environ[_PUBLICATION_MODE] = 'SYNCHRONOUS'
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
     if not fast_dds or os.environ.get(_PROFILES, _NETWORK) not in (_NETWORK, _LOOPBACK):
         yield

@@ -20,6 +20,25 @@ with ros_process() as process:
         print('/dev/shm/fastrtps' in maps.read(), os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'])
 """
 
+ARRIVES_AT_ONCE = """
+from geometry_msgs.msg import Point32
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polling import newest
+from setcmas_simu.ros.process import FleetNode, ros_process
+with ros_process():
+    sender, receiver = FleetNode('sender'), FleetNode('receiver')
+    publisher = sender.create_publisher(Point32, 'cmd_cart_vel', qos.COMMAND)
+    take = newest(receiver, Point32, 'cmd_cart_vel', qos.COMMAND)
+    while not publisher.get_subscription_count():
+        pass
+    arrived = 0
+    for i in range(500):
+        publisher.publish(Point32(x=float(i)))
+        message = take()
+        arrived += bool(message and message.x == i)
+    print(arrived)
+"""
+
 MEET = f"""
 import sys
 import time
@@ -57,6 +76,18 @@ def test_nodes_share_no_memory_unless_the_user_has_chosen_it(domain, reach, chos
     )
 
     assert node.stdout == f'{shared} {reach}\n'
+
+
+def test_messages_reach_nodes_of_the_same_process_at_once(domain):
+    node = subprocess.run(
+        [sys.executable, '-c', ARRIVES_AT_ONCE],
+        env={**os.environ, 'RMW_FASTRTPS_PUBLICATION_MODE': 'ASYNCHRONOUS'},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert node.stdout == '500\n'
 
 
 @pytest.mark.parametrize(
