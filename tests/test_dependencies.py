@@ -45,6 +45,9 @@ PIP_KEYS = {
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 
+NODE_PACKAGE = re.compile(r"package='(\w+)'")
+"""Finds what a launch file starts."""
+
 EXTRAS_BESIDE_ROS = ('filter', 'grade', 'identify', 'lab', 'notebook', 'study')
 """Extras whose packages package.xml requires: there is no choice with rosdep."""
 
@@ -125,8 +128,11 @@ def test_every_import_is_declared_in_pyproject(folder):
 
 def keys_of_imports(package):
     """Return what package.xml must declare: our packages, those of ROS, and keys of rosdep."""
-    paths = files(f'{package}/{package}')
-    keys = {module for path in paths for module in ours(path)} - {package}
+    launched = files(f'{package}/launch')
+    paths = files(f'{package}/{package}') + launched
+    nodes = [name for path in launched for name in NODE_PACKAGE.findall(path.read_text())]
+    keys = {name for name in nodes if name not in PACKAGES}
+    keys |= {module for path in paths for module in ours(path)} - {package}
     for module in set().union(*map(imported, paths)):
         if is_ros(module):
             keys.add(module)

@@ -1,11 +1,10 @@
-"""Contents of the ROS launch files: each starts nodes or a command, with all options."""
+"""Contents of the launch file of experiments: the command, with all its options."""
 
 from __future__ import annotations
 
 import argparse
-import shutil
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from launch_scripts.cli import build_parser
 
@@ -54,89 +53,34 @@ def _parser(verb: str) -> argparse.ArgumentParser:
 
 
 _ENDS_WITHIN_S = '15'  # robots get zero velocity first, then processes end one by one
-_NODES = {
-    'simu': ('setcmas_simu', 'virtual_robot'),
-    'ctrl': ('setcmas_ctrl', 'controller'),
-}
-"""Package and executable of a verb's node."""
-_OF_NODES = {
-    'namespace': 'namespace of the fleet with all its topics',
-    'params_file': 'YAML file with parameters of the node',
-}
 
 
 def description(verb: str, **defaults: str) -> LaunchDescription:
-    """Return the description of a launch file, with its own defaults.
-
-    It starts the node of simu or ctrl, and the page or RViz 2 with it; of other verbs, whose
-    processes belong together, the setcmas command.
-    """
+    """Return the description of a launch file that runs a setcmas command, with own defaults."""
     # Imported here: arguments and commands are tested without the package, which has no wheel.
-    from launch.actions import DeclareLaunchArgument, OpaqueFunction
+    from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
     from launch.launch_description import LaunchDescription
     from launch.substitutions import LaunchConfiguration
 
     help_texts = {
         one.dest: (one.help or one.dest).replace('%%', '%') for one in launch_arguments(verb)
     }
-    if verb in _NODES:
-        help_texts |= _OF_NODES
 
     def start(context: LaunchContext) -> list[ExecuteProcess]:
         values = {name: LaunchConfiguration(name).perform(context) for name in help_texts}
-        return _nodes(verb, values) if verb in _NODES else [_command(verb, values)]
+        process = ExecuteProcess(
+            cmd=command_line(verb, values),
+            name='setcmas',
+            output='screen',
+            emulate_tty=True,
+            sigterm_timeout=_ENDS_WITHIN_S,
+            prefix='setpriv --pdeathsig INT',  # robots stop, too, when launch is killed
+            on_exit=Shutdown(),
+        )
+        return [process]
 
     declared = [
         DeclareLaunchArgument(name, default_value=defaults.get(name, ''), description=text)
         for name, text in help_texts.items()
     ]
     return LaunchDescription([*declared, OpaqueFunction(function=start)])
-
-
-def _command(verb: str, values: Mapping[str, str]) -> ExecuteProcess:
-    from launch.actions import ExecuteProcess, Shutdown
-
-    command = command_line(verb, values)
-    return ExecuteProcess(cmd=command, name='setcmas', on_exit=Shutdown(), **_process())
-
-
-def _process() -> dict[str, Any]:
-    """Return what all processes have in common: they end with zero velocity when launch dies."""
-    # Launch leaves its processes behind at SIGTERM and SIGKILL. setpriv is part of util-linux.
-    prefix = 'setpriv --pdeathsig INT' if shutil.which('setpriv') else None
-    return {
-        'output': 'screen',
-        'emulate_tty': True,
-        'sigterm_timeout': _ENDS_WITHIN_S,
-        'prefix': prefix,
-    }
-
-
-def _nodes(verb: str, values: Mapping[str, str]) -> list[ExecuteProcess]:
-    """Return the node of a verb, and the views that are wanted."""
-    from launch.actions import Shutdown
-    from launch_ros.actions import Node
-    from launch_ros.substitutions import FindPackageShare
-
-    args = _parser(verb).parse_args(command_line(verb, values)[2:])
-    package, executable = _NODES[verb]
-    common = {'namespace': values['namespace'], 'respawn': False, **_process()}
-
-    nodes = [
-        Node(
-            package=package,
-            executable=executable,
-            exec_name=executable,
-            arguments=args.node_arguments(args),
-            parameters=[values['params_file']] if values['params_file'] else None,
-            ros_arguments=args.ros_args,
-            on_exit=Shutdown(),
-            **common,
-        )
-    ]
-    if args.view == 'browser':
-        nodes.append(Node(package='setcmas_tools', executable='browser_view', **common))
-    if args.rviz:
-        config = [FindPackageShare('setcmas_simu'), '/rviz/simulation_8.rviz']
-        nodes.append(Node(package='rviz2', executable='rviz2', arguments=['-d', config], **common))
-    return nodes

@@ -91,9 +91,11 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     built = colcon(['build', *option], tmp_path, environment)
     assert 'Summary: 5 packages finished' in built
 
-    for path in (ROOT / 'launch_scripts' / 'launch').glob('*.py'):
-        share = tmp_path / 'install' / 'launch_scripts' / 'share' / 'launch_scripts'
-        assert (share / 'launch' / path.name).is_file()
+    launch_files = sorted(path.relative_to(ROOT) for path in ROOT.glob('*/launch/*.py'))
+    assert len(launch_files) == 6
+    for path in launch_files:
+        package = path.parts[0]
+        assert (tmp_path / 'install' / package / 'share' / path).is_file()
     for package, name in (('setcmas_simu', 'simulation_8'), ('setcmas_expe', 'experiment_8')):
         assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
 

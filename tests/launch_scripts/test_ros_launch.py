@@ -1,4 +1,4 @@
-"""Launch files, up to where the package `launch` takes over, which has no wheel."""
+"""The experiment's launch file, up to where the package `launch` takes over, without a wheel."""
 
 import ast
 from pathlib import Path
@@ -8,24 +8,13 @@ import pytest
 from launch_scripts.cli import build_parser
 from launch_scripts.ros_launch import command_line, launch_arguments
 
-FOLDER = Path(__file__).parents[2] / 'launch_scripts' / 'launch'
-FILES = sorted(FOLDER.glob('*.launch.py'))
+FILE = Path(__file__).parents[2] / 'launch_scripts' / 'launch' / 'expe_multi_robots.launch.py'
 
 
-def test_the_names_of_the_ros_1_stack():
-    assert {path.name.partition('.')[0] for path in FILES} == {
-        'simu_mono_robot',
-        'simu_multi_robots',
-        'ctrl_multi_robots',
-        'expe_multi_robots',
-    }
-
-
-@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
-def test_what_a_launch_file_starts_is_a_command_with_its_defaults(path):
+def test_what_the_launch_file_starts_is_a_command_with_its_defaults():
     (call,) = (
         node
-        for node in ast.walk(ast.parse(path.read_text()))
+        for node in ast.walk(ast.parse(FILE.read_text()))
         if isinstance(node, ast.Call) and getattr(node.func, 'id', '') == 'description'
     )
     verb = ast.literal_eval(call.args[0])

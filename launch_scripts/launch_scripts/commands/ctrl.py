@@ -34,7 +34,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     WatchOptions.add_to(parser)
     ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
     add_ros_arguments(parser)
-    parser.set_defaults(node_arguments=node_arguments)  # for launch files
 
 
 def main(args: argparse.Namespace) -> int:
@@ -46,11 +45,6 @@ def main(args: argparse.Namespace) -> int:
     with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
         command = node_command(CONTROLLER, arguments + ros_arguments(args))
         return run_in_foreground('ctrl', command, companions)
-
-
-def node_arguments(args: argparse.Namespace) -> list[str]:
-    """Return the arguments of the node, without those for ROS; show notes on the scenario."""
-    return _prepared(args)[1]
 
 
 def _prepared(args: argparse.Namespace) -> tuple[FleetOptions, list[str]]:

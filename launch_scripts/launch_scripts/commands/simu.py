@@ -34,7 +34,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     SimulationOptions.add_to(parser, without=of_scenario)
     ViewOptions.add_to(parser)
     add_ros_arguments(parser)
-    parser.set_defaults(node_arguments=node_arguments)  # for launch files
 
 
 def main(args: argparse.Namespace) -> int:
@@ -46,11 +45,6 @@ def main(args: argparse.Namespace) -> int:
     with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
         command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
         return run_in_foreground('simu', command, companions)
-
-
-def node_arguments(args: argparse.Namespace) -> list[str]:
-    """Return the arguments of the node, without those for ROS."""
-    return _simulation(args).arguments()
 
 
 def _simulation(args: argparse.Namespace) -> SimulationOptions:

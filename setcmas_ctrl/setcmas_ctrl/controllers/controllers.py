@@ -9,6 +9,7 @@ import argparse
 import contextlib
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
@@ -99,7 +100,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with seeded_generators(), named_output():
         node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
         parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
-        declare_fixed(node, topics.LAW, str(parameters.options.algo), 'the control law')
+        parameters.options = law_of_parameters(node, parameters.options)
         try:
             fleet = ControlledFleet(
                 process,
@@ -107,12 +108,28 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
                 parameters,
                 CommunicationOptions.of(args),
                 FilterOptions.of(args),
-                ControllerOptions.of(args),
+                fleet_of_parameters(node, ControllerOptions.of(args)),
             )
             fleet.run()
         except StopCall:
             return 0
         return SCRIPT_FAILED if fleet.outcomes.failed else 0
+
+
+def law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
+    """Declare parameters that say which law it is; return it, or raise SetcmasError."""
+    algo = declare_fixed(node, topics.LAW, str(law.algo), 'the control law')
+    exercise = declare_fixed(node, 'exercise', law.exercise, 'whether it is the exercise version')
+    return replace(law, algo=algo, exercise=exercise)
+
+
+def fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> ControllerOptions:
+    """Declare a parameter with the size of the fleet; return the options, or raise SetcmasError.
+
+    Its value 0 stands for the size that is announced.
+    """
+    size = declare_fixed(node, 'nb_robots', options.nb_robots or 0, 'robots; 0: as announced')
+    return replace(options, nb_robots=size or None)
 
 
 class ControlledFleet:

@@ -23,7 +23,11 @@ from setcmas_ctrl.control.control_options import (
 )
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
-from setcmas_ctrl.controllers.controllers import ControlledFleet
+from setcmas_ctrl.controllers.controllers import (
+    ControlledFleet,
+    fleet_of_parameters,
+    law_of_parameters,
+)
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.output import named_output
@@ -88,12 +92,10 @@ def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
     with seeded_generators(), named_output():
         node = make(law, safety, options)
         parameters = NodeParameters(node, law, {'rate': 'rate'})
-        nb_robots = node.fixed('nb_robots', options.nb_robots or 0, 'robots; 0: as announced')
-        options = replace(options, robots=(node.robot,), nb_robots=nb_robots or None)
+        options = replace(fleet_of_parameters(node, options), robots=(node.robot,))
         if isinstance(node, Controller):
-            algo = node.fixed('algo', 'consensus', 'the control law')
-            exercise = node.fixed('exercise', False, 'whether it is the exercise version')
-            parameters.options = replace(parameters.options, algo=algo, exercise=exercise)
+            default = replace(parameters.options, algo='consensus')
+            parameters.options = law_of_parameters(node, default)
         elif isinstance(node, EventTriggeredComm):
             communication = replace(communication, event_triggered=True)
         try:
