@@ -25,17 +25,21 @@ from setcmas_simu.ros import qos
 Velocity = tuple[float, float]
 
 REST: Velocity = (0.0, 0.0)
-NONE: Velocity = (math.nan, math.nan)
+NO_VELOCITY: Velocity = (math.nan, math.nan)
 
 
 class Controller(RobotNode):
     """Calls the control law of robot i at 5 Hz: poses of the fleet in, cmd_cart_vel out.
 
+    Its process (`ControlledFleet`) loads the law, and takes the poses for all its controllers
+    before it steps them.
+
     Attributes:
         law: The control law; None while its script has a mistake.
         network: What the robot knows of the others.
         outcomes: Takes the errors of the law.
-        is_paused: Whether the law is not called, so that its references do not run ahead.
+        is_paused: Whether the robots are paused: the law is not called, so that its references
+            do not run ahead.
         is_lost: Whether the newest pose of the robot is too old.
         without_law: Velocity in m/s in place of that of a law that fails, or cannot be called.
     """
@@ -49,7 +53,7 @@ class Controller(RobotNode):
     ) -> None:
         """Create the topic and the parameters of a robot; `of_node` is for `RobotNode`.
 
-        In an experiment a law that fails commands nothing, instead of zero.
+        In an experiment the velocity of a law that fails is NaN, not zero: the bridge is to know.
         """
         super().__init__('controller', robot, **of_node)
         odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
@@ -57,7 +61,7 @@ class Controller(RobotNode):
         self.parameters = self.declared(options, 'vnom')
         self.cmd_cart_vel = self.publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
         self.is_paused = self.is_lost = False
-        self.without_law = NONE if in_experiment else REST
+        self.without_law = NO_VELOCITY if in_experiment else REST
 
     def step(self) -> None:
         """Publish the velocity that the law wants, in the world frame."""

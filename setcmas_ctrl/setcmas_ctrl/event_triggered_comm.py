@@ -23,12 +23,14 @@ class EventTriggeredComm(RobotNode):
     """Publishes the state of robot i when its condition triggers: odom in, trig_odom out.
 
     The last state is repeated at 10 Hz, so that receivers that missed it get it all the same.
+    It has no `step`: its process (`ControlledFleet`) calls `evaluate` with each new odometry.
 
     Attributes:
-        broadcast: Decides whether a state is sent.
+        broadcast: The triggering condition, with what it remembers.
         watch: Times the calls of the condition.
         odom_topic: The topic of the robot's poses.
         sent: The last state sent.
+        published: When trig_odom was last published, in s.
     """
 
     broadcast: Broadcast
@@ -45,7 +47,7 @@ class EventTriggeredComm(RobotNode):
         self.published = -math.inf
 
     def evaluate(self, state: State) -> None:
-        """Decide whether to send a new state of the robot."""
+        """Decide whether to send a new state of the robot; otherwise repeat the last one."""
         with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))

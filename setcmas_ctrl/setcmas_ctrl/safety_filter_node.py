@@ -23,7 +23,15 @@ from setcmas_simu.ros.process import FleetNode, of_other_nodes
 
 
 class SafetyFilterNode(FleetNode):
-    """Keeps robots apart: cmd_cart_vel of each robot in, cmd_cart_vel_allowed out."""
+    """Keeps robots apart: cmd_cart_vel of each robot in, cmd_cart_vel_allowed out.
+
+    Attributes:
+        robots: The nodes of the robots, which follow what it allows.
+        wanted: For each of them a function that returns the newest velocity, or None.
+        allowed: The publishers of the velocities that are allowed.
+        velocities: The velocities wanted last, rows vx, vy in m/s, shape (2, R).
+        heard: When they came, in s, shape (R,).
+    """
 
     def __init__(
         self,
@@ -58,15 +66,15 @@ class SafetyFilterNode(FleetNode):
         self.wanted: list[Callable[[], Any]] = []
         self.allowed = []
         for robot in numbers:
-            wanted = topics.robot_topic(robot, topics.CMD_CART_VEL)
-            allowed = topics.robot_topic(robot, topics.CMD_CART_VEL_ALLOWED)
-            self.wanted.append(newest(self, Point32, self.full_name(wanted), qos.COMMAND))
-            self.allowed.append(self.create_publisher(Point32, allowed, qos.COMMAND))
+            source = self.full_name(topics.robot_topic(robot, topics.CMD_CART_VEL))
+            target = topics.robot_topic(robot, topics.CMD_CART_VEL_ALLOWED)
+            self.wanted.append(newest(self, Point32, source, qos.COMMAND))
+            self.allowed.append(self.create_publisher(Point32, target, qos.COMMAND))
         self.velocities = np.zeros((2, len(robots)))
         self.heard = np.full(len(robots), -math.inf)
 
     def step(self) -> None:
-        """Publish what the robots may do, once new velocities have come."""
+        """Publish what the robots may do, if a new velocity has come; z has the verdict."""
         now = self.time.now
         for i, wanted in enumerate(self.wanted):
             if message := wanted():

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,10 +46,16 @@ NO_COMMAND = (math.nan, 0.0, math.nan)
 class SiToUni(RobotNode):
     """Converts the velocity of robot i to its command: cmd_cart_vel and odom in, cmd_vel out.
 
+    Its process (`ControlledFleet`) takes the poses for all its nodes before it steps them.
+
     Attributes:
-        paused: Whether the robot is kept at rest.
         poses: Where the robots are.
-        cmd_vel: Publishes the commands.
+        model: What kind of robot it is, with its limits.
+        conversion: From the velocity to the command; it remembers the last command.
+        paused: Whether the robot is kept at rest.
+        stopped: Whether it stays so, after an emergency stop.
+        heard: When the last velocity came, in s.
+        sent: When the last command was published, in s.
     """
 
     def __init__(
@@ -74,20 +81,16 @@ class SiToUni(RobotNode):
         target = topics.CMD_VEL_WANTED if in_experiment else topics.CMD_VEL
         odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
-        self.velocity = self.newest(
-            Point32, self.fixed('velocity_topic', source, 'velocities to follow'), qos.COMMAND
-        )
-        self.cmd_vel = CmdVelPublisher(
-            self,
-            self.robot,
-            self.fixed('cmd_vel_topic', target, 'commands'),
-            topics.ODOM,  # of the robot itself, also in experiments
-            options.cmd_vel_type,
-        )
+        source = self.fixed('velocity_topic', source, 'velocities to follow')
+        self.velocity = self.newest(Point32, source, qos.COMMAND)
+        target = self.fixed('cmd_vel_topic', target, 'commands')
+        own_odom = topics.ODOM  # of the robot itself, also in experiments
+        self.cmd_vel = CmdVelPublisher(self, self.robot, target, own_odom, options.cmd_vel_type)
         self.pause_request = self.newest(Bool, topics.PAUSE, qos.EVENT)
-        self._of_conversion = (
-            gains.komega, 1.0 / gains.rate, safety.accel or math.inf, safety.lookahead,
-        )  # fmt: skip
+        accel = safety.accel or math.inf
+        self._conversion_by = partial(
+            VelocityConversion, 1, gains.komega, 1.0 / gains.rate, accel, safety.lookahead
+        )
         self.is_filtered, self.in_experiment = safety.is_on, in_experiment
         self.limits = limits
         self.poses: FleetPoses
@@ -104,7 +107,7 @@ class SiToUni(RobotNode):
 
     def convert_by(self, *script: Conversion) -> None:
         """Drive the robot by a user's own conversion, or without one by the built-in one."""
-        self.conversion = VelocityConversion(1, *self._of_conversion, script)
+        self.conversion = self._conversion_by(script)
         self.use(self.model)
 
     def step(self) -> None:
@@ -114,12 +117,11 @@ class SiToUni(RobotNode):
         now = self.time.now
         if message := self.velocity():
             self.heard, self.command = now, self.converted(message)
-        elif now - self.sent < REPEAT_S - _JITTER_S:
-            return
+        elif self.command is None or now - self.sent < REPEAT_S - _JITTER_S:
+            return  # there is nothing to repeat, or not yet
         elif now - self.heard > self.timeout:
-            self.command = self.command and REST
-        if self.command:
-            self.send(self.command)
+            self.command = REST
+        self.send(self.command)
 
     def converted(self, message: Point32) -> Command:
         """Return the command for a velocity, vx and vy in m/s; z is the filter's verdict."""
@@ -128,10 +130,8 @@ class SiToUni(RobotNode):
         has_verdict = not self.is_filtered or math.isfinite(message.z)
         if self.poses.age(self.robot) > POSE_TIMEOUT_S or not has_verdict:
             return REST
-        velocity, pose = (
-            np.array([[message.x], [message.y]]),
-            self.poses.poses[:, [self.robot - 1]],
-        )
+        velocity = np.array([[message.x], [message.y]])
+        pose = self.poses.poses[:, [self.robot - 1]]
         verdicts = np.array([int(message.z)]) if self.is_filtered else None
         self.conversion.komega = self.parameters.options.komega
         command: Command = self.conversion(velocity, pose, verdicts)[:, 0].tolist()

@@ -80,10 +80,17 @@ class RobotNode(FleetNode):
         follows_clock: bool = True,
         **kwargs: Any,
     ) -> None:
-        """Create the node of a robot of a fleet, whose process has other nodes too.
+        """Create the node in the namespace of its robot, such as /tb3_3.
 
-        Without them, ROS's names and the parameters robot_no and fleet_namespace say whose node
-        it is. Without services, no other process can read or set its parameters.
+        Args:
+            name: Name of the node.
+            robot: Number of the robot. A node that is alone in its process gets it from its
+                namespace, or from the parameter robot_no.
+            fleet: The node that stands for the fleet in this process; None if this one is alone.
+            time: Time of the steps, which all nodes of a process share.
+            has_services: Whether other processes can read and set its parameters.
+            follows_clock: Whether it may have use_sim_time.
+            **kwargs: As for `rclpy.node.Node`.
 
         Raises:
             SetcmasError: A parameter is invalid.
@@ -94,15 +101,15 @@ class RobotNode(FleetNode):
             kwargs |= of_other_nodes()
         super().__init__(name, follows_clock, start_parameter_services=has_services, **kwargs)
         self.time = time or StepTime(0.1)
-        found = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
-        own = robot or int(found[1] if found else 1)
-        number = self.fixed('robot_no', own, 'number of the robot', is_alone)
+        named = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
+        number = robot or int(named[1] if named else 1)
+        number = self.fixed('robot_no', number, 'number of the robot', is_alone)
         if not isinstance(number, int) or number < 1:
             raise SetcmasError(f'parameter robot_no is {number!r}; it must be a number from 1')
         self.robot = number
         text = 'namespace of what the whole fleet has once, such as /pause'
-        given = self.fixed('fleet_namespace', self.fleet_namespace, text, is_alone)
-        self.fleet_namespace = given.rstrip('/')
+        namespace = self.fixed('fleet_namespace', self.fleet_namespace, text, is_alone)
+        self.fleet_namespace = namespace.rstrip('/')
         self._warned: set[str] = set()
 
     @cached_property
@@ -111,7 +118,10 @@ class RobotNode(FleetNode):
         return re.sub(r'/tb3_\d+$', '', self.get_namespace().rstrip('/'))
 
     def newest(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Callable[[], Any]:
-        """Subscribe; return a function that returns the newest message since its last call."""
+        """Subscribe; return a function that returns the newest message since its last call.
+
+        It returns None if no message has come since then.
+        """
         return newest(self, kind, topic, profile)
 
     def publisher(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Publisher:
@@ -119,11 +129,17 @@ class RobotNode(FleetNode):
         return self.create_publisher(kind, topic, profile)
 
     def declared(self, options: Group, *names: str) -> NodeParameters[Group]:
-        """Declare options, by their names, as parameters that can be set while the node runs."""
+        """Declare options, by their names, as parameters that can be set while the node runs.
+
+        `options` of what it returns are the options with the present values.
+        """
         return NodeParameters(self, options, {name: name for name in names})
 
     def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
-        """Declare a parameter that cannot be set later; return it, from `--ros-args` or this."""
+        """Declare a parameter that can only be set at the start; return its value.
+
+        That is the one in `--ros-args`, if it may be given there, or else the given value.
+        """
         return declare_fixed(self, name, value, text, is_given)
 
     def number(self, name: str, value: float, text: str) -> float:
