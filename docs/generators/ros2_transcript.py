@@ -26,19 +26,15 @@ BIN = Path(sys.executable).parent
 PROCESSES = ('simu --nb-robots 2', 'ctrl --algo consensus', 'record --output bag')
 COMMANDS = (
     'ros2 node list',
-    'ros2 node info /controllers',
-    'ros2 topic list -t',
-    'ros2 topic info /tb3_1/cmd_vel',
+    'ros2 node info /tb3_1/si_to_uni',
     'ros2 topic hz /tb3_1/odom --window 20',
-    'ros2 topic echo --once /tb3_1/odom --field pose.pose.position',
-    'ros2 param list',
-    'ros2 param dump /virtual_robots',
-    'ros2 param describe /controllers vnom',
-    'ros2 param set /controllers vnom 0.3',
+    'ros2 topic echo --once /tb3_1/cmd_cart_vel',
+    'ros2 param dump /tb3_1/virtual_robot',
+    'ros2 param describe /tb3_1/controller vnom',
+    'ros2 param set /tb3_2/si_to_uni komega 2.0',
     'ros2 param set /controllers algo nav_wp',
     'ros2 service list -t',
     "ros2 service call /controllers/pause std_srvs/srv/SetBool '{data: true}'",
-    'ros2 service call /virtual_robots/reset std_srvs/srv/Trigger',
 )
 MOST_LINES = 24
 ENDLESS_S = 4.0  # for hz, which prints until it is interrupted
