@@ -378,8 +378,9 @@ class ControlledFleet:
         process.spin_until(lambda: not self._taken(poses.missing), _OFFERED_WITHIN_S)
         poses.accept_best_effort(poses.missing())
         self._await('odometry', poses.missing, poses.topic_of, self._odometry_hint)
-        state_of = partial(topics.robot_topic, topic=topics.TRIG_ODOM)
-        self._await('states', self.network.missing, state_of, _sent_hint)
+        if self.controllers:
+            state_of = partial(topics.robot_topic, topic=topics.TRIG_ODOM)
+            self._await('states', self.network.missing, state_of, _sent_hint)
         # The robots, and a recorder if there is one, must get the very first command.
         process.spin_until(graph.all_connected(), _LISTENERS_WAIT_S)
         recorded = self._options.recorded

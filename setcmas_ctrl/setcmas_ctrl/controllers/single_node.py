@@ -87,17 +87,21 @@ def _main(name: str, make: Make, argv: list[str] | None) -> int:
 
 def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
     gains, safety = GainOptions.of(args), FilterOptions.of(args)
-    options, communication = ControllerOptions.of(args), CommunicationOptions.of(args)
+    options = ControllerOptions.of(args)
     law = LawOptions(algo=EXTERNAL, **gains.values())
     with seeded_generators(), named_output():
         node = make(law, safety, options)
+        args.event_triggered |= isinstance(node, EventTriggeredComm)
+        communication = CommunicationOptions.of(args)
         parameters = NodeParameters(node, law, {'rate': 'rate'})
         options = replace(fleet_of_parameters(node, options), robots=(node.robot,))
         if isinstance(node, Controller):
             default = replace(parameters.options, algo='consensus')
             parameters.options = law_of_parameters(node, default)
         elif isinstance(node, EventTriggeredComm):
-            communication = replace(communication, event_triggered=True)
+            threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
+            ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
+            communication = replace(communication, threshold=threshold, ctc=ctc or None)
         try:
             fleet = ControlledFleet(
                 process, node, parameters, communication, safety, options, alone=node

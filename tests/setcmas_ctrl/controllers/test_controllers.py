@@ -1,3 +1,4 @@
+import math
 import re
 
 import numpy as np
@@ -7,8 +8,9 @@ from processes import CTRL, SIMU
 pytest.importorskip('rclpy')
 
 import rclpy
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import GetParameters
 from ros_peer import position, velocity
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
@@ -52,6 +54,89 @@ def test_robots_are_driven_by_an_own_si_to_uni_and_stand_where_it_fails(
     assert velocity(commands[1][3]) == (0.0, 0.0)
     assert process.output().count('mine.py, line 3: ZeroDivisionError') == 1
     assert process.end() == 1
+
+
+def test_each_robot_has_parameters_of_its_own(start, peer, script, tmp_path):
+    law = script('def control(i, n, p, t):\n    return 9, 0\n')
+    file = tmp_path / 'gains.yaml'
+    file.write_text('/tb3_2/controller:\n  ros__parameters: {vnom: 0.125}\n')
+    start(*SIMU, '--nb-robots', '2')
+    wanted = [peer.cmd_cart_vel(robot) for robot in (1, 2)]
+    arguments = ('--vnom', '0.25', '--ros-args', '--params-file', str(file))
+    start(*CTRL, '--algo', law, *arguments)
+
+    def are_wanted(*speeds):
+        peer.wait_for(lambda: all(wanted) and [one[-1].x for one in wanted] == [*speeds])
+
+    are_wanted(0.25, 0.125)
+    assert peer.set_parameter('/tb3_1/controller', 'vnom', 0.5) == ''
+    are_wanted(0.5, 0.125)
+    assert peer.set_parameter('/controllers', 'vnom', 1.0) == ''  # for all of them
+    are_wanted(1.0, 1.0)
+
+    def komegas():
+        names = {'names': ['komega']}
+        nodes = [f'/tb3_{robot}/si_to_uni/get_parameters' for robot in (1, 2)]
+        return [peer.call(GetParameters, one, **names).values[0].double_value for one in nodes]
+
+    assert peer.set_parameter('/tb3_1/si_to_uni', 'komega', 3.0) == ''
+    assert komegas() == [3.0, 1.5]
+    assert peer.set_parameter('/controllers', 'komega', 2.0) == ''
+    assert komegas() == [2.0, 2.0]
+    for node, name in (('controller', 'rate'), ('si_to_uni', 'vnom')):
+        assert peer.set_parameter(f'/tb3_1/{node}', name, 1.0) != ''  # not theirs
+
+
+def test_robots_of_fleets_above_20_have_no_services_of_their_own(start, peer):
+    start(*SIMU, '--nb-robots', '21')
+    process = start(*CTRL, '--algo', 'consensus')
+    process.wait_for_output('controlling robots 1-21')
+    wanted = peer.cmd_cart_vel(21)
+    assert peer.set_parameter('/controllers', 'vnom', 0.0625) == ''
+    peer.wait_for(lambda: wanted and np.hypot(wanted[-1].x, wanted[-1].y) <= 0.0625)
+
+    names = {name for name, _ in peer.node.get_service_names_and_types()}
+    assert '/controllers/set_parameters' in names
+    assert not [name for name in names if name.startswith('/tb3_')]
+
+
+def test_another_program_drives_robots_in_place_of_a_law(start, peer):
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', 'external')
+    process.wait_for_output('controlling robots 1-2 with velocities of others')
+    odometry = [peer.odometry(robot) for robot in (1, 2)]
+    publisher = peer.publisher(Point32, '/tb3_2/cmd_cart_vel')
+    message = Point32(x=0.25)
+    timer = peer.node.create_timer(0.1, lambda: publisher.publish(message))
+
+    def speed():
+        return odometry[1][-1].twist.twist.linear.x
+
+    peer.wait_for(lambda: all(odometry) and speed() == 0.25)
+    assert position(odometry[0][-1]) == position(odometry[0][0])
+    message.x = math.nan
+    peer.wait_for(lambda: speed() == 0.0)
+    message.x = 0.25
+    peer.wait_for(lambda: speed() == 0.25)
+    timer.cancel()
+    peer.wait_for(lambda: speed() == 0.0)
+    assert process.end() == 0
+
+
+def test_the_filter_stands_between_laws_and_robots(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return -0.25 * p[0, i - 1], 0\n')
+    poses = ('--pose', '1:-0.6,0', '--pose', '2:0.6,0,3.14159')
+    start(*SIMU, '--nb-robots', '2', *poses).wait_for_output('simulating')
+    start(*CTRL, '--algo', law, '--filter', 'barrier', '--min-separation', '0.8', '--vnom', '2')
+    allowed = [peer.listen(Point32, f'/tb3_{robot}/cmd_cart_vel_allowed') for robot in (1, 2)]
+    wanted, odometry = peer.cmd_cart_vel(1), [peer.odometry(robot) for robot in (1, 2)]
+    peer.wait_for(lambda: all(allowed) and allowed[0][-1].z == 1.0 and wanted[-1].x > 0.09)
+
+    def apart():
+        return position(odometry[1][-1])[0] - position(odometry[0][-1])[0]
+
+    peer.wait_for(lambda: 0.0 <= allowed[0][-1].x < 0.5 * wanted[-1].x)
+    assert apart() > 0.79
 
 
 def test_slow_are_calls_that_exceed_the_period_as_it_is_on_the_wall_s_clock(start, script):
