@@ -27,17 +27,13 @@ PROCESSES = ('simu --nb-robots 2', 'ctrl --algo consensus', 'record --output bag
 COMMANDS = (
     'ros2 node list',
     'ros2 node info /tb3_1/si_to_uni',
-    'ros2 topic hz /tb3_1/odom --window 20',
     'ros2 topic echo --once /tb3_1/cmd_cart_vel',
-    'ros2 param dump /tb3_1/virtual_robot',
-    'ros2 param describe /tb3_1/controller vnom',
     'ros2 param set /tb3_2/si_to_uni komega 2.0',
     'ros2 param set /controllers algo nav_wp',
     'ros2 service list -t',
     "ros2 service call /controllers/pause std_srvs/srv/SetBool '{data: true}'",
 )
 MOST_LINES = 24
-ENDLESS_S = 4.0  # for hz, which prints until it is interrupted
 NO_DAEMON = ('list', 'info')  # without the cache of names, which a daemon fills in its own time
 REPEATED = ('set_parameters', 'get_parameter', 'describe_parameters', 'list_parameters')
 
@@ -61,18 +57,13 @@ def simulation(place: str) -> Iterator[None]:
 
 
 def said(command: str) -> str:
-    """Return what a command prints until it ends, or for hz until it is interrupted."""
+    """Return what a command prints."""
     words = shlex.split(command)
-    if words[2] in NO_DAEMON and words[1] != 'interface':
+    if words[2] in NO_DAEMON:
         words.append('--no-daemon')
     words[0] = str(BIN / words[0])
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    try:
-        return process.communicate(timeout=ENDLESS_S if words[2] == 'hz' else None)[0]
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGINT)
-        text = process.communicate()[0].rstrip()
-        return '\n'.join(text.splitlines()[-2:])  # its newest figures
+    ended = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return ended.stdout
 
 
 def shortened(text: str) -> list[str]:
