@@ -31,7 +31,6 @@ COMMANDS = (
     'ros2 param set /tb3_2/si_to_uni komega 2.0',
     'ros2 param set /controllers algo nav_wp',
     'ros2 service list -t',
-    "ros2 service call /controllers/pause std_srvs/srv/SetBool '{data: true}'",
 )
 MOST_LINES = 24
 NO_DAEMON = ('list', 'info')  # without the cache of names, which a daemon fills in its own time
