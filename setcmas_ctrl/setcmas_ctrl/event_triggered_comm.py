@@ -11,7 +11,6 @@ from std_msgs.msg import UInt16
 from setcmas_ctrl.communication.triggering_conditions import Broadcast
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import State
@@ -48,7 +47,7 @@ class EventTriggeredComm(RobotNode):
 
     def evaluate(self, state: State) -> None:
         """Decide whether to send a new state of the robot; otherwise repeat the last one."""
-        with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
+        with self.watch.condition(self.robot, self.broadcast.path):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))
         now = self.time.clock.now()

@@ -106,6 +106,10 @@ class CallWatch:
         """Monitor the code inside as the loading of a script for a robot."""
         return self.call(robot, path, Function.LOADING)
 
+    def condition(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
+        """Monitor the code inside as a call of the triggering condition of a robot."""
+        return self.call(robot, path, Function.CONDITION)
+
     def begin_period(self) -> None:
         """Count the time of calls from now on."""
         self._counting = True

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import Group, Option
 from setcmas_simu.options.kinds import Number
+from setcmas_simu.ros.process import FleetNode
 
 
 class NodeParameters(Generic[Group]):
@@ -30,7 +31,11 @@ class NodeParameters(Generic[Group]):
     """
 
     def __init__(
-        self, node: Node, options: Group, names: Mapping[str, str], fixed: Container[str] = ()
+        self,
+        node: FleetNode,
+        options: Group,
+        names: Mapping[str, str],
+        fixed: Container[str] = (),
     ) -> None:
         """Declare the parameters, with the option of each in `names`.
 
@@ -102,7 +107,9 @@ class NodeParameters(Generic[Group]):
             if self._is_quiet:
                 return
             texts = [f'{one.name} is {str(one.value).removesuffix(".0")}' for one in own]
-            self._node.get_logger().info(f'{", ".join(texts)} from now on')
+            name = f'{self._node.get_fully_qualified_name()}: ' if self._node.teller else ''
+            self._node.get_logger().info(f'{name}{", ".join(texts)} from now on')
+            self._node.tell(own)
 
 
 def warn_of_unknown(nodes: Sequence[Node]) -> None:

@@ -50,7 +50,12 @@ class FleetNode(Node):
     """The node of a process; to it, its namespace is the root of all topic names.
 
     So `-r __ns:=/a` moves a whole fleet to /a, and other fleets do not see it there.
+
+    Attributes:
+        teller: The node that tells changes of parameters for this one; None without one.
     """
+
+    teller: FleetNode | None = None
 
     def __init__(self, node_name: str, follows_clock: bool = False, **kwargs: Any) -> None:
         """Create the node; other arguments as for `rclpy.node.Node`, but without /rosout.
@@ -88,6 +93,14 @@ class FleetNode(Node):
     def name_in_fleet(self, topic: str) -> str:
         """Return a topic's name without the namespace of the fleet."""
         return f'/{topic.removeprefix(f"{self.fleet_namespace}/").lstrip("/")}'
+
+    def tell(self, parameters: Sequence[Parameter]) -> None:
+        """Let recorders know what has been set in this node, if it does not do so by itself."""
+        if self.teller:
+            changed = [one.to_parameter_msg() for one in parameters]
+            name, now = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
+            event = ParameterEvent(node=name, stamp=now, changed_parameters=changed)
+            self.teller._parameter_event_publisher.publish(event)
 
     def create_publisher(self, msg_type: Any, topic: str, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without event callbacks, which would burden the executor."""
@@ -150,7 +163,7 @@ _NAMES = re.compile(r'(__ns|__node|__name):=')
 
 
 class _NoParameterEvents:
-    """Discards events of parameters that cannot change: recorders would wait for their topic."""
+    """Discards events, for which each node would need a topic: see `FleetNode.tell`."""
 
     def publish(self, event: ParameterEvent) -> None:
         pass
