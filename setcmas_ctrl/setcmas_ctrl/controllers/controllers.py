@@ -392,10 +392,11 @@ class ControlledFleet:
         # Log now, not between the odometry and t = 0: logging takes time.
         paths = [one.law.path for one in self.controllers if one.law]
         law = ', '.join(dict.fromkeys(path.stem for path in paths)) or 'velocities of others'
-        self._node.get_logger().info(
-            f'controlling {robots_in_words(self.robots)} with {law} '
-            f'at {self._parameters.options.rate:g} Hz; Ctrl-C stops'
-        )
+        robots = robots_in_words(self.robots)
+        task = f'controlling {robots} with {law} at {self._parameters.options.rate:g} Hz'
+        if not (self.controllers or self.si_to_unis):
+            task = f'sending the states of {robots} by events'
+        self._node.get_logger().info(f'{task}; Ctrl-C stops')
         process.launcher.report(Started(tuple(self.robots), law))
         self._fall_in_step()
         self._stepped = self.time.clock.now()
