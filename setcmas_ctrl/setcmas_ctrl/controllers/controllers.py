@@ -223,7 +223,7 @@ class ControlledFleet:
         given = self._options.nb_robots
         nb_robots = wait_for_fleet(self._process, self._node, self._announced, given)
         _go_on(nb_robots)
-        return nb_robots
+        return max(nb_robots, self._alone.robot if self._alone else 0)  # it may come later
 
     def _clock_of_robots(self) -> SteadyClock:
         if self._announced.rtf != 1.0:
@@ -342,6 +342,7 @@ class ControlledFleet:
         self._graph = GraphWatch(
             node, self.poses, self._topic_of, self._announced, robots, self._warn
         )
+        self._graph.is_of_one = self._alone is not None
         self._lost = LostRobots(self.robots, self.poses, self._warn)
         self._urgent: list[PolledTopic] = []
         if self._options.experiment:

@@ -25,7 +25,13 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 
 
 class GraphWatch:
-    """Checks the graph now and then, and reports each problem once."""
+    """Checks the graph now and then, and reports each problem once.
+
+    Attributes:
+        is_of_one: Whether this process is to have one robot alone, whichever others appear.
+    """
+
+    is_of_one = False
 
     def __init__(
         self,
@@ -133,7 +139,8 @@ class GraphWatch:
         if some and not self._unchecked:
             self._notice_mixed()
             self._notice_unconnected(now)
-            self._notice_latecomers()
+            if not self.is_of_one:
+                self._notice_latecomers()
             self._notice_rivals()
             self._notice_several()
 
