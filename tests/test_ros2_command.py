@@ -45,8 +45,8 @@ def moves(peer, topic, above=0.0):
 
 def test_nodes_and_parameters_of_a_fleet_are_listed_and_set(ros2, peer):
     simulator = ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '8')
-    controllers = ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', 'consensus')
-    commands = moves(peer, '/tb3_8/cmd_vel')
+    controllers = ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', 'nav_wp')
+    commands = moves(peer, '/tb3_8/cmd_vel', above=0.1)
 
     names = {f'/tb3_{i}/{name}' for i in range(1, 9) for name in NODES}
     names |= {'/peer', '/controllers', '/virtual_robots'}
@@ -68,6 +68,59 @@ def test_nodes_and_parameters_of_a_fleet_are_listed_and_set(ros2, peer):
     for process in (controllers, simulator):
         os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C; `ros2 run` itself passes nothing on
         assert process.wait() == 0
+
+
+def test_one_robot_follows_a_controller_run_alone_and_another_one_a_topic(ros2, peer):
+    ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '2')
+    first, second = peer.odometry(1), peer.odometry(2)
+    law = ('-p', 'nb_robots:=2', '-p', 'algo:=consensus')
+    single(ros2, 'controller', '/tb3_1', *law)
+    single(ros2, 'si_to_uni', '/tb3_1', '-p', 'komega:=2.0')
+    single(ros2, 'si_to_uni', '/tb3_2')
+    velocity = ('/tb3_2/cmd_cart_vel', 'geometry_msgs/msg/Point32', '{x: 0.2}')
+    other = ros2.start('topic', 'pub', '-r', '5', *velocity)
+    peer.wait_for(lambda: first and first[-1].twist.twist.linear.x > 0.1)
+    peer.wait_for(lambda: second[-1].twist.twist.linear.x == pytest.approx(0.2))
+    names = ros2('node', 'list', '--no-daemon').split()
+    assert {name for name in names if name[:6] in ('/tb3_1', '/tb3_2')} == {
+        '/tb3_1/controller',
+        '/tb3_1/si_to_uni',
+        '/tb3_1/virtual_robot',
+        '/tb3_2/si_to_uni',
+        '/tb3_2/virtual_robot',
+    }
+
+    other.kill_group()
+    peer.wait_for(lambda: second[-1].twist.twist.linear.x == 0.0)
+
+
+def single(ros2, executable, namespace, *arguments):
+    """Start one node of a robot."""
+    words = ('--ros-args', '-r', f'__ns:={namespace}', *arguments)
+    return ros2.start('run', 'setcmas_ctrl', executable, *words)
+
+
+def test_of_two_fleets_one_is_paused(ros2, peer):
+    odometry = {}
+    for namespace in ('/a', '/b'):
+        of_fleet = ('--ros-args', '-r', f'__ns:={namespace}')
+        ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '2', *of_fleet)
+        ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', 'nav_wp', *of_fleet)
+        odometry[namespace] = peer.listen(Odometry, f'{namespace}/tb3_2/odom')
+
+    def speed(namespace):
+        return odometry[namespace][-1].twist.twist.linear.x
+
+    peer.wait_for(lambda: all(odometry.values()))
+    peer.wait_for(lambda: speed('/a') > 0.2 and speed('/b') > 0.2)
+    ros2('topic', 'pub', '--once', '/a/pause', 'std_msgs/msg/Bool', '{data: true}')
+    peer.wait_for(lambda: speed('/a') == 0.0)
+    seen = len(odometry['/b'])
+    peer.wait_for_new(odometry['/b'], 20)
+    assert all(one.twist.twist.linear.x > 0.2 for one in odometry['/b'][seen:])
+    assert speed('/a') == 0.0
+    ros2('topic', 'pub', '--once', '/a/pause', 'std_msgs/msg/Bool', '{data: false}')
+    peer.wait_for(lambda: speed('/a') > 0.2)
 
 
 def test_a_message_of_a_law_is_echoed_as_in_the_docs(ros2, peer, tmp_path):

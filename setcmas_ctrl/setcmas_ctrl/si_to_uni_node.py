@@ -52,6 +52,7 @@ class SiToUni(RobotNode):
         poses: Where the robots are.
         model: What kind of robot it is, with its limits.
         conversion: From the velocity to the command; it remembers the last command.
+        velocity_topics: Where the velocities come from that move it; with the filter, two topics.
         paused: Whether the robot is kept at rest.
         stopped: Whether it stays so, after an emergency stop.
         heard: When the last velocity came, in s.
@@ -83,6 +84,8 @@ class SiToUni(RobotNode):
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
         source = self.fixed('velocity_topic', source, 'velocities to follow')
         self.velocity = self.newest(Point32, source, qos.COMMAND)
+        wanted = topics.CMD_CART_VEL if safety.is_on else source
+        self.velocity_topics = tuple(dict.fromkeys((wanted, source)))
         target = self.fixed('cmd_vel_topic', target, 'commands')
         own_odom = topics.ODOM  # of the robot itself, also in experiments
         self.cmd_vel = CmdVelPublisher(self, self.robot, target, own_odom, options.cmd_vel_type)

@@ -223,7 +223,7 @@ class ControlledFleet:
         given = self._options.nb_robots
         nb_robots = wait_for_fleet(self._process, self._node, self._announced, given)
         _go_on(nb_robots)
-        return nb_robots
+        return max(nb_robots, self._alone.robot if self._alone else 0)  # it may come later
 
     def _clock_of_robots(self) -> SteadyClock:
         if self._announced.rtf != 1.0:
@@ -342,6 +342,7 @@ class ControlledFleet:
         self._graph = GraphWatch(
             node, self.poses, self._topic_of, self._announced, robots, self._warn
         )
+        self._graph.is_of_one = self._alone is not None
         self._lost = LostRobots(self.robots, self.poses, self._warn)
         self._urgent: list[PolledTopic] = []
         if self._options.experiment:
@@ -392,10 +393,11 @@ class ControlledFleet:
         # Log now, not between the odometry and t = 0: logging takes time.
         paths = [one.law.path for one in self.controllers if one.law]
         law = ', '.join(dict.fromkeys(path.stem for path in paths)) or 'velocities of others'
-        self._node.get_logger().info(
-            f'controlling {robots_in_words(self.robots)} with {law} '
-            f'at {self._parameters.options.rate:g} Hz; Ctrl-C stops'
-        )
+        robots = robots_in_words(self.robots)
+        task = f'controlling {robots} with {law} at {self._parameters.options.rate:g} Hz'
+        if not (self.controllers or self.si_to_unis):
+            task = f'sending the states of {robots} by events'
+        self._node.get_logger().info(f'{task}; Ctrl-C stops')
         process.launcher.report(Started(tuple(self.robots), law))
         self._fall_in_step()
         self._stepped = self.time.clock.now()

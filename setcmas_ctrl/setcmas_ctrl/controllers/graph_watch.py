@@ -25,7 +25,13 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 
 
 class GraphWatch:
-    """Checks the graph now and then, and reports each problem once."""
+    """Checks the graph now and then, and reports each problem once.
+
+    Attributes:
+        is_of_one: Whether this process is to have one robot alone, whichever others appear.
+    """
+
+    is_of_one = False
 
     def __init__(
         self,
@@ -52,6 +58,8 @@ class GraphWatch:
         self._rivals: dict[int, str] = {}
         self._report_unconnected_at = 0.0
         self._contested: set[int] = set()
+        self._several: dict[int, str] = {}
+        self._several_since: dict[int, float] = {}
         self._mixed: dict[int, str] = {}
         self._mixed_reported: set[int] = set()
         self._known = set(range(1, poses.poses.shape[1] + 1))
@@ -124,15 +132,17 @@ class GraphWatch:
         if not self._unchecked and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
             self._unchecked = list(self._drivers)
-            self._unconnected, self._rivals, self._mixed = set(), {}, {}
+            self._unconnected, self._rivals, self._mixed, self._several = set(), {}, {}, {}
         some, self._unchecked = self._unchecked[:_MOST_CHECKS], self._unchecked[_MOST_CHECKS:]
         for driver in some:
             self._check_robot(driver, now)
         if some and not self._unchecked:
             self._notice_mixed()
             self._notice_unconnected(now)
-            self._notice_latecomers()
+            if not self.is_of_one:
+                self._notice_latecomers()
             self._notice_rivals()
+            self._notice_several()
 
     def _check_robot(self, driver: SiToUni, now: float) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
@@ -147,6 +157,18 @@ class GraphWatch:
         is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
         if is_due and (names := cmd_vel.other_commanders(self._own)):
             self._rivals[robot] = names[0]
+        elif robot not in self._contested:
+            self._look_for_several(driver, now)
+
+    def _look_for_several(self, driver: SiToUni, now: float) -> None:
+        """Remember who publishes the velocities of a robot if it has been several for a while."""
+        contested = [one for one in driver.velocity_topics if driver.count_publishers(one) > 1]
+        if not contested:
+            self._several_since.pop(driver.robot, None)
+        elif now - self._several_since.setdefault(driver.robot, now) > _FORGOTTEN_AFTER_S:
+            topic = driver.resolve_topic_name(contested[0])
+            names = sorted(one.name for one in cmd_vel_topics.publishers(driver, topic))
+            self._several[driver.robot] = f'{topic} is published by {" and ".join(names)}'
 
     def _notice_mixed(self) -> None:
         if new := [robot for robot in self._mixed if robot not in self._mixed_reported]:
@@ -186,4 +208,14 @@ class GraphWatch:
             self._warn(
                 f'another controller also commands {robots_in_words(sorted(self._rivals))} '
                 f'({next(iter(self._rivals.values()))}); stop one of them'
+            )
+
+    def _notice_several(self) -> None:
+        if self._several:
+            self._contested |= set(self._several)
+            (_, text), *others = sorted(self._several.items())
+            more = robots_in_words([robot for robot, _ in others]) if others else ''
+            self._warn(
+                f'{text}{more and f" (and that of {more})"}; the robot follows all of them: '
+                'stop all but one'
             )

@@ -34,6 +34,7 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_ctrl.scripts.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.fleet.fleet import check_in_fleet
 from setcmas_simu.options.group import VALUES
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL
@@ -95,6 +96,7 @@ def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
         communication = CommunicationOptions.of(args)
         parameters = NodeParameters(node, law, {'rate': 'rate'})
         options = replace(fleet_of_parameters(node, options), robots=(node.robot,))
+        check_in_fleet([node.robot], options.nb_robots or node.robot, 'parameter robot_no')
         if isinstance(node, Controller):
             default = replace(parameters.options, algo='consensus')
             parameters.options = law_of_parameters(node, default)

@@ -40,7 +40,7 @@ _COMMANDS_OF_FLEETS = (
     topics.EMULATED_FAULT,
     topics.FLEET_TIME,
 )
-_COMMAND_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
+_COMMAND_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_cart_vel, cmd_vel_nav
 _COMMAND_TYPES = (
     'ackermann_msgs/msg/AckermannDrive',
     'ackermann_msgs/msg/AckermannDriveStamped',
@@ -55,12 +55,12 @@ def is_command(name: str, msgtype: str) -> bool:
     """Return whether robots or their controllers may act on a topic.
 
     These topics are never played: no robot may move because of a recording, not even a robot
-    that is switched on later. No program acts on cmd_cart_vel, the velocity that a law returned.
+    that is switched on later.
     """
     last = name.rpartition('/')[2]
     if msgtype in _COMMAND_TYPES or name in _COMMANDS_OF_FLEETS or last in _COMMANDS:
         return True
-    return last.startswith(_COMMAND_BEGIN) and last != topics.CMD_CART_VEL
+    return last.startswith(_COMMAND_BEGIN)
 
 
 def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[str]]:

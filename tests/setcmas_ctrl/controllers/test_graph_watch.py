@@ -2,7 +2,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from processes import CTRL, SIMU
 
@@ -32,6 +32,17 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     start(*CTRL, '--algo', 'nav_wp')
 
     first.wait_for_output('another controller also commands robot 1 (/tb3_1/si_to_uni)')
+
+
+def test_several_publishers_of_a_velocity_are_named_in_one_line(start, peer):
+    start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
+    for robot in (2, 3):
+        peer.publisher(Point32, f'/tb3_{robot}/cmd_cart_vel', listeners=0)
+    laws = start(*CTRL, '--algo', 'nav_wp')
+    laws.wait_for_output(
+        '/tb3_2/cmd_cart_vel is published by /peer and /tb3_2/controller (and that of robot 3); '
+        'the robot follows all of them: stop all but one'
+    )
 
 
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):

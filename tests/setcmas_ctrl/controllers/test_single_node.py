@@ -74,6 +74,20 @@ def test_whoever_publishes_cmd_cart_vel_drives_the_robot_of_a_single_si_to_uni(
     peer.wait_for(lambda: odometry[1][-1].twist.twist.linear.x == 0.0)
 
 
+def test_a_single_node_waits_for_its_robot_beside_others(start, start_alone, peer):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    converter = start_alone('si_to_uni', '/tb3_2')
+    converter.wait_for_output('waiting for the odometry of robot 2')
+    start(*SIMU, '--nb-robots', '3', '--robots', '2')
+    converter.wait_for_output('controlling robot 2')
+    start(*SIMU, '--nb-robots', '3', '--robots', '3')
+    last = peer.odometry(3)
+    peer.wait_for(lambda: len(last) > 70)  # after two looks at the graph
+
+    assert converter.end() == 0
+    assert 'appeared' not in converter.output()
+
+
 def test_two_fleets_of_single_nodes_are_apart(start, start_alone, peer):
     for fleet in ('a', 'b'):
         rule = ('--ros-args', '-r', f'__ns:=/{fleet}')
@@ -101,7 +115,7 @@ def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
     events = peer.listen(UInt16, '/tb3_2/trig_event')
     states = peer.listen(Odometry, '/tb3_2/trig_odom', LATCHED)
     process = start_alone('event_triggered_comm', '/tb3_2', 'threshold:=0.1')
-    process.wait_for_output('controlling robot 2')
+    process.wait_for_output('sending the states of robot 2 by events')
     peer.wait_for(lambda: len(states) > 3 and len(events) > 3)
 
     assert events[-1].data == 0
@@ -113,6 +127,7 @@ def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
     ('name', 'parameters', 'message'),
     [
         ('controller', ('algo:=nothing', 'nb_robots:=1'), "control script 'nothing' not found"),
+        ('controller', ('robot_no:=3', 'nb_robots:=2'), 'robot_no names robot 3; the fleet has'),
         ('controller', ('vnom:=-1.0',), 'parameter vnom is -1; it must be above 0'),
         ('si_to_uni', ('komega:=fast',), "parameter komega is 'fast'; it must be a number"),
         ('si_to_uni', ('cmd_timeout:=soon',), "parameter cmd_timeout is 'soon'; it must be"),

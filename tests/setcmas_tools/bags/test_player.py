@@ -212,6 +212,7 @@ COMMANDS = [
     ('/tb3_1/pause', 'std_msgs/msg/Bool'),
     ('/paused', 'std_msgs/msg/Bool'),
     ('/emergency_stopped', 'std_msgs/msg/Bool'),
+    ('/tb3_1/cmd_cart_vel', 'geometry_msgs/msg/Point32'),
     ('/tb3_1/cmd_vel_guarded', 'custom_msgs/msg/Velocity'),
     ('/tb3_1/guard_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
     ('/tb3_2/reset', 'std_msgs/msg/Empty'),
@@ -222,7 +223,6 @@ COMMANDS = [
 ]
 REPORTS = [
     ('/tb3_1/odom', 'nav_msgs/msg/Odometry'),
-    ('/tb3_1/cmd_cart_vel', 'geometry_msgs/msg/Point32'),
     ('/fleet', 'std_msgs/msg/String'),
     ('/scan', 'sensor_msgs/msg/LaserScan'),
 ]
