@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy
 from setcmas_ctrl.controllers.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
@@ -52,6 +53,7 @@ class GraphWatch:
         self._rivals: dict[int, str] = {}
         self._report_unconnected_at = 0.0
         self._contested: set[int] = set()
+        self._several_since: dict[int, float] = {}
         self._mixed: dict[int, str] = {}
         self._mixed_reported: set[int] = set()
         self._known = set(range(1, poses.poses.shape[1] + 1))
@@ -145,8 +147,20 @@ class GraphWatch:
             self._poses.accept_best_effort([robot])
         # A killed process stays in the graph for a while.
         is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
-        if is_due and (names := cmd_vel.other_commanders(self._own)):
+        names = cmd_vel.other_commanders(self._own) or self._other_senders(robot, now)
+        if is_due and names:
             self._rivals[robot] = names[0]
+
+    def _other_senders(self, robot: int, now: float) -> list[str]:
+        """Return nodes of other processes on a robot's cmd_cart_vel if it has had several."""
+        topic = topics.robot_topic(robot, topics.CMD_CART_VEL)
+        found = cmd_vel_topics.publishers(self._node, topic)
+        if len(found) < 2:
+            self._several_since.pop(robot, None)
+            return []
+        if now - self._several_since.setdefault(robot, now) < _FORGOTTEN_AFTER_S:
+            return []  # one of them may have been killed
+        return [one.full_name for one in found if one.is_known and one.participant != self._own]
 
     def _notice_mixed(self) -> None:
         if new := [robot for robot in self._mixed if robot not in self._mixed_reported]:

@@ -2,7 +2,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from processes import CTRL, SIMU
 
@@ -32,6 +32,18 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     start(*CTRL, '--algo', 'nav_wp')
 
     first.wait_for_output('another controller also commands robot 1 (/tb3_1/si_to_uni)')
+
+
+@pytest.mark.parametrize('law', ['nav_wp', 'external'])
+def test_a_second_program_on_cmd_cart_vel_is_noticed(start, peer, law):
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', law)
+    peer.node.create_publisher(Point32, '/tb3_2/cmd_cart_vel', 1)
+    if law == 'external':  # one may publish
+        for robot in (1, 2):
+            peer.node.create_publisher(Point32, f'/tb3_{robot}/cmd_cart_vel', 1)
+
+    process.wait_for_output('another controller also commands robot 2 (/peer); stop one of them')
 
 
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):
