@@ -20,8 +20,8 @@ from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.simulator import simulator
-from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.engine import _calls
 
 

@@ -15,8 +15,8 @@ from geometry_msgs.msg import Point32
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_ctrl.control.saturation import saturate
-from setcmas_ctrl.controllers.network_links import FleetNetwork
-from setcmas_ctrl.controllers.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.network_links import FleetNetwork
+from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.scripts.script_errors import ControlError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode

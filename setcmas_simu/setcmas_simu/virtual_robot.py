@@ -26,7 +26,7 @@ from setcmas_simu.robots.models import UNICYCLE, check_models, is_script, robot_
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
 from setcmas_simu.ros.robot_state import StatePublisher
-from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulation_options import SimulationOptions
 
 MOST_SPEED = 1e6
 """Largest speed of a command in m/s, and turn rate in rad/s: beyond, a pose becomes infinite."""

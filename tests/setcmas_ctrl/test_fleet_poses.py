@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from processes import CTRL
 
@@ -7,6 +8,7 @@ pytest.importorskip('rclpy')
 
 from nav_msgs.msg import Odometry
 
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.ros import qos
 
 STAND = 'def control(i, n, p, t):\n    return 0, 0\n'
@@ -27,6 +29,36 @@ class Driver:
         if self._publisher:
             self._node.destroy_publisher(self._publisher)
         self._publisher = self._node.create_publisher(Odometry, '/tb3_1/odom', profile)
+
+
+def test_the_newest_poses_of_a_fleet_are_shared(peer):
+    sources = {i: (peer.node, f'/tb3_{i}/odom') for i in (1, 3)}
+    poses, heard = FleetPoses(sources, 3), []
+    poses.listen(3, lambda state: heard.append(state.pose))
+    publishers = {i: peer.publisher(Odometry, poses.topic_of(i)) for i in sources}
+
+    def send(robot, x):
+        odometry = Odometry()
+        odometry.pose.pose.position.x = x
+        publishers[robot].publish(odometry)
+
+    assert poses.missing() == [1, 3]
+    for x in (1.0, 2.0):
+        send(3, x)
+    peer.wait_for(lambda: poses.take(10.0) or not np.isnan(poses.poses[0, 2]))
+    assert poses.missing() == [1]
+    assert poses.poses[:, 2].tolist() == [2.0, 0.0, 0.0]
+    assert np.isnan(poses.poses[:, :2]).all()
+    assert heard[-1] == (2.0, 0.0, 0.0)
+
+    send(3, math.nan)
+    peer.wait_for(lambda: poses.take(10.5) or poses.fault(3))
+    assert 'NaN' in poses.fault(3)
+    assert poses.age(3) == 0.5
+    assert poses.age(1) == math.inf
+    send(3, 4.0)
+    peer.wait_for(lambda: poses.take(11.0) or not poses.fault(3))
+    assert (poses.age(3), poses.poses[0, 2]) == (0.0, 4.0)
 
 
 def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, script):

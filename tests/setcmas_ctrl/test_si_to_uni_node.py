@@ -9,6 +9,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from ros_peer import velocity
 from std_msgs.msg import Bool
 from stepped_alone import SteppedAlone
@@ -172,6 +173,15 @@ def test_velocities_that_are_no_numbers_are_zero(driven, send, x):
     send(x, 0.3)
 
     assert robot.steps(PERIOD_S, 1) == [(0.0, 0.0)]
+
+
+def test_a_velocity_that_its_sender_cut_short_is_left_out(peer, driven, send):
+    robot = driven()
+    send(0.25)
+    robot.steps(PERIOD_S, 1)
+    cut = peer.publisher(Point32, '/tb3_3/cmd_cart_vel')
+    cut.publish(serialize_message(Point32(x=0.5))[:9])
+    assert {*robot.steps(0.5)} == {(0.25, 0.0)}
 
 
 def test_with_the_filter_it_follows_what_that_allows_and_its_verdicts(driven, send):

@@ -17,7 +17,7 @@ from stepped_alone import SteppedAlone
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots import unicycle
-from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.virtual_robot import VirtualRobot
 
 

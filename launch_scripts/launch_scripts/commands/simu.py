@@ -23,7 +23,7 @@ from launch_scripts.processes.node_commands import (
 )
 from launch_scripts.processes.supervisor import run_in_foreground
 from setcmas_simu.options.group import typed_words
-from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.scenario.scenario import options
 
 

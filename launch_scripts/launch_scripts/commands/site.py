@@ -38,7 +38,7 @@ LOCK, PARTS, PACKED = 'pyodide-lock.json', 'python.json', 'packed.zip'
 NEEDLESS = (
     'setcmas_tools/page/templates/site/',
     'setcmas_tools/bags/',
-    'setcmas_ctrl/controller/',
+    'setcmas_ctrl/controllers/',
     *(f'setcmas_expe/{room}/' for room in ('doctor', 'emulation', 'guard', 'pause')),
 )
 """Beginnings of paths in the wheel of setcmas that the page does not need."""

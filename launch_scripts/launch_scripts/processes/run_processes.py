@@ -17,7 +17,7 @@ from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_simu.reports.reports import Paused, Ready, Recording, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
-from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario

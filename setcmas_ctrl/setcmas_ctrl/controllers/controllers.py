@@ -40,13 +40,13 @@ from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.controllers.law_loader import LawLoader, ScriptReloader
 from setcmas_ctrl.controllers.markers import MarkerCanvas, TaskTopic, publish_obstacles
-from setcmas_ctrl.controllers.network_links import FleetNetwork
 from setcmas_ctrl.controllers.robot_models import DrivenModels
-from setcmas_ctrl.controllers.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses, offered_profile
+from setcmas_ctrl.network_links import FleetNetwork
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
+from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.scripts.output import named_output

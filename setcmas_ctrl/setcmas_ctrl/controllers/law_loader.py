@@ -17,8 +17,8 @@ from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controllers.markers import TaskTopic
-from setcmas_ctrl.controllers.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.script_seeds import seed_scripts

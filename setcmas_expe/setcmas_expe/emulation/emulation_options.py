@@ -24,7 +24,7 @@ from setcmas_simu.robots.models import (
     model_names,
     robot_models,
 )
-from setcmas_simu.simulator.simulator_options import StartPoseOptions
+from setcmas_simu.simulation_options import StartPoseOptions
 
 _MARGIN = 0.5  # m, between start poses and the border of the arena
 _HALF_SQUARE = 5.0  # m, of the default start poses

@@ -27,7 +27,7 @@ from setcmas_simu.fleet.start_poses import poses_of_array
 from setcmas_simu.options.group import ClashError, Option, Options, option, plain
 from setcmas_simu.options.kinds import DURATION
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
-from setcmas_simu.simulator.simulator_options import ClockOptions, RobotOptions
+from setcmas_simu.simulation_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 from setcmas_tools.scenario.scenario_files import (
     OF_FILES,

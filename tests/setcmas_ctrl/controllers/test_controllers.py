@@ -16,6 +16,9 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
+from setcmas_simu.fleet.announcement import Announcement
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+
 
 def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
     law = script('def control(i, n, p, t):\n    return 0, 30\n')
@@ -196,6 +199,24 @@ def test_it_says_that_it_waits_for_a_fleet_and_goes_on_when_there_is_one(start):
     start(*SIMU, '--nb-robots', '2')
 
     process.wait_for_output('controlling robots 1-2')
+
+
+def test_requests_are_answered_while_it_waits_for_odometry(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return 9, 0\n')
+    FleetAnnouncer(peer.node).announce(Announcement(1, (1,)))
+    process = start(*CTRL, '--algo', law)
+    process.wait_for_output('waiting for the odometry of robot 1 (/tb3_1/odom)')
+    assert peer.set_parameter('/tb3_1/controller', 'vnom', 0.25) == ''
+    assert peer.set_parameter('/controllers', 'komega', 1.0) == ''
+    assert peer.call(SetBool, '/controllers/pause', data=True).success
+
+    wanted = peer.cmd_cart_vel(1)
+    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
+    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
+    peer.wait_for(lambda: wanted)
+    assert wanted[0].x == 0.0  # paused
+    assert peer.call(SetBool, '/controllers/pause', data=False).success
+    peer.wait_for(lambda: wanted[-1].x == 0.25)
 
 
 def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):

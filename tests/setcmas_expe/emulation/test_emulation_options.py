@@ -5,7 +5,7 @@ from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.robots.arena import Arena
-from setcmas_simu.simulator.simulator_options import StartPoseOptions
+from setcmas_simu.simulation_options import StartPoseOptions
 
 
 @pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])

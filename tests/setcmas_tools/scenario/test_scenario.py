@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator.simulator_options import RobotOptions
+from setcmas_simu.simulation_options import RobotOptions
 from setcmas_tools import Scenario, simulate
 
 LAW = 'K = 1.0\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'

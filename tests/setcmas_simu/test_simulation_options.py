@@ -3,7 +3,7 @@ import math
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulation_options import SimulationOptions
 
 
 @pytest.mark.parametrize('value', [0.0, 0.3, 1.0, math.inf])

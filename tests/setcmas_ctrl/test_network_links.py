@@ -19,8 +19,8 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.message_content import Content, checked_value
-from setcmas_ctrl.controllers.network_links import FleetNetwork, encoded
 from setcmas_ctrl.fleet_poses import FleetPoses
+from setcmas_ctrl.network_links import FleetNetwork, encoded
 
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')
@@ -249,8 +249,9 @@ def test_a_repeated_state_is_received_once(peer):
         publish(publisher, 0.0, 0)
     peer.wait_for(taken)
     network.begin_step(0.0)
+    publish(publishers[1], math.nan, 7)  # no state
     # Repeated, of a robot that stands still, and of one whose odometry has no stamps.
-    for count, (x, second) in enumerate([(0.0, 0), (0.0, 1), (0.0, 1), (1.0, 1), (1.0, 1)], 2):
+    for count, (x, second) in enumerate([(0.0, 0), (0.0, 1), (0.0, 1), (1.0, 1), (1.0, 1)], 3):
         publish(publishers[1], x, second)
         peer.wait_for(lambda count=count: taken() and len(states) == count)
     network.stop()
