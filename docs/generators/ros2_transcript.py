@@ -33,7 +33,6 @@ COMMANDS = (
     'ros2 service list -t',
 )
 MOST_LINES = 24
-NO_DAEMON = ('list', 'info')  # without the cache of names, which a daemon fills in its own time
 REPEATED = ('set_parameters', 'get_parameter', 'describe_parameters', 'list_parameters')
 
 
@@ -57,9 +56,8 @@ def simulation(place: str) -> Iterator[None]:
 
 def said(command: str) -> str:
     """Return what a command prints."""
-    words = shlex.split(command)
-    if words[2] in NO_DAEMON:
-        words.append('--no-daemon')
+    # A daemon would fill its cache of names in its own time, and stay.
+    words = [*shlex.split(command), '--no-daemon']
     words[0] = str(BIN / words[0])
     ended = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     return ended.stdout
