@@ -35,6 +35,7 @@ REPEAT_S = 0.2
 _SHORTEST_TIMEOUT_S = 1.0
 _TIMEOUT_PERIODS = 3
 _JITTER_S = 0.01
+_RESTS_S = 1.0
 
 Command = Sequence[float]
 """Speeds forward and to the left in m/s, and turn rate in rad/s."""
@@ -114,7 +115,7 @@ class SiToUni(RobotNode):
         self.use(self.model)
 
     def step(self) -> None:
-        """Convert a new velocity, or repeat the last command; zero after a time-out."""
+        """Convert a new velocity, or repeat the last command: zero after a time-out, then none."""
         if (request := self.pause_request()) is not None:
             self.pause(request.data)
         now = self.time.now
@@ -122,6 +123,9 @@ class SiToUni(RobotNode):
             self.heard, self.command = now, self.converted(message)
         elif self.command is None or now - self.sent < REPEAT_S - _JITTER_S:
             return  # there is nothing to repeat, or not yet
+        elif now - self.heard > self.timeout + _RESTS_S:
+            self.command = None  # a joystick may drive the robot now
+            return
         elif now - self.heard > self.timeout:
             self.command = REST
         self.send(self.command)

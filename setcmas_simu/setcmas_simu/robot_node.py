@@ -99,6 +99,7 @@ class RobotNode(FleetNode):
         if fleet is not None and robot is not None:
             kwargs |= {'namespace': f'{fleet.fleet_namespace}/{robot_name(robot)}'}
             kwargs |= of_other_nodes()
+        kwargs.setdefault('namespace', robot_name(1))  # unless ROS's own -r __ns:= says another
         super().__init__(name, follows_clock, start_parameter_services=has_services, **kwargs)
         self.teller, self.time = fleet, time or StepTime(0.1)
         named = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
@@ -106,6 +107,11 @@ class RobotNode(FleetNode):
         number = self.fixed('robot_no', number, 'number of the robot', is_alone)
         if not isinstance(number, int) or number < 1:
             raise SetcmasError(f'parameter robot_no is {number!r}; it must be a number from 1')
+        if named and int(named[1]) != number:
+            raise SetcmasError(
+                f'robot_no is {number} in namespace {self.get_namespace()}; add -r __ns:='
+                f'/{robot_name(number)} after --ros-args'
+            )
         self.robot = number
         text = 'namespace of what the whole fleet has once, such as /pause'
         namespace = self.fixed('fleet_namespace', self.fleet_namespace, text, is_alone)
