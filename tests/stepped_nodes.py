@@ -9,7 +9,8 @@ from stepped_alone import SetClock
 
 from setcmas_ctrl import drawing, network
 from setcmas_ctrl.control.control_options import ControllerOptions
-from setcmas_ctrl.controllers.controllers import PARAMETERS, ControlledFleet
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.controllers import PARAMETERS
 from setcmas_ctrl.scripts.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import through_quaternion
@@ -74,7 +75,7 @@ class SteppedRun:
                 self._clock.t = now
                 before = [sender.sent for sender in self.fleet.senders]
                 self._step(self._simulator.time, [self.robots], now)
-                self.fleet._poll()  # si_to_uni repeats commands between the laws' calls
+                self.fleet.poll()  # si_to_uni repeats commands between the laws' calls
                 poses.append([robot.state[:3, 0] for robot in self.robots])
                 pairs = zip(self.fleet.senders, before, strict=True)
                 sent.append([sender.sent is not last for sender, last in pairs])

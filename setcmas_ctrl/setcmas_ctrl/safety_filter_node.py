@@ -40,11 +40,8 @@ class SafetyFilterNode(FleetNode):
         options: FilterOptions,
         gains: GainOptions,
         poses: FleetPoses,
-        conversions: Sequence[Conversion] = (),
     ) -> None:
         """Filter the velocities of some robots of a fleet; the others count as obstacles.
-
-        The conversions are those of the robots, if not the built-in one.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety for these robots.
@@ -58,7 +55,7 @@ class SafetyFilterNode(FleetNode):
         numbers = [robot.robot for robot in robots]
         accel = options.accel or math.inf
         self.conversion = VelocityConversion(
-            len(robots), gains.komega, 1.0 / gains.rate, accel, options.lookahead, conversions
+            len(robots), gains.komega, 1.0 / gains.rate, accel, options.lookahead
         )
         self.filter = SafetyFilter(
             options, numbers, poses.poses.shape[1], self.conversion, self.get_logger().warning
@@ -73,6 +70,11 @@ class SafetyFilterNode(FleetNode):
             self.allowed.append(self.create_publisher(Point32, target, qos.COMMAND))
         self.velocities = np.zeros((2, len(robots)))
         self.heard = np.full(len(robots), -math.inf)
+
+    def convert_by(self, scripts: Sequence[Conversion]) -> None:
+        """Expect that the robots convert velocities by a user's own scripts, if there are any."""
+        self.conversion.scripts = scripts
+        self.models = []  # they are set with the next step
 
     def step(self) -> None:
         """Publish what the robots may do, if a new velocity has come; z has the verdict."""

@@ -100,6 +100,7 @@ class VelocityConversion:
     Attributes:
         komega: Gain on heading errors in 1/s.
         Ts: Time between two commands in s.
+        scripts: Instead of `si_to_uni`, the conversion of each robot, from the next `use` on.
         last: The last commands: forward and to the left in m/s, turn rate in rad/s, shape (3, R).
     """
 
@@ -124,14 +125,14 @@ class VelocityConversion:
             scripts: Instead of `si_to_uni`, the conversion of each robot; none by default.
         """
         self.komega, self.Ts = komega, Ts
-        self._accel, self._lookahead, self._scripts = accel, lookahead, scripts
+        self._accel, self._lookahead, self.scripts = accel, lookahead, scripts
         self.last: Floats = np.zeros((3, nb_robots))
         self._groups: list[tuple[Conversion, bool, Any]] = []
 
     def use(self, models: Sequence[RobotModel]) -> None:
         """Set the models of the R robots; robots that are driven alike are converted together."""
         self._turns = np.array([model.motion is Motion.UNICYCLE for model in models])
-        scripts = self._scripts or [as_unicycles] * len(models)
+        scripts = self.scripts or [as_unicycles] * len(models)
         found = map(conversion_of, models, scripts)
         ways = list(zip(found, self._turns.tolist(), strict=True))
         self._groups = [

@@ -8,6 +8,7 @@ from collections.abc import Callable, Container, Sequence
 from rclpy.node import Node
 
 from setcmas_ctrl.fleet_poses import FleetPoses
+from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -127,3 +128,13 @@ class LostRobots:
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
                 self._warn(f'robot {robot}: odometry is back')
+
+
+def go_on(found: object) -> None:
+    """End the process if nothing was found: then it was asked to stop.
+
+    Raises:
+        StopCall: Nothing was found.
+    """
+    if not found:
+        raise StopCall

@@ -20,6 +20,7 @@ from setcmas_ctrl.controllers.markers import TaskTopic
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.conversion_script import GivenConversion
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
@@ -125,12 +126,15 @@ class Fleet(Protocol):
     def shares_t(self) -> bool:
         """Whether other processes use the same t."""
 
+    def load_conversions(self) -> None:
+        """Load the user's own conversion again, if there is one, or raise SetcmasError."""
+
     def use(self, laws: Sequence[ControlLaw]) -> None:
         """Replace the laws, and reset t and errors; without laws all robots stop."""
 
 
 class ScriptReloader:
-    """Replaces the control laws and conditions of a process by their scripts' newest version.
+    """Replaces laws, conditions and conversions of a process by their scripts' newest version.
 
     The new laws start as in a new run: fresh state, the same random numbers, and t = 0 unless
     other processes share t; robots keep their poses. If a version does not load, the robots stop
@@ -146,9 +150,10 @@ class ScriptReloader:
         loader: LawLoader,
         communication: Communication,
         senders: Sequence[EventTriggeredComm],
+        conversion: GivenConversion,
         pause_timeout_s: float,
     ) -> None:
-        """Watch the scripts of laws and senders' conditions, and the helper modules they import.
+        """Watch the scripts of laws, conditions and a conversion, and the modules they import.
 
         A new version waits while the pause node has said go in the last `pause_timeout_s`.
         """
@@ -161,7 +166,9 @@ class ScriptReloader:
         self._pause_timeout_s = pause_timeout_s
         condition = communication.condition_script
         self._conditions = [condition] if condition and senders else []
-        self._scripts = list(dict.fromkeys([*(law.path for law in laws), *self._conditions]))
+        conversions = [conversion] if isinstance(conversion, Path) else []
+        self._others = [*self._conditions, *conversions]
+        self._scripts = list(dict.fromkeys([*(law.path for law in laws), *self._others]))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
@@ -183,7 +190,7 @@ class ScriptReloader:
 
     def _watched_files(self) -> set[Path]:
         if self._laws:
-            own = {file for condition in self._conditions for file in with_helpers(condition)}
+            own = {file for script in self._others for file in with_helpers(script)}
             return own.union(*(law.files for law in self._laws))
         return self._nearby_files()  # the imports of a version that does not load are unknown
 
@@ -202,6 +209,7 @@ class ScriptReloader:
         try:
             laws = self._loader.load()
             self._reload_conditions()
+            self._fleet.load_conversions()
             self._laws = laws
         except SetcmasError as error:
             self._laws = []

@@ -23,8 +23,9 @@ from setcmas_ctrl.control.control_options import (
 )
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
+from setcmas_ctrl.controllers.control_loop import control
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.controllers import (
-    ControlledFleet,
     fleet_of_parameters,
     law_of_parameters,
 )
@@ -108,7 +109,7 @@ def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
             fleet = ControlledFleet(
                 process, node, parameters, communication, safety, options, alone=node
             )
-            fleet.run()
+            control(fleet)
         except StopCall:
             return 0
     return SCRIPT_FAILED if fleet.outcomes.failed else 0

@@ -127,7 +127,11 @@ def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
     ('name', 'parameters', 'message'),
     [
         ('controller', ('algo:=nothing', 'nb_robots:=1'), "control script 'nothing' not found"),
-        ('controller', ('robot_no:=3', 'nb_robots:=2'), 'robot_no is 3 in namespace /tb3_1; add -r __ns:=/tb3_3'),
+        (
+            'controller',
+            ('robot_no:=3', 'nb_robots:=2'),
+            'robot_no is 3 in namespace /tb3_1; add -r __ns:=/tb3_3',
+        ),
         ('controller', ('vnom:=-1.0',), 'parameter vnom is -1; it must be above 0'),
         ('si_to_uni', ('komega:=fast',), "parameter komega is 'fast'; it must be a number"),
         ('si_to_uni', ('cmd_timeout:=soon',), "parameter cmd_timeout is 'soon'; it must be"),
