@@ -198,6 +198,19 @@ def test_a_saved_triggering_condition_is_reloaded_with_the_law(start, peer, tmp_
     process.wait_for_output("name 'unknown' is not defined")
 
 
+def test_a_saved_si_to_uni_is_reloaded_with_the_law(start, peer, tmp_path):
+    own = tmp_path / 'own.py'
+    own.write_text('def si_to_uni(velocity, pose, komega):\n    return 0.1, 0.0\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    commands = peer.cmd_vel(1)
+    process = start(*CTRL, '--algo', 'nav_wp', '--si-to-uni', str(own), '--watch')
+    peer.wait_for(lambda: commands and velocity(commands[-1]) == (0.1, 0.0))
+
+    save(own, 'def si_to_uni(velocity, pose, komega):\n    return 0.2, 0.0\n')
+    peer.wait_for(lambda: velocity(commands[-1]) == (0.2, 0.0))
+    assert 'own.py was saved and reloaded for robot 1; t = 0' in process.output()
+
+
 def test_a_version_with_a_mistake_at_the_end_is_no_success(start, tmp_path):
     law = tmp_path / 'law.py'
     law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
