@@ -31,6 +31,9 @@ NO_VELOCITY: Velocity = (math.nan, math.nan)
 class Controller(RobotNode):
     """Calls the control law of robot i at 5 Hz: poses of the fleet in, cmd_cart_vel out.
 
+    `ControlledFleet` gives it its law, and the network, which has the poses: nodes of a process
+    share them, so that each odometry is taken once.
+
     Its process (`ControlledFleet`) loads the law, and takes the poses for all its controllers
     before it steps them.
 

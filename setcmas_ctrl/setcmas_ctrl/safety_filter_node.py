@@ -25,6 +25,8 @@ from setcmas_simu.ros.process import FleetNode, of_other_nodes
 class SafetyFilterNode(FleetNode):
     """Keeps robots apart: cmd_cart_vel of each robot in, cmd_cart_vel_allowed out.
 
+    Of what is allowed, z is the `Verdict`.
+
     Attributes:
         robots: The nodes of the robots, which follow what it allows.
         wanted: For each of them a function that returns the newest velocity, or None.

@@ -93,7 +93,7 @@ class VirtualRobot(RobotNode):
         """Follow the newest command for one period, and publish the new state."""
         if message := self.cmd_vel():
             self.command, self.heard = self.command_in(message), self.time.now
-        if self.reset() or self.fleet_reset():
+        if any([self.reset(), self.fleet_reset()]):  # both are taken
             self.restart()
         if self.has_started:  # the first step only publishes the start
             is_new = self.time.now - self.heard <= self.timeout
