@@ -1,7 +1,7 @@
 """The process of the controllers of a fleet: for each robot a controller and si_to_uni.
 
-Start it with `ros2 run setcmas_ctrl controller --algo consensus`; without --algo that is the controller
-of one robot alone (`single_node.py`).
+Start it with `ros2 run setcmas_ctrl controller --algo consensus`; without --algo, that is the
+controller of one robot alone (`single_node.py`).
 """
 
 from __future__ import annotations
