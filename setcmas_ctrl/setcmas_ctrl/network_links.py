@@ -108,7 +108,6 @@ class FleetNetwork:
             messages.
         t: Time of the current calls in s.
         senders: Nodes of the event-triggered robots of this process, by robot.
-        on_begin: Called when links begin because of messages.
     """
 
     def __init__(
@@ -136,7 +135,6 @@ class FleetNetwork:
         self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
         self.t = 0.0
         self.senders: Mapping[int, EventTriggeredComm] = {}
-        self.on_begin: Callable[[], object] = bool
         self.is_on = not communication.is_ideal
         self._known: Floats = poses.poses[None]
         self._adjacency: Floats | None = None
@@ -177,7 +175,6 @@ class FleetNetwork:
             self._open()
             self._links.send(np.arange(self._nb_robots), self._poses.poses, self._poses.now)
             self.begin_step(self.t)
-            self.on_begin()
 
     def send(self, robot: int, value: Value) -> None:
         """Let the next states that a robot of this process sends carry a value."""

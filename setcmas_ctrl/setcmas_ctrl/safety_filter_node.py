@@ -10,16 +10,19 @@ import numpy as np
 from geometry_msgs.msg import Point32
 
 from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.filter.safety_filter import SafetyFilter
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
-from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_ctrl.si_to_uni_node import RESTS_S, SiToUni
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import FleetNode, of_other_nodes
+
+_ROUNDED = 1.0 + 1e-6  # velocities come in single precision
 
 
 class SafetyFilterNode(FleetNode):
@@ -53,7 +56,7 @@ class SafetyFilterNode(FleetNode):
         self.teller = fleet
         self.parameters = NodeParameters(self, gains, {name: name for name in ('vnom', 'komega')})
         self.robots, self.poses = robots, poses
-        self.time, self.timeout = robots[0].time, robots[0].timeout
+        self.time = robots[0].time
         numbers = [robot.robot for robot in robots]
         accel = options.accel or math.inf
         self.conversion = VelocityConversion(
@@ -78,6 +81,15 @@ class SafetyFilterNode(FleetNode):
         self.conversion.scripts = scripts
         self.models = []  # they are set with the next step
 
+    def expect(self, period: float) -> None:
+        """Expect velocities every so many s from now on."""
+        self.conversion.Ts = period
+
+    def forget(self) -> None:
+        """Drop velocities that have waited for the start."""
+        for wanted in self.wanted:
+            wanted()
+
     def step(self) -> None:
         """Publish what the robots may do, if a new velocity has come; z has the verdict."""
         now = self.time.now
@@ -87,19 +99,25 @@ class SafetyFilterNode(FleetNode):
                 self.heard[i] = now
         if not (self.heard == now).any():
             return
+        robot, silent_for = self.robots[0], now - self.heard
+        rests = silent_for > robot.timeout
+        # Silence reaches si_to_uni, too: in an experiment at once, else after a second of rest.
+        speaks = silent_for <= (0.0 if robot.in_experiment else robot.timeout + RESTS_S)
         if self.models != (models := [robot.model for robot in self.robots]):
             self.models = models
             self.filter.use(models)
-        self.velocities[:, now - self.heard > self.timeout] = 0.0
+        self.velocities[:, rests] = 0.0
         has_failed = ~np.isfinite(self.velocities).all(axis=0)  # NaN: laws in experiments
+        gains = self.parameters.options
         velocities = np.where(has_failed, 0.0, self.velocities)
-        self.conversion.komega = self.parameters.options.komega
-        allowed, verdicts = self.filter(velocities, self.poses.poses, self.parameters.options.vnom)
+        is_fast = np.hypot(*velocities) > gains.vnom * _ROUNDED  # not those of controllers
+        velocities[:, is_fast] = saturate(velocities[:, is_fast], gains.vnom)
+        self.conversion.komega = gains.komega
+        allowed, verdicts = self.filter(velocities, self.poses.poses, gains.vnom)
         allowed = np.where(has_failed, math.nan, allowed)
-        for publisher, (vx, vy), verdict in zip(
-            self.allowed, allowed.T.tolist(), verdicts.tolist(), strict=True
-        ):
-            publisher.publish(Point32(x=vx, y=vy, z=float(verdict)))
+        for i in np.flatnonzero(speaks).tolist():
+            vx, vy = allowed[:, i].tolist()
+            self.allowed[i].publish(Point32(x=vx, y=vy, z=float(verdicts[i])))
 
     def stop(self) -> None:
         """Let the robots rest."""

@@ -87,16 +87,18 @@ class ScriptOutcomes:
             ]
         self.laws = self._reports_of_laws()
         self.conditions.begin_anew()
+        self.conversions.begin_anew()
 
-    def check_ros(self, law: ControlLaw) -> None:
-        """Check that a law has not shut down ROS in this process.
+    def check_ros(self, law: ControlLaw, t: float) -> None:
+        """Check that a law has not shut down ROS in this process at time t (s).
 
         Raises:
-            ControlError: It has.
+            StopCall: It has; the process ends.
         """
         if not rclpy.ok():
             text = f'{law.path.name} has shut ROS down (rclpy.shutdown)'
-            raise ControlError(text, 'shutdown', _ENDS_ALL)
+            self.laws.failed(law.robot, t, ControlError(text, 'shutdown', _ENDS_ALL))
+            raise StopCall
 
     def end(self) -> None:
         """Report the outcome to the launcher."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,10 +31,12 @@ from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 REPEAT_S = 0.2
 """Time in s after which the last command is repeated: robots stop when none comes."""
 
+RESTS_S = 1.0
+"""Time in s for which a robot whose commands have ceased is commanded zero."""
+
 _SHORTEST_TIMEOUT_S = 1.0
 _TIMEOUT_PERIODS = 3
 _JITTER_S = 0.01
-_RESTS_S = 1.0
 
 Command = Sequence[float]
 """Speeds forward and to the left in m/s, and turn rate in rad/s."""
@@ -78,8 +79,8 @@ class SiToUni(RobotNode):
         """
         super().__init__('si_to_uni', robot, **of_node)
         self.parameters = self.declared(gains, 'komega')
-        timeout = max(_SHORTEST_TIMEOUT_S, _TIMEOUT_PERIODS / gains.rate)
-        self.timeout = self.number('cmd_timeout', timeout, 'stop after this many s without news')
+        text = 'stop after this many s without news; 0: 1 s, or three periods if they are longer'
+        self._given_timeout = self.number('cmd_timeout', 0.0, text)
         source = topics.CMD_CART_VEL_ALLOWED if safety.is_on else topics.CMD_CART_VEL
         in_experiment = options.experiment
         target = topics.CMD_VEL_WANTED if in_experiment else topics.CMD_VEL
@@ -94,9 +95,8 @@ class SiToUni(RobotNode):
         self.cmd_vel = CmdVelPublisher(self, self.robot, target, own_odom, options.cmd_vel_type)
         self.pause_request = self.newest(Bool, topics.PAUSE, qos.EVENT)
         accel = safety.accel or math.inf
-        self._conversion_by = partial(
-            VelocityConversion, 1, gains.komega, 1.0 / gains.rate, accel, safety.lookahead
-        )
+        self._limits_of_conversion = accel, safety.lookahead
+        self.period = 1.0 / gains.rate
         self.is_filtered, self.in_experiment = safety.is_on, in_experiment
         self.limits = limits
         self.poses: FleetPoses
@@ -113,24 +113,54 @@ class SiToUni(RobotNode):
 
     def convert_by(self, *script: Conversion) -> None:
         """Drive the robot by a user's own conversion, or without one by the built-in one."""
-        self.conversion = self._conversion_by(script)
+        komega = self.parameters.options.komega
+        self.conversion = VelocityConversion(
+            1, komega, self.period, *self._limits_of_conversion, script
+        )
         self.use(self.model)
 
+    def expect(self, period: float) -> None:
+        """Expect a velocity every so many s from now on."""
+        self.period = self.conversion.Ts = period
+
+    @property
+    def timeout(self) -> float:
+        """How long the last command is repeated without a new velocity, in s."""
+        return self._given_timeout or max(_SHORTEST_TIMEOUT_S, _TIMEOUT_PERIODS * self.period)
+
+    def forget(self) -> None:
+        """Drop a velocity that has waited for the start: its sender may have died since."""
+        self.velocity()
+
     def step(self) -> None:
-        """Convert a new velocity, or repeat the last command: zero after a time-out, then none."""
-        if (request := self.pause_request()) is not None:
-            self.pause(request.data)
-        now = self.time.now
+        """Convert a new velocity, or repeat the last command."""
         if message := self.velocity():
-            self.heard, self.command = now, self.converted(message)
-        elif self.command is None or now - self.sent < REPEAT_S - _JITTER_S:
-            return  # there is nothing to repeat, or not yet
-        elif now - self.heard > self.timeout + _RESTS_S:
+            self.take_pause()
+            self.heard, self.command = self.time.now, self.converted(message)
+            self.send(self.command)
+        else:
+            self.repeat()
+
+    def repeat(self) -> None:
+        """Repeat the last command if it is due: zero after a time-out, and at last none.
+
+        In an experiment nothing is repeated, as silence stops the robot until a person starts it.
+        """
+        self.take_pause()
+        now = self.time.now
+        if self.command is None or self.in_experiment or now - self.sent < REPEAT_S - _JITTER_S:
+            return
+        if now - self.heard > self.timeout + RESTS_S:
             self.command = None  # a joystick may drive the robot now
             return
-        elif now - self.heard > self.timeout:
+        if now - self.heard > self.timeout:
             self.command = REST
         self.send(self.command)
+
+    def take_pause(self) -> None:
+        """Take a request to pause or resume the robot."""
+        if (request := self.pause_request()) is not None:
+            self.pause(request.data)
 
     def converted(self, message: Point32) -> Command:
         """Return the command for a velocity, vx and vy in m/s; z is the filter's verdict."""
@@ -144,13 +174,16 @@ class SiToUni(RobotNode):
         verdicts = np.array([int(message.z)]) if self.is_filtered else None
         self.conversion.komega = self.parameters.options.komega
         command: Command = self.conversion(velocity, pose, verdicts)[:, 0].tolist()
+        scripts = self.conversion.scripts
+        if self.in_experiment and any(getattr(one, 'has_failed', False) for one in scripts):
+            return NO_COMMAND
         return command
 
     def send(self, command: Command) -> None:
         """Publish a command, unless the robot is paused: then it rests."""
         if self.paused:
             command = REST
-        if command is REST:  # speeds rise from there
+        if command in (REST, NO_COMMAND):  # speeds rise from there
             self.conversion.last = np.zeros((3, 1))
         V, left, omega = command
         self.cmd_vel.publish(V, omega, left)
@@ -166,4 +199,3 @@ class SiToUni(RobotNode):
         """Let the robot rest."""
         self.command = None
         self.send(REST)
-        self.cmd_vel.wait_until_sent()

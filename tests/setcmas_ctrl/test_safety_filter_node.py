@@ -102,7 +102,23 @@ def test_a_robot_that_is_not_heard_any_more_counts_as_standing(filtered):
 
     assert [allowed[1][0] for allowed in later] == [0.25] * 4 + [0.0] * 2
     assert {allowed[0][0] for allowed in later} == {-0.25}
-    assert fleet.node.timeout == 1.0
+    fleet.after(-0.25, None)
+    fleet.after(-0.25, None)
+    before = len(fleet.allowed[1])
+    fleet.stepped.step()
+    fleet.peer.wait_for_new(fleet.commands[1])  # the last zeros of si_to_uni
+    assert len(fleet.allowed[1]) == before  # the robot is left to others
+
+
+def test_in_an_experiment_silence_of_a_law_reaches_the_bridge_at_once(filtered):
+    fleet = filtered(in_experiment=True)
+    fleet.after(-0.25, 0.25)
+    before = [len(messages) for messages in fleet.commands]
+    fleet._wanted[0].publish(Point32(x=-0.25))
+    fleet.stepped.step()
+    fleet.peer.wait_for(lambda: len(fleet.commands[0]) > before[0])
+
+    assert len(fleet.commands[1]) == before[1]
 
 
 @pytest.mark.parametrize('vx', [math.nan, math.inf])

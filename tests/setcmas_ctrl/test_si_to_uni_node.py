@@ -121,6 +121,27 @@ def test_a_command_is_repeated_at_5_hz_until_velocities_have_been_silent_for_too
     assert robot.steps(0.2, 1) == [(0.25, 0.0)]
 
 
+def test_between_the_steps_of_its_law_a_robot_takes_no_velocity_of_others(driven, send):
+    robot = driven()
+    send(0.5)
+    robot.node.repeat()
+    robot.peer.spin(0.2)
+    assert not robot.commands
+
+    robot.node.forget()  # it waited for the start
+    assert robot.steps(0.4) == []
+    send(0.25)
+    assert robot.steps(0.2, 1) == [(0.25, 0.0)]
+
+
+def test_in_an_experiment_nothing_is_repeated_as_silence_stops_the_robot(driven, send):
+    robot = driven(experiment=True, odom='/mocap/tb3_3/odom')
+    send(0.5)
+    assert robot.steps(0.2, 1) == [(0.5, 0.0)]
+
+    assert robot.steps(1.0) == []
+
+
 @pytest.mark.parametrize(
     ('rate', 'given', 'timeout'), [(5.0, (), 1.0), (0.5, (), 6.0), (5.0, ('cmd_timeout:=2',), 2.0)]
 )

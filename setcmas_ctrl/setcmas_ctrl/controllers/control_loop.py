@@ -33,14 +33,12 @@ def control(fleet: ControlledFleet) -> None:
             _wait_until_ready(fleet)
             fleet.parameters.check = fleet.check
             fleet.set_rate(fleet.parameters.options.rate)
-            loop = stepping(process, fleet.time, fleet.phases, fleet.begin_step, fleet.end_step)
 
-            def poll() -> None:
-                loop.poll = fleet.poll
+            def end_step() -> None:
+                fleet.end_step()
+                loop.poll = fleet.poll if fleet.polls_often else None
 
-            fleet.network.on_begin = poll
-            if fleet.polls_often:
-                poll()
+            loop = stepping(process, fleet.time, fleet.phases, fleet.begin_step, end_step)
             loop.run()
     finally:
         if process.can_talk:
@@ -73,6 +71,7 @@ def _wait_until_ready(fleet: ControlledFleet) -> None:
     _report_start(fleet)  # not between the odometry and t = 0, as logging takes time
     _fall_in_step(fleet)
     fleet.note_step()
+    fleet.forget()
 
 
 def _taken(fleet: ControlledFleet, missing: Callable[[], list[int]]) -> list[int]:

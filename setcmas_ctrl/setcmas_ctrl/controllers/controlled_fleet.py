@@ -210,7 +210,7 @@ class ControlledFleet:
             self._models.use(model_names(options.model, self._nb_robots))
         else:
             self._models.follow(self._announced)
-        filters = [self._safety_filter()] if safety.is_on else []
+        filters = [self._safety_filter()] if safety.is_on and self.si_to_unis else []
         self.phases: list[Sequence[Any]] = [self.controllers, filters, self.si_to_unis]
         self.load_conversions()
         arena = None  # that of an experiment is the bridge's to show
@@ -230,7 +230,7 @@ class ControlledFleet:
             profile = offered_profile(self.node, topic_of(self.robots[0]))
         sources: dict[int, tuple[FleetNode, str]] = {}
         needs_all = self.controllers and self._communication.needs_all_poses
-        if needs_all or self._safety.is_on:
+        if needs_all or (self._safety.is_on and self.si_to_unis):
             everyone = range(1, self._nb_robots + 1)
             sources = {robot: (self.node, topic_of(robot)) for robot in everyone}
         sources |= {one.robot: (one, one.odom_topic) for one in self.senders}
@@ -316,9 +316,19 @@ class ControlledFleet:
         """Take messages between steps, and step nodes that follow other programs."""
         self.take()
         self.time.begin_step(self.time.clock.now())
-        for phase in self.phases[1:] if not self.controllers else self.phases[2:]:
+        if self.controllers:  # velocities are those of the laws, in their steps
+            for si_to_uni in self.si_to_unis:
+                si_to_uni.repeat()
+            return
+        for phase in self.phases[1:]:
             for node in phase:
                 node.step()
+
+    def forget(self) -> None:
+        """Drop velocities of other programs that have waited for the start."""
+        for phase in self.phases[1:]:
+            for node in phase:
+                node.forget()
 
     @property
     def polls_often(self) -> bool:
@@ -386,6 +396,8 @@ class ControlledFleet:
         for phase in self.phases:
             for node in phase:
                 node.stop()
+        for si_to_uni in self.si_to_unis:
+            si_to_uni.cmd_vel.wait_until_sent()
         self.network.stop()
 
     def check(self, options: GainOptions) -> None:
@@ -415,4 +427,4 @@ class ControlledFleet:
         self.watch.slow.period = self.time.period / self.time.clock.rtf
         for phase in self.phases[1:]:  # the acceleration of robots depends on it
             for node in phase:
-                node.conversion.Ts = self.time.period
+                node.expect(self.time.period)

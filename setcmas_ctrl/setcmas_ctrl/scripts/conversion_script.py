@@ -37,7 +37,11 @@ GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., A
 
 
 class ScriptConversion:
-    """Drives one robot by a function, of its own copy of a script."""
+    """Drives one robot by a function, of its own copy of a script.
+
+    Attributes:
+        has_failed: Whether the last call has failed.
+    """
 
     def __init__(
         self,
@@ -62,6 +66,7 @@ class ScriptConversion:
             self.path = Path(code.co_filename if code else 'si_to_uni')
             self._function = checked_function(function, self.path, SI_TO_UNI, 'V, omega')
         self._robot, self._reports = robot, reports
+        self.has_failed = False
         self._time, self._during_call = time, during_call
 
     def __call__(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
@@ -85,6 +90,7 @@ class ScriptConversion:
                 answer = answer_of(self._function, self.path, *arguments)
         except ControlError as error:
             self._reports.failed(self._robot, self._time(), error)
+            self.has_failed = True
             return 0.0, 0.0
         self._reports.succeeded(self._robot, self._time())
         return answer
