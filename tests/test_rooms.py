@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 340, 266, 43
+FILES, ARROWS, THIN_ARROWS = 341, 266, 43
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -27,8 +27,8 @@ ADDED_FREELY = tuple(f'setcmas_ctrl.{room}.' for room in ('algorithms', 'exercis
 
 MAY_IMPORT_ROS = {
     'setcmas_ctrl': (
-        'controller event_triggered_comm fleet_poses network_links safety_filter_node '
-        'script_outcomes si_to_uni_node'
+        'controller event_triggered_comm experiment_pause fleet_poses network_links '
+        'safety_filter_node script_outcomes si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
         'fleet_discovery fleet_pause fleet_time graph_watch law_loader markers'

@@ -28,13 +28,14 @@ from setcmas_ctrl.controllers.fleet_discovery import (
     wait_for_fleet,
     wait_until,
 )
-from setcmas_ctrl.controllers.fleet_pause import FleetPause, PauseWatch
+from setcmas_ctrl.controllers.fleet_pause import FleetPause
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.controllers.law_loader import LawLoader, ScriptReloader
 from setcmas_ctrl.controllers.markers import MarkerCanvas, TaskTopic, publish_obstacles
 from setcmas_ctrl.controllers.robot_models import DrivenModels
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses, offered_profile
 from setcmas_ctrl.network_links import FleetNetwork
@@ -285,7 +286,7 @@ class ControlledFleet:
         self._urgent: list[PolledTopic] = []
         if self.options.experiment:
             pause = PauseWatch(node, self.options.pause_timeout)
-            self._is_paused: Callable[[], bool] = lambda: pause.reason() != ''
+            self._is_paused: Callable[[], bool] = lambda: pause.reason() is not None
         else:
             fleet_pause = FleetPause(node, robots, process.launcher)
             self._urgent += fleet_pause.topics

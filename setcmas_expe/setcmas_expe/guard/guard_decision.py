@@ -6,7 +6,7 @@ import enum
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
-from setcmas_ctrl.controllers.fleet_pause import PAUSED
+from setcmas_ctrl.experiment_pause import PauseReason
 
 NO_LISTENER = 'its base does not listen; is its bringup running?'
 
@@ -99,23 +99,23 @@ class StartLatch:
             self._was = State.HELD if state is State.EMERGENCY else state
         return why
 
-    def decide(self, situation: Situation, paused: str) -> tuple[State, str]:
+    def decide(self, situation: Situation, paused: PauseReason | None) -> tuple[State, str]:
         """Return the robot's new state and its reason, given the reason for a pause."""
         state, reason = self._decided(situation, paused)
         self._was_started, self.is_free = not paused, state is State.FOLLOWING
         return state, reason
 
-    def _decided(self, situation: Situation, paused: str) -> tuple[State, str]:
+    def _decided(self, situation: Situation, paused: PauseReason | None) -> tuple[State, str]:
         state, why = _trouble(situation)
         if state is not None and state is not State.SILENT:
             return state, why
         if not situation.is_commanded:
             return State.IDLE, ''
-        if paused == PAUSED:
+        if paused and paused.is_of_operator:
             self._was = State.HELD
             return State.PAUSED, ''
         if paused:
-            return self._was, paused.removeprefix(f'{PAUSED}: ')
+            return self._was, paused.text
         return (state, why) if state else (State.FOLLOWING, '')
 
 

@@ -24,7 +24,7 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
-from setcmas_ctrl.controllers.fleet_pause import EmergencyWatch, PauseWatch
+from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, accelerated
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power

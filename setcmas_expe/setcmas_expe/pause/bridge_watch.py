@@ -7,7 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from setcmas_ctrl.controllers.fleet_pause import PAUSED
+from setcmas_ctrl.experiment_pause import PauseCause
 from setcmas_expe.guard.guard_watch import PAST_GUARD, diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus
@@ -16,6 +16,7 @@ from setcmas_expe.safety.robot_bridges import robot_commands
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics, qos
 
+PAUSED = PauseCause.OPERATOR.value
 _SILENT_AFTER_S = 0.5  # the bridge sends five a second
 _FOLLOW_EVERY_S = 2.0
 

@@ -13,7 +13,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.controllers.fleet_pause import STOPPED
+from setcmas_ctrl.experiment_pause import PauseCause
 from setcmas_expe.guard.machine_load import (
     OVERLOADED,
     ProcessorLoad,
@@ -43,6 +43,7 @@ from setcmas_simu.ros.process import (
     prefer_this_process,
 )
 
+STOPPED = PauseCause.EMERGENCY.value
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
 

@@ -15,11 +15,9 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.controllers.fleet_pause import (
-    PAUSE_NODE_SILENT,
-    PAUSED,
-    STOPPED,
+from setcmas_ctrl.experiment_pause import (
     EmergencyWatch,
+    PauseCause,
     PauseWatch,
 )
 from setcmas_expe.guard.machine_load import (
@@ -86,6 +84,7 @@ def _separation(robot: int, diameter: float) -> Marker:
     return marker
 
 
+PAUSED, STOPPED = PauseCause.OPERATOR.value, PauseCause.EMERGENCY.value
 _DIAGNOSTICS_EVERY = 4  # steps
 _LOOK_AROUND_EVERY = 10  # steps
 _LAST_ZEROS = 5
@@ -122,6 +121,7 @@ class SafetyStepper:
         self._reports = BridgeReports(self._warn, self._robots)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._load = ProcessorLoad()
+        self._pause_is_silent = False
         self._runaways = Runaways(lab.limits)
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
         self._motion = MotionWatch(robots, self._warn, node.get_logger().info)
@@ -164,7 +164,7 @@ class SafetyStepper:
         commands = {robot: (one.V, one.omega) for robot, one in decisions.items()}
         self._motion.commanded({} if paused else commands, now)
         self._latch(decisions)
-        self._reports.update(decisions, paused == PAUSE_NODE_SILENT, now)
+        self._reports.update(decisions, self._pause_is_silent, now)
         if self._steps % _DIAGNOSTICS_EVERY == 0:
             held = '' if paused == PAUSED else paused
             self._diagnostics.publish(self._robots, decisions, self._runaways.robots, held, now)
@@ -182,8 +182,13 @@ class SafetyStepper:
         # A process that commands one robot past the checks may command them all.
         if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
             self._pause.latch(f'robot {contested.robot}: {contested.rival}')
-        paused = self._pause.reason()
-        return STOPPED if self._emergency.take() else paused
+        reason = self._pause.reason()
+        self._pause_is_silent = reason is not None and reason.cause is PauseCause.SILENT
+        if self._emergency.take():
+            return STOPPED
+        if reason is None or reason.is_of_operator:
+            return reason.text if reason else ''
+        return f'{PAUSED}: {reason.text}'
 
     def _situations(self, paused: str, now: float) -> Iterator[tuple[int, Situation]]:
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}

@@ -2,9 +2,13 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_ctrl.controllers.fleet_pause import NOT_STARTED, PAUSE_NODE_SILENT, PAUSED
+from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 
+OPERATOR, SILENT, NOT_STARTED = (
+    PauseReason(cause, cause.value)
+    for cause in (PauseCause.OPERATOR, PauseCause.SILENT, PauseCause.NOT_STARTED)
+)
 BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
 
 
@@ -42,16 +46,16 @@ WELL = Situation(
 @pytest.mark.parametrize(
     ('changes', 'paused', 'state'),
     [
-        ({}, '', State.FOLLOWING),
-        ({}, PAUSED, State.PAUSED),
-        ({}, PAUSE_NODE_SILENT, State.HELD),
+        ({}, None, State.FOLLOWING),
+        ({}, OPERATOR, State.PAUSED),
+        ({}, SILENT, State.HELD),
         ({}, NOT_STARTED, State.HELD),
-        ({'is_commanded': False, 'has_ended': True}, PAUSE_NODE_SILENT, State.IDLE),
-        ({'has_ended': True}, '', State.SILENT),
-        ({'base_listens': False}, PAUSED, State.HELD),
-        ({'conflict': 'two'}, PAUSED, State.RIVAL),
-        ({'intruder': 'rogue'}, PAUSED, State.RIVAL),
-        ({'emergency': True, 'intruder': 'rogue'}, '', State.EMERGENCY),
+        ({'is_commanded': False, 'has_ended': True}, SILENT, State.IDLE),
+        ({'has_ended': True}, None, State.SILENT),
+        ({'base_listens': False}, OPERATOR, State.HELD),
+        ({'conflict': 'two'}, OPERATOR, State.RIVAL),
+        ({'intruder': 'rogue'}, OPERATOR, State.RIVAL),
+        ({'emergency': True, 'intruder': 'rogue'}, None, State.EMERGENCY),
     ],
 )
 def test_what_a_robot_is_let_do(changes, paused, state):
@@ -63,8 +67,8 @@ def test_what_a_robot_is_let_do(changes, paused, state):
 
 def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
     latch = StartLatch()
-    latch.decide(WELL, '')
+    latch.decide(WELL, None)
     assert latch.reason_to_wait(replace(WELL, has_ended=True)) == 'ended'
-    assert latch.decide(WELL, f'{PAUSED}: ended') == (State.SILENT, 'ended')
-    latch.decide(WELL, PAUSED)
+    assert latch.decide(WELL, PauseReason(PauseCause.LATCHED, 'ended')) == (State.SILENT, 'ended')
+    latch.decide(WELL, OPERATOR)
     assert latch.decide(WELL, NOT_STARTED)[0] is State.HELD
