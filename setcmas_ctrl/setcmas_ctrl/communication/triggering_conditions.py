@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.message_content import Value, read_only
 from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.results import WrongResultError, numbers_of, wrong_result
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
     ErrorReports,
     StopCall,
     failure_of,
     scripts_own,
-    short_repr,
 )
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -55,6 +55,7 @@ CONSEQUENCE = 'sends its state whenever the condition fails'
 VALUES = ('value', 'last_value')
 """Keyword arguments that a condition may take."""
 
+_EXPECTED = 'it must return True or False'
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 
 
@@ -164,7 +165,8 @@ class Broadcast:
         given = {'value': self.value, 'last_value': self.last_value}
         values = {name: read_only(given[name]) for name in self._values_taken}
         try:
-            answer = checked_answer(self._condition(*arguments, t, **values), self.path)
+            result = self._condition(*arguments, t, **values)
+            answer = checked_answer(self._condition, result, self.path)
         except StopCall:
             raise
         except BaseException as error:  # whatever a script raises, the robots continue
@@ -180,22 +182,18 @@ class Broadcast:
         return answer
 
 
-def checked_answer(result: Any, path: Path) -> bool:
-    """Convert the result of a condition to a bool; 0 and 1 are accepted.
+def checked_answer(condition: Condition, result: Any, path: Path) -> bool:
+    """Convert the result of a condition, of a script, to a bool; 0 and 1 are accepted.
 
     Raises:
         ControlError: It is something else.
     """
-    if result is True or result is False:  # the usual case
+    if isinstance(result, (bool, np.bool_)):  # the usual case
         return bool(result)
-    array = np.asarray(result)
-    if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
-        return bool(array.ravel()[0])
-    raise ControlError(
-        f'{path.name}: ctc returned {short_repr(result)}; it must be True or False',
-        ('result', 'ctc', type(result).__name__),
-        place=(path, None),
-    )
+    try:
+        return bool(numbers_of(result, (1,), 'ctc')[0])
+    except WrongResultError as error:
+        raise wrong_result(condition, path, result, error, _EXPECTED) from error
 
 
 def _position(state: State) -> Floats:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from math import inf, isfinite
 from pathlib import Path
@@ -15,13 +14,12 @@ from setcmas_ctrl.control.prediction import DOUBTS, Conditions, Doubts, texts_of
 from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.results import WrongResultError, numbers_of, wrong_result
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
     StopCall,
     failure_of,
-    quoted_line,
     scripts_own,
-    short_repr,
     unknown_robots_note,
 )
 from setcmas_ctrl.scripts.script_settings import Settings
@@ -119,15 +117,13 @@ class ControlLaw:
             if type(vx) in _FLOATS and type(vy) in _FLOATS and isfinite(vx) and isfinite(vy):
                 return vx, vy
         try:
-            return checked_velocity(result)
-        except ValueError as error:
-            line = self._first_line
-            message = f'{self.path.name}: {error}; {_EXPECTED}{quoted_line(self.path, line)}'
-            if 'not finite' in str(error):
-                message += unknown_robots_note(self.robot, poses)
-            kind = str(error).partition(':')[0]
-            key = ('result', kind, type(result).__name__)
-            raise ControlError(message, key, place=(self.path, line)) from error
+            vx, vy = numbers_of(result, (2,), 'control').tolist()
+        except WrongResultError as error:
+            failure = wrong_result(self._control, self.path, result, error, _EXPECTED)
+            if error.is_nan:
+                failure.message += unknown_robots_note(self.robot, poses)
+            raise failure from error
+        return vx, vy
 
     def _print_doubts(self, doubts: Doubts, poses: Floats, t: float) -> None:
         """Print why the law may not do what it should, at the second call: it shows the period."""
@@ -138,39 +134,3 @@ class ControlLaw:
             conditions = Conditions(starts, network.adjacency(), period, inf)
             for doubt in texts_of(doubts, conditions):
                 print(f'{self.path.stem}: {doubt}')
-
-    @property
-    def _first_line(self) -> int | None:
-        code = getattr(self._control, '__code__', None)
-        return code.co_firstlineno if code else None
-
-
-def checked_velocity(result: Any) -> Velocity:
-    """Convert the result of `control` to two floats.
-
-    Accepts tuples, lists, arrays, numpy scalars and integers.
-
-    Raises:
-        ValueError: It is not two finite numbers; the message says what it is instead.
-    """
-    if result is None:
-        raise ValueError('control returned None (is a return missing?)')
-    try:
-        array = np.asarray(result)
-    except StopCall:
-        raise
-    except BaseException:  # it may be an object of the script's own
-        raise ValueError(f'control returned values of unequal shapes: {_short(result)}') from None
-    if array.dtype.kind not in 'iufb':
-        raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
-    if array.size != 2:
-        values = 'value' if array.size == 1 else 'values'
-        raise ValueError(f'control returned {array.size} {values}: {_short(result)}')
-    vx, vy = map(float, array.ravel().tolist())
-    if not (isfinite(vx) and isfinite(vy)):
-        raise ValueError(f'control returned a value that is not finite: {_short(result)}')
-    return vx, vy
-
-
-def _short(value: Any) -> str:
-    return re.sub(r'np\.\w+\(([^()]*)\)', r'\1', short_repr(value))  # nan, not np.float64(nan)

@@ -18,8 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.function import checked_function, finite_numbers
+from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.results import WrongResultError, numbers_of, wrong_result
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
     ErrorReports,
@@ -31,6 +32,8 @@ from setcmas_simu.arrays import Floats
 
 SI_TO_UNI = 'si_to_uni(velocity, pose, komega)'
 """The function that a script for `--si-to-uni` must define."""
+
+_EXPECTED = 'it must return two finite numbers: return V, omega'
 
 GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
 """A script, a function, or a function for each robot; None is the built-in si_to_uni."""
@@ -109,15 +112,17 @@ def answer_of(function: Callable[..., Any], path: Path, *arguments: Any) -> tupl
         ControlError: It fails, or returns something else.
     """
     try:
-        V, omega = finite_numbers(function(*arguments), (2,), 'si_to_uni').tolist()
-    except ControlError as error:
-        raise ControlError(f'{path.name}: {error}', error.key) from error
+        result = function(*arguments)
     except StopCall:
         raise
     except BaseException as error:  # whatever a script raises, the other robots continue
         if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
             raise
         raise failure_of(error, path) from error
+    try:
+        V, omega = numbers_of(result, (2,), 'si_to_uni').tolist()
+    except WrongResultError as error:
+        raise wrong_result(function, path, result, error, _EXPECTED) from error
     return V, omega
 
 

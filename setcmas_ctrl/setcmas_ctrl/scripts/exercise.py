@@ -5,8 +5,7 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-from setcmas_ctrl.scripts.function import plain_values
-from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_ctrl.scripts.loader import EXERCISES, plain_values
 from setcmas_simu.errors import SetcmasError
 
 _FILLED_IN = ('control', 'ctc', 'si_to_uni')

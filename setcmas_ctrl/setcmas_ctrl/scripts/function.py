@@ -1,4 +1,4 @@
-"""Required function of a script: checks it before and after the script runs; and its numbers."""
+"""Required function of a script: checks it before and after the script runs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from setcmas_ctrl.scripts.script_errors import ControlError, short_repr
-from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, nearest
 
 Control = Callable[..., Any]
@@ -55,7 +51,8 @@ def checked_function(
             f'return {result}'
         )
     checked: Control = function
-    count = parameters.count(',') + 1
+    wanted = parameters.rstrip(')').split(', ')
+    count = len(wanted)
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # some callables written in C have no signature
@@ -67,26 +64,13 @@ def checked_function(
             f'{path.name}: {name}{signature} does not take {_COUNTS[count]} arguments; '
             f'it must be {expected}'
         ) from error
-    return checked
-
-
-def finite_numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
-    """Return what a function of a script returned as an array of one of these sizes.
-
-    Raises:
-        ControlError: It is something else.
-    """
-    try:
-        numbers = np.asarray(result, dtype=float).ravel()
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.size not in sizes or not np.isfinite(numbers).all():
-        count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-        message = (
-            f'{function} returned {short_repr(result)}; it must return {count} finite numbers'
+    places = zip(signature.parameters, wanted, strict=False)
+    if any(own in wanted and own != place for own, place in places):
+        raise SetcmasError(
+            f'{path.name}: {name}{signature} has its arguments in another order; it must be '
+            f'{expected}'
         )
-        raise ControlError(message, ('result', function, ''))
-    return numbers
+    return checked
 
 
 def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
@@ -97,15 +81,6 @@ def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
             with suppress(ValueError, TypeError, RecursionError, MemoryError):
                 value = ast.literal_eval(node.value)
                 yield from ((name.id, value) for name in targets if isinstance(name, ast.Name))
-
-
-def plain_values(script: Path) -> dict[str, Any]:
-    """Return the plain values of a script's top level, or raise SetcmasError; do not run it."""
-    try:
-        return dict(literals(ast.parse(script.read_bytes(), script.name)))
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        reason = str(error) or 'it is nested too deeply'
-        raise SetcmasError(f"control script '{script}' cannot be read: {reason}") from error
 
 
 def _defined(node: ast.AST) -> list[str]:

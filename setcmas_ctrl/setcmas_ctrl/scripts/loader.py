@@ -9,13 +9,14 @@ import sys
 import tokenize
 import types
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.function import CONTROL, check_defines
+from setcmas_ctrl.scripts.function import CONTROL, check_defines, literals
 from setcmas_ctrl.scripts.imports import ScriptImports
+from setcmas_ctrl.scripts.results import NOTED, note_returns, noted
 from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, scripts_own
 from setcmas_ctrl.scripts.script_settings import (
     CALL,
@@ -97,11 +98,14 @@ def scripts_in(folder: Path) -> list[Path]:
 
 def _may_be_law(path: Path) -> bool:
     """Return whether a script defines a control law, or cannot be parsed."""
-    with contextlib.suppress(OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-        try:
-            check_defines(ast.parse(path.read_bytes()), CONTROL, path)
-        except SetcmasError:
-            return False
+    try:
+        tree = _parsed(path)
+    except SetcmasError:
+        return True
+    try:
+        check_defines(tree, CONTROL, path)
+    except SetcmasError:
+        return False
     return True
 
 
@@ -112,10 +116,10 @@ _LISTED = {'control', 'ctc', 'si_to_uni'}
 def summary_of(path: Path) -> str | None:
     """Return the first line of a script's docstring; None if it is no control script."""
     try:
-        with tokenize.open(path) as file:
-            tree = ast.parse(file.read())
-    except (OSError, SyntaxError, ValueError):
-        return '(cannot be read: see setcmas ctrl)'
+        tree = _parsed(path)
+    except SetcmasError as error:
+        message, *_ = str(error).splitlines()
+        return f'(cannot be read: {message})'
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     if not functions & _LISTED:
         return None
@@ -136,8 +140,6 @@ def compile_script(
     """
     source = _read(path)
     key = path, source, expected, repr(settings)
-    # Errors quote the code that ran, even after an edit of the file.
-    linecache.cache[str(path)] = (len(source), None, source.splitlines(keepends=True), str(path))
     if key not in _compiled:
         if len(_compiled) >= _MOST_COMPILED:
             _compiled.clear()
@@ -146,31 +148,55 @@ def compile_script(
 
 
 def _compile(path: Path, source: str, expected: str, settings: Settings | None) -> types.CodeType:
+    with _reported_errors(path), warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter('always', SyntaxWarning)
+        tree = ast.parse(source, str(path))
+        compile(tree, str(path), 'exec')
+    check_defines(tree, expected, path)
+    if settings:
+        apply_settings(tree, source, settings, path.name)
+    note_returns(tree)
+    code = compile(tree, str(path), 'exec')
+    _syntax_warnings[path] = [f'{path.name}, line {each.lineno}: {each.message}' for each in found]
+    return code
+
+
+@contextlib.contextmanager
+def _reported_errors(path: Path) -> Iterator[None]:
+    """Raise SetcmasError with the line for what Python cannot read in a script."""
     try:
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter('always', SyntaxWarning)
-            tree = ast.parse(source, str(path))
-            code = compile(tree, str(path), 'exec')
+        yield
     except (SyntaxError, ValueError) as error:
         raise SetcmasError(describe_failure(error, path)) from error
     except (RecursionError, MemoryError) as error:
         raise SetcmasError(
             f'{path.name}: an expression is nested too deeply for Python ({type(error).__name__})'
         ) from error
-    check_defines(tree, expected, path)
-    if settings:
-        apply_settings(tree, source, settings, path.name)
-        code = compile(tree, str(path), 'exec')
-    _syntax_warnings[path] = [f'{path.name}, line {each.lineno}: {each.message}' for each in found]
-    return code
+
+
+def _parsed(path: Path) -> ast.Module:
+    """Return the tree of a script, or raise SetcmasError with the line of a mistake."""
+    source = _read(path)
+    with _reported_errors(path), warnings.catch_warnings():
+        warnings.simplefilter('ignore', SyntaxWarning)  # they are shown when it is loaded
+        return ast.parse(source, str(path))
+
+
+def plain_values(path: Path) -> dict[str, Any]:
+    """Return the plain values of a script's top level, or raise SetcmasError; do not run it."""
+    return dict(literals(_parsed(path)))
 
 
 def _read(path: Path) -> str:
+    """Return the source of a script; errors quote it even after an edit of the file."""
     try:
         with tokenize.open(path) as file:
-            return file.read()
+            source = file.read()
+        lines = source.splitlines(keepends=True)
+        linecache.cache[str(path)] = (len(source), None, lines, str(path))
+        return source
     except OSError as error:
-        raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
+        raise SetcmasError(f"script '{path}' cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise SetcmasError(
             f'{path.name} is not encoded in {error.encoding} '
@@ -220,7 +246,7 @@ def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleTyp
     module = types.ModuleType(f'{path.stem}_tb3_{robot}')
     module.__file__ = str(path)
     imports = ScriptImports(path.parent, robot)
-    imports.builtins[CALL] = setting
+    imports.builtins |= {CALL: setting, NOTED: noted}
     vars(module)['__builtins__'] = imports.builtins
     sys.modules[module.__name__] = module
     folder = str(path.parent)

@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.function import checked_function, finite_numbers
+from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.results import WrongResultError, numbers_of, wrong_result
 from setcmas_ctrl.scripts.script_errors import (
     ControlError,
     ErrorReports,
@@ -86,11 +87,10 @@ class ScriptRobot(RobotModel):
         if 'start' not in self._own:
             return state
         try:
-            own = finite_numbers(
-                self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start'
-            )
+            arguments = tuple(poses[:, 0].tolist())
+            own = self._numbers(self._own['start'], arguments, range(3, 1000))
         except ControlError as error:
-            raise SetcmasError(f'{self._path.name}: {error}') from error
+            raise SetcmasError(str(error)) from error
         except (StopCall, KeyboardInterrupt):
             raise
         except BaseException as error:
@@ -124,11 +124,11 @@ class ScriptRobot(RobotModel):
         if on_call:
             on_call(self._robot, self._path)
         try:
-            result = finite_numbers(function(*arguments), sizes, function.__name__)
+            result = self._numbers(function, arguments, sizes)
         except (StopCall, KeyboardInterrupt):
             raise
         except ControlError as error:
-            failure = ControlError(f'{self._path.name}: {error}', error.key)
+            failure = error
         except BaseException as error:  # whatever a script raises, the other robots continue
             failure = failure_of(error, self._path)
         else:
@@ -137,6 +137,21 @@ class ScriptRobot(RobotModel):
         self.failed = True
         self._reports.failed(self._robot, self._t, failure)
         return None
+
+    def _numbers(
+        self,
+        function: Callable[..., Any],
+        arguments: tuple[Any, ...],
+        sizes: range | tuple[int, ...],
+    ) -> Floats:
+        """Call a function of the script; return its numbers, or raise ControlError."""
+        result = function(*arguments)
+        try:
+            return numbers_of(result, sizes, getattr(function, '__name__', 'the function'))
+        except WrongResultError as error:
+            count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
+            expected = f'it must return {count} finite numbers'
+            raise wrong_result(function, self._path, result, error, expected) from error
 
 
 def _twist(before: Floats, after: Floats, Ts: float) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import linecache
+import re
 import signal
 import traceback
 import types
@@ -80,12 +81,38 @@ def _described(error: BaseException, path: Path) -> str:
     return f'{described_place(file, line, path)}: {what}{quoted_line(file, line)}'
 
 
+_ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
+    (EOFError, '', 'scripts have no input: input() and sys.stdin have nothing to read'),
+    (ImportError, 'relative import', 'write `from helper import ...` without the dot'),
+    (
+        IndexError,
+        r'index (\d+) .* axis 1 with size \1$',
+        'robots count from 1, columns from 0: robot i has column i - 1. With a column too high, '
+        'the other robots take that of another one without an error',
+    ),
+    (
+        IndexError,
+        'index',
+        'indices begin at 0 and end at the length - 1; to begin again after the last, take '
+        '(i + 1) % length',
+    ),
+    (ValueError, r'unpack \(expected 2', 'a column of poses has three numbers: x, y, theta'),
+    (ValueError, r'shapes .*\(3,', 'poses has three rows, x, y, theta; positions are poses[:2]'),
+)
+"""Errors with a pattern of their messages, and what students then do."""
+
+
 def _advice(error: BaseException) -> str:
-    """Return advice for errors due to the way scripts run; '' for others."""
-    if isinstance(error, EOFError):
-        return '; scripts have no input: input() and sys.stdin have nothing to read'
-    if isinstance(error, ImportError) and 'relative import' in str(error):
-        return '; write `from helper import ...` without the dot'
+    """Return what to do about an error after '; '; '' if unknown."""
+    text = safe_text(str, error)
+    if isinstance(error, UnboundLocalError) and (found := re.search(r"'(\w+)'", text)):
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        if found[1] in frame.f_globals:
+            return f'; a function that changes {found[1]} begins with `global {found[1]}`'
+        return f'; {found[1]} gets no value on this way through the function'
+    for kind, pattern, advice in _ADVICE:
+        if isinstance(error, kind) and (found := re.search(pattern, text)):
+            return f'; {found.expand(advice)}'
     return ''
 
 
@@ -197,7 +224,7 @@ class ErrorReports:
         self._consequence = consequence
         self._reported: set[tuple[int, object]] = set()
         self._failing: Counter[int] = Counter()
-        self._first: dict[str, int] = {}  # first robot with each message
+        self._first: dict[object, int] = {}  # first robot with each key
 
     def begin_anew(self) -> None:
         """Report errors of a new version of the script, even if an earlier one had the same."""
@@ -212,7 +239,7 @@ class ErrorReports:
             self._reported.add((robot, error.key))
             self._on_new(robot, str(error))
             name = robot_name(robot)
-            first = self._first.setdefault(str(error), robot)
+            first = self._first.setdefault(error.key, robot)
             if first == robot:
                 consequence = error.consequence or self._consequence
                 self._warn(f'{name} at t = {t:.1f} s: {error}\n    {name} {consequence}')

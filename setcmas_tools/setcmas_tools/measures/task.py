@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.control.references import TASKS, TaskNames, checked_references
-from setcmas_ctrl.scripts.function import plain_values
-from setcmas_ctrl.scripts.loader import find_script
+from setcmas_ctrl.scripts.loader import find_script, plain_values
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metric import Measured

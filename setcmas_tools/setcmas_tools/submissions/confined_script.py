@@ -221,7 +221,7 @@ class ConfinedScript:
                 result = condition(*numbers.reshape(-1, 3).copy(), t, **values)
             except BaseException as error:
                 raise failure_of(error, path) from error
-            return TRIGGERED.pack(checked_answer(result, path))
+            return TRIGGERED.pack(checked_answer(condition, result, path))
 
         return with_velocities, answer
 
@@ -242,8 +242,6 @@ def _messages(mailbox: network.Mailbox) -> Messages:
 
 def _refusal(error: ControlError) -> Refusal:
     kind, file, line = cast(tuple[Any, Any, Any], error.key)
-    if kind == 'result':
-        return Refusal(str(error), f'{kind} {file} {line}')
     return Refusal(str(error), kind, file.name, line or 0)
 
 

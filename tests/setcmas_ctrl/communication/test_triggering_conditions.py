@@ -85,9 +85,9 @@ def test_what_counts_as_true(broadcast, said, result):
     [
         ('return 1 / 0', 'when.py, line 2: ZeroDivisionError'),
         ('raise SystemExit', 'SystemExit'),
-        ('return None', 'ctc returned None; it must be True or False'),
-        ('return pos > last_pos', 'ctc returned array'),
-        ("return float('nan')", 'ctc returned nan'),
+        ('return None', 'line 2: ctc returned None; it must return True or False'),
+        ('return pos > last_pos', 'line 2: ctc returned 3 values: array'),
+        ("return float('nan')", 'ctc returned a value that is not finite: nan'),
     ],
 )
 def test_a_condition_that_fails_counts_as_a_trigger_and_is_reported_once(

@@ -68,9 +68,9 @@ def test_it_gets_velocity_pose_and_gain(conversion):
     ('text', 'message'),
     [
         ('    return 1 / 0\n', 'mine.py, line 2: ZeroDivisionError'),
-        ('    pass\n', 'mine.py: si_to_uni returned None; it must return 2 finite numbers'),
-        ('    return float("nan"), 0\n', 'it must return 2 finite numbers'),
-        ('    return 0.1, 0.2, 0.3\n', 'it must return 2 finite numbers'),
+        ('    pass\n', 'mine.py, line 1: si_to_uni returned None: it reached its end'),
+        ('    return float("nan"), 0\n', 'line 2: si_to_uni returned a value that is not finite'),
+        ('    return 0.1, 0.2, 0.3\n', 'it must return two finite numbers: return V, omega'),
         ('    raise SystemExit(0)\n', 'the script called exit'),
     ],
 )

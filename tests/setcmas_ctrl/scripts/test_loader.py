@@ -7,7 +7,7 @@ import pytest
 from control_functions import load_control
 
 from setcmas_ctrl import algorithms
-from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script
+from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script, plain_values
 from setcmas_simu.errors import SetcmasError
 
 
@@ -155,3 +155,34 @@ def test_odd_syntax_is_reported_once_for_all_robots(folder, capsys):
     shown = capsys.readouterr().err
     assert shown.startswith('warning: law.py, line 1: ')
     assert shown.count('\n') == 1
+
+
+def test_plain_values_are_read_without_running_the_script(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text('raise RuntimeError\nWPL = [[1, 2]]\nN = len(WPL)\nD: float = 2\n')
+
+    assert plain_values(path) == {'WPL': [[1, 2]], 'D': 2}
+
+
+@pytest.mark.parametrize('value', ['{[1]: 2}', '{{}}'])
+def test_values_that_python_cannot_make_are_left_out(tmp_path, value):
+    (tmp_path / 'law.py').write_text(f'K = 1\nx = {value}\n')
+
+    assert plain_values(tmp_path / 'law.py') == {'K': 1}
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('a = 1\nWPL = [', "law.py, line 2: SyntaxError: '[' was never closed\n    2 | WPL = ["),
+        (f'x = {"-" * 100_000}1', 'law.py: an expression is nested too deeply for Python'),
+    ],
+    ids=['open', 'deep'],
+)
+def test_a_script_that_is_not_python_is_reported_with_its_line(tmp_path, text, message):
+    (tmp_path / 'law.py').write_text(text)
+
+    with pytest.raises(SetcmasError) as error:
+        plain_values(tmp_path / 'law.py')
+
+    assert str(error.value).startswith(message)

@@ -99,9 +99,12 @@ def test_a_script_may_turn_velocities_into_commands_itself(robot):
         ('def step(state, command, Ts):\n    return 1 / 0\n', 'my_robot.py, line 2: ZeroDivision'),
         (
             'def step(state, command, Ts):\n    pass\n',
-            'step returned None; it must return 3 finite',
+            'line 1: step returned None: it reached its end without a return; it must return 3',
         ),
-        ('def step(s, c, Ts):\n    return s + float("nan")\n', 'it must return 3 finite numbers'),
+        (
+            'def step(s, c, Ts):\n    return s + float("nan")\n',
+            'line 2: step returned a value that is not finite',
+        ),
         ('def step(s, c, Ts):\n    raise SystemExit(0)\n', 'the script called exit'),
     ],
 )
@@ -146,7 +149,9 @@ def test_a_start_that_fails_is_reported(robot):
     script = robot('def step(s, c, t): pass\ndef start(x, y, theta): return x / 0')
     with pytest.raises(SetcmasError, match='line 2: ZeroDivisionError'):
         script.start(POSE)
-    with pytest.raises(SetcmasError, match=r'start returned 1\.0; it must return 3 or more'):
+    with pytest.raises(
+        SetcmasError, match=r'line 2: start returned 1 value: 1\.0; it must return 3 or'
+    ):
         robot('def step(s, c, t): pass\ndef start(x, y, theta): return x').start(POSE)
 
 

@@ -1,5 +1,6 @@
-# run: no_global.py, line 7: UnboundLocalError
-# run:     7 | calls = calls + 1
+# run: no_global.py, line 8: UnboundLocalError
+# run: ; a function that changes calls begins with `global calls`
+# run:     8 | calls = calls + 1
 calls = 0
 
 
