@@ -16,7 +16,7 @@ PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
     [
         'has no function ',
         'does not take ',
-        'control returned None',
+        ' arguments in another order',
         'a value that is not finite',
         ' has not returned',
         'it is at ',
