@@ -2,7 +2,7 @@
 
 Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, compressed by zstd or not,
 and ROS 1 .bag files, with messages of any type. A bag that was cut short it reads as far as it
-goes.
+goes, of a folder the files that metadata.yaml lists; a line tells what is missing or left out.
 
 Examples:
   setcmas bag_to_csv out/bag

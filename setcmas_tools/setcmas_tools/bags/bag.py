@@ -12,6 +12,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rosbags.interfaces import Connection, Qos
 
 from setcmas_simu.errors import SetcmasError, file_errors
@@ -26,6 +27,8 @@ from setcmas_tools.bags.message_types import (
 
 _LONGEST_GAP_NS = 86_400 * 10**9
 """Between two messages; a longer one is between the times of two clocks."""
+_LONGEST_START_NS = 10**9
+"""The same after time 0, which messages get before their clock is known."""
 _LONGEST_OVERLAP_NS = 10**9
 """Between two files of a bag: a recorder ends a file before it begins the next one."""
 
@@ -68,65 +71,76 @@ class Bag:
         end_ns: Time of the last message in ns.
     """
 
-    def __init__(self, path: Path, files: list[BagFile]) -> None:
-        """Resolve the topics of open files.
+    def __init__(self, path: Path, files: list[BagFile], notices: list[str]) -> None:
+        """Resolve the topics of open files; `notices` has a line for each loss so far.
 
         Raises:
             SetcmasError: There is no message, or none of a known type.
         """
-        full = [file.reader for file in files if file.reader.message_count]
-        if not full:
-            losses = [notice for file in files for notice in file.notices]
-            raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
         self.path = path
         self._files = files
-        self._left_out = _overlap(files)
-        self._gap = ''
+        self._notices = notices + _overlap(files)
+        self._undecodable: dict[BagTopic, str] = {}
         self._topics = self._resolve()
+        full = [file.reader for file in files if file.reader.message_count]
         if not self._topics:
-            reason = (self._left_out or ['its messages belong to no topic'])[-1]
-            raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
+            lines = self._notices + [line for file in files for line in file.notices]
+            raise SetcmasError(f"bag '{path}' cannot be read: {lines[-1]}")
         self.topics = [self._topics[key] for key in sorted(self._topics)]
         self.count = sum(topic.count for topic in self.topics)
         self.start_ns = min(reader.start_time for reader in full)
         self.end_ns = max(reader.end_time for reader in full) - 1  # rosbags counts a ns more
+        self._is_of_two_clocks = False
+        if self.start_ns <= 0 or self.end_ns - self.start_ns > _LONGEST_GAP_NS:
+            self._keep_one_clock()
 
     @property
     def notices(self) -> list[str]:
-        """A line for each loss; complete once `messages` has ended."""
-        losses = [notice for file in self._files for notice in file.notices]
-        return self._left_out + losses + [self._gap] * bool(self._gap)
+        """A line for each loss; complete once `messages` or `deliver` has ended."""
+        files = [line for file in self._files for line in (*file.notices, file.damage) if line]
+        undecodable = [self._undecodable[t] for t in self.topics if t in self._undecodable]
+        return self._notices + files + undecodable
 
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message in the order of time."""
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        files = [file.messages(found) for file in self._files]
-        last = self.start_ns
-        for topic, time_ns, data in heapq.merge(*files, key=itemgetter(1)):
-            if time_ns - last > _LONGEST_GAP_NS:
-                at, jump = ((ns / 1e9) for ns in (last - self.start_ns, time_ns - last))
-                self._gap = (
-                    f"the times in '{self.path}' jump by {jump:,.1f} s, {at:.1f} s after its "
-                    'first message: they are those of two clocks'
-                )
-            last = time_ns
-            yield topic, time_ns, data
+        merged = heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
+        if not self._is_of_two_clocks:
+            return merged
+        return (one for one in merged if self.start_ns <= one[1] <= self.end_ns)
+
+    def _keep_one_clock(self) -> None:
+        """Leave out messages with times of another clock, such as 0 or before it was set."""
+        times = [(time_ns, topic.name) for topic, time_ns, _ in self.messages()]
+        gaps = [
+            i
+            for i, ((before, _), (after, _)) in enumerate(pairwise(times), start=1)
+            if after - before > (_LONGEST_GAP_NS if before > 0 else _LONGEST_START_NS)
+        ]
+        parts = list(pairwise([0, *gaps, len(times)]))
+        first, end = max(parts, key=lambda part: part[1] - part[0])
+        if len(parts) == 1:
+            return
+        self._is_of_two_clocks = True
+        self.start_ns, self.end_ns = times[first][0], times[end - 1][0]
+        time_ns, name = times[0 if first else end]
+        self._notices.append(
+            f'{len(times) - (end - first):,} of {len(times):,} messages are left out: their times '
+            f'are of another clock, such as {_date(time_ns)} of {name}; the others begin at '
+            f'{_date(self.start_ns)}'
+        )
 
     def deliver(
         self,
         takers: Mapping[BagTopic, Sequence[Taker]],
         zero_ns: int,
         shown: Progress | None = None,
-    ) -> list[str]:
+    ) -> None:
         """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.
 
-        A topic without functions is not decoded.
-
-        Returns:
-            A line for each topic with messages that cannot be decoded.
+        A topic without functions is not decoded. Messages that cannot be decoded get a notice.
         """
         wrong: dict[BagTopic, int] = {}
-        lines = {}
         chosen = {topic for topic, own in takers.items() if own}
         messages = self.messages(chosen)
         if shown:
@@ -138,11 +152,10 @@ class Bag:
                     take(time_ns - zero_ns, message)
             except UndecodableError as error:
                 wrong[topic] = wrong.get(topic, 0) + 1
-                lines[topic] = (
+                self._undecodable[topic] = (
                     f'topic {topic.name}: {wrong[topic]:,} of {topic.count:,} messages are '
                     f'left out, their bytes are not a {topic.type.name} ({error})'
                 )
-        return [lines[topic] for topic in self.topics if topic in lines]
 
     def first_command(self, names: Mapping[str, str]) -> int:
         """Return the time of the first command in ns, else of the first message.
@@ -184,7 +197,7 @@ class Bag:
             try:
                 message_type = types.resolve(connection)
             except UnresolvedTypeError as error:
-                self._left_out.append(f'topic {name} ({key[1]}) is left out: {error}')
+                self._notices.append(f'topic {name} ({key[1]}) is left out: {error}')
             else:
                 offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
                 found[key] = BagTopic(name, message_type, count, tuple(offered))
@@ -204,7 +217,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
     """
     with contextlib.ExitStack() as stack:
         with file_errors(f"bag '{path}' cannot be read"):
-            bag = Bag(path, open_files(path, stack))
+            bag = Bag(path, *open_files(path, stack))
         yield bag
 
 
@@ -220,6 +233,10 @@ def _overlap(files: Sequence[BagFile]) -> list[str]:
         for before, after in pairwise(full)
         if before.reader.end_time - after.reader.start_time > _LONGEST_OVERLAP_NS
     ][:1]
+
+
+def _date(time_ns: int) -> str:
+    return str(np.datetime64(time_ns // 10**9, 's'))
 
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:

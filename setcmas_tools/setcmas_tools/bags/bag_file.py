@@ -14,6 +14,7 @@ from typing import TypeVar
 import zstandard
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.rosbag2.storage_mcap import McapReader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
@@ -24,6 +25,8 @@ _JOURNALS = ('-wal', '-journal')
 _ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # no message in CDR begins with it
 _LONGEST_REASON = 120
 _MOST_METADATA_BYTES = 1_000_000
+_TOTAL = re.compile(rb'^ {2}message_count: (\d+)', re.MULTILINE)
+_SPLIT = re.compile(r'(.+)_(\d{1,4})')
 _LISTED = re.compile(rb'^\s*-\s*[\'"]?([^\s\'"]+\.(?:mcap|db3)(?:\.zstd)?)\b', re.MULTILINE)
 
 _ROS2 = ('.mcap', '.db3')
@@ -54,19 +57,21 @@ class BagFile:
 
     Attributes:
         path: The file, as messages name it.
-        notices: A line for each loss; complete once `messages` has ended.
+        notices: A line for each loss so far.
+        damage: The line of the damage at which `messages` ended; empty if it met none.
     """
 
     path: Path
     reader: Ros1Reader | Ros2Reader
     notices: list[str]
+    damage: str = ''
 
     def messages(
         self, topics: Mapping[tuple[str, str], Topic]
     ) -> Iterator[tuple[Topic, int, bytes]]:
         """Yield topic, receive time (ns) and bytes of each message of topics, in order of time.
 
-        The topics are by their names and types. It ends at the first damage, which gets a notice.
+        The topics are by their names and types. It ends at the first damage.
         """
         own = [c for c in self.reader.connections if (c.topic, c.msgtype) in topics]
         of_id = {c.id: topics[c.topic, c.msgtype] for c in own}
@@ -74,21 +79,20 @@ class BagFile:
         reason = 'some are missing'
         try:
             for connection, time_ns, data in self.reader.messages(own) if own else ():
-                if time_ns < 0:  # a damaged database may also have texts for numbers: TypeError
-                    raise ValueError(f'time {time_ns}')
                 # Of a bag that is compressed message by message, which only metadata.yaml tells.
                 if data[:4] == _ZSTD_MAGIC and isinstance(self.reader, Ros2Reader):
                     data = zstandard.decompress(data)
+                if not isinstance(time_ns, int):  # a text in a damaged database
+                    raise TypeError(f'time {time_ns!r}')
                 count += 1
                 yield of_id[connection.id], time_ns, data
         except Exception as error:  # a damaged file makes any of several libraries fail
             reason = one_line(error)
-        notice = f"'{self.path}' is damaged ({reason}): {count:,} of {most:,} messages were read"
-        if count < most and notice not in self.notices:
-            self.notices.append(notice)
+        damage = f"'{self.path}' is damaged ({reason}): {count:,} of {most:,} messages were read"
+        self.damage = damage if count < most else ''
 
 
-def open_files(path: Path, stack: ExitStack) -> list[BagFile]:
+def open_files(path: Path, stack: ExitStack) -> tuple[list[BagFile], list[str]]:
     """Open the files of a bag that can be read, at least one.
 
     Args:
@@ -96,51 +100,85 @@ def open_files(path: Path, stack: ExitStack) -> list[BagFile]:
             file, or the folder of a run that holds a folder `bag`.
         stack: Closes the files, and removes copies of compressed and damaged ones, in the end.
 
+    Returns:
+        The files, and a line for each one that is missing, cannot be read or is left out.
+
     Raises:
         SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
         OSError: A file cannot be read for a reason outside of it.
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
+    paths, nb_listed, notices = ([path], 0, []) if path.is_file() else _files(path)
     files, losses = [], []
-    for file in [path] if path.is_file() else _files(path):
+    for file in paths:
         try:
             files.append(_opened(file, stack))
         except SetcmasError as error:  # of the others there is more
             losses.append(error)
     if not files:
         raise losses[0]
-    files[0].notices[:0] = [*map(str, losses), *(_missing(path) if path.is_dir() else ())]
-    return files
+    notices += map(str, losses)
+    if (count := sum(file.reader.message_count for file in files)) < nb_listed:
+        notices.append(
+            f"'{path}' has {count:,} of the {nb_listed:,} messages that its metadata.yaml lists"
+        )
+    return files, notices
 
 
-def _files(folder: Path) -> list[Path]:
-    # metadata.yaml is not needed: it is missing after a kill, and may not list all files.
-    found = {
-        file.name: file
-        for file in sorted(folder.iterdir())
-        if Path(file.name.removesuffix(_PACKED)).suffix in _ROS2
-    }
-    # Who kills rosbag2 while it compresses a file leaves both.
-    files = [file for name, file in found.items() if name.removesuffix(_PACKED) not in found
-             or not name.endswith(_PACKED)]  # fmt: skip
-    if not files and (folder / 'bag').is_dir():
+def _files(folder: Path) -> tuple[list[Path], int, list[str]]:
+    """Return the files of a bag, how many messages its metadata.yaml lists, and notices."""
+    found: dict[str, Path] = {}
+    for file in sorted(folder.iterdir()):
+        name = file.name.removesuffix(_PACKED)
+        if Path(name).suffix in _ROS2:
+            # Who kills rosbag2 while it compresses a file leaves both, the whole one first here.
+            found.setdefault(name, file)
+    if not found and (folder / 'bag').is_dir():
         return _files(folder / 'bag')
-    if not files:
+    if not found:
         raise SetcmasError(f"folder '{folder}' is not a bag; it must be {BAGS}")
-    return files
+    listed, nb_listed = _listed(folder)
+    lost = [name for name in listed if name not in found]
+    notices = []
+    if lost:
+        notices.append(f"'{folder}' lacks {', '.join(lost)}, which its metadata.yaml lists")
+    if len(lost) == len(listed):  # it was renamed, or has none: it is missing after a kill
+        return list(found.values()), nb_listed, notices + _doubts(folder, list(found))
+    if more := [file.name for name, file in found.items() if name not in listed]:
+        notices.append(
+            f"{', '.join(more)} in '{folder}' is left out: its metadata.yaml does not list it; "
+            'give its path to read it'
+        )
+    return [found[name] for name in listed if name in found], nb_listed, notices
 
 
-def _missing(folder: Path) -> list[str]:
-    """Return a line if metadata.yaml lists files that are not there, packed or unpacked."""
+def _listed(folder: Path) -> tuple[list[str], int]:
+    """Return the unpacked names of files that metadata.yaml lists, and the number of messages."""
     try:
-        listed = _LISTED.findall(read_limited(folder / 'metadata.yaml', _MOST_METADATA_BYTES))
+        metadata = read_limited(folder / 'metadata.yaml', _MOST_METADATA_BYTES)
     except (FileNotFoundError, SetcmasError):
-        return []
-    names = [Path(name.decode(errors='replace')).name.removesuffix(_PACKED) for name in listed]
-    there = {file.name.removesuffix(_PACKED) for file in folder.iterdir()}
-    lost = [name for name in dict.fromkeys(names) if name not in there]
-    return [f"'{folder}' lacks {', '.join(lost)}, which its metadata.yaml lists"] if lost else []
+        return [], 0
+    names = [Path(name.decode(errors='replace')).name for name in _LISTED.findall(metadata)]
+    total = _TOTAL.search(metadata)
+    unpacked = dict.fromkeys(name.removesuffix(_PACKED) for name in names)
+    return list(unpacked), int(total[1]) if total else 0
+
+
+def _doubts(folder: Path, names: list[str]) -> list[str]:
+    """Return a line if files of these names are several bags, or some of one are missing."""
+    numbers: dict[str, list[int]] = {}
+    for stem in (Path(name).stem for name in names):
+        split = _SPLIT.fullmatch(stem)  # as rosbag2 names the files of a bag
+        numbers.setdefault(split[1] if split else stem, []).append(int(split[2]) if split else 0)
+    if len(numbers) > 1:
+        return [
+            f"all files of '{folder}' are read, which has no metadata.yaml: {', '.join(names)}; "
+            'give the path of one if they are not one bag'
+        ]
+    ((stem, own),) = numbers.items()
+    lost = sorted({*range(min(own), max(own))} - {*own})
+    return [f"'{folder}' lacks {', '.join(f'{stem}_{i}' for i in lost)}"] if lost else []
 
 
 def _opened(file: Path, stack: ExitStack) -> BagFile:
@@ -156,11 +194,21 @@ def _opened(file: Path, stack: ExitStack) -> BagFile:
         # The file was not closed: its journal, which rosbags ignores, has some of its content.
         return _copied(file, source, stack)
     try:
-        return _bag_file(file, _reader(source, stack))
+        reader = _reader(source, stack)
     except Exception as error:  # a damaged file makes any of several libraries fail
         if kind not in _ROS2:
             raise _unreadable(file, error) from error
-    return _copied(file, source, stack)
+        return _copied(file, source, stack)
+    return _bag_file(file, reader) if _is_indexed(reader) else _copied(file, source, stack)
+
+
+def _is_indexed(reader: Ros1Reader | Ros2Reader) -> bool:
+    """Return whether a file has all indices; rosbags finds no message of mcap without them."""
+    storage = getattr(reader, 'storage', None)
+    if not isinstance(storage, McapReader):
+        return True
+    indexed = sum(sum(chunk.channel_count.values()) for chunk in storage.chunks)
+    return indexed == reader.message_count
 
 
 def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
@@ -186,8 +234,10 @@ def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
 
 def _bag_file(file: Path, reader: Ros1Reader | Ros2Reader) -> BagFile:
     nb_lost = reader.message_count - sum(connection.msgcount for connection in reader.connections)
-    loss = f"'{file}' is damaged: {nb_lost:,} messages belong to no topic"
-    return BagFile(file, reader, [loss] if nb_lost else [])
+    notices = [f"'{file}' holds no messages"] * (not reader.message_count)
+    if nb_lost:
+        notices.append(f"'{file}' is damaged: {nb_lost:,} messages belong to no topic")
+    return BagFile(file, reader, notices)
 
 
 def _reader(file: Path, stack: ExitStack) -> Ros1Reader | Ros2Reader:
@@ -210,10 +260,12 @@ def _place(stack: ExitStack) -> Path:
 
 def _decompressed(packed: Path, target: Path) -> Path:
     """Write the content of a compressed file, as far as it goes, into another; return it."""
+    error = zstandard.ZstdError('it was cut before the end of its first block')
     with packed.open('rb') as source, target.open('wb') as file:
         try:
             shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(source), file)
-        except zstandard.ZstdError as error:
-            if not file.tell():
-                raise _unreadable(packed, error) from error
+        except zstandard.ZstdError as reason:
+            error = reason
+        if not file.tell():
+            raise _unreadable(packed, error) from error
     return target

@@ -106,8 +106,10 @@ def _write_files(
         for topic, name in zip(bag.topics, names, strict=True)
     }
     takers = {topic: [own.add, *samples.collectors(topic)] for topic, own in rows.items()}
-    undecodable = bag.deliver(takers, bag.first_command(samples.names), _with_progress)
+    bag.deliver(takers, bag.first_command(samples.names), _with_progress)
     written = [own for own in rows.values() if own.nb_rows]
+    if not written:
+        raise SetcmasError(f"bag '{bag.path}' cannot be read: {bag.notices[-1]}")
     for own in written:
         own.finish()
     if tables := samples.tables():
@@ -120,7 +122,7 @@ def _write_files(
         folder / FLEET.name if tables else None,
         sum(own.nb_rows for own in written),
         (bag.end_ns - bag.start_ns) / 1e9,
-        bag.notices + undecodable + samples.notices,
+        bag.notices + samples.notices,
         samples.parameters_set(),
     )
 

@@ -356,7 +356,6 @@ def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') 
 
     with open_bag(path) as bag:
         samples = RunSamples(bag.topics, odometry_topic)
-        # `convert` reports the messages that cannot be decoded.
         takers = {topic: samples.collectors(topic) for topic in bag.topics}
         bag.deliver(takers, bag.first_command(samples.names))
         for notice in [*bag.notices, *samples.notices]:

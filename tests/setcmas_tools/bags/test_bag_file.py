@@ -1,10 +1,14 @@
+import contextlib
 import random
 import shutil
+import sqlite3
 
 import pytest
 import zstandard
 from bag_contents import only_file, read, write_compressed
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
+
+from setcmas_simu.errors import SetcmasError
 
 
 @pytest.mark.parametrize('plugin', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
@@ -63,16 +67,74 @@ def test_a_cut_compressed_file_is_read_as_far_as_it_goes(tmp_path, write_bag, ma
     assert f"'{file}' was cut short: {len(x):,} messages up to " in notice
 
 
+def test_a_compressed_file_cut_in_its_first_block_is_named(tmp_path, write_bag, points):
+    file = packed(only_file(write_bag(tmp_path / 'bag', points), '*.mcap'))
+    file.write_bytes(file.read_bytes()[:100])
+
+    with pytest.raises(SetcmasError) as error:
+        read(file)
+
+    assert str(error.value) == (
+        f"bag '{file}' cannot be read (it was cut before the end of its first block); it must be "
+        'whole'
+    )
+
+
 def test_files_that_overlap_are_read_in_the_order_of_time(tmp_path, write_bag, points):
     folder = tmp_path / 'bag'
     folder.mkdir()
-    for name, part in (('b', points[:120]), ('a', points[120:]), ('c', points[::2])):
+    for name, part in (('a_1', points[:120]), ('a_0', points[120:]), ('a_2', points[::2])):
         shutil.move(only_file(write_bag(tmp_path / name, part), '*.mcap'), folder)
 
     x, notices = read(folder)
 
     assert x == sorted([*range(200), *range(0, 200, 2)])
     assert [' overlap in time; name one file if' in notice for notice in notices] == [True]
+
+
+def test_a_file_that_metadata_does_not_list_is_not_read(tmp_path, write_bag, points):
+    folder = write_bag(tmp_path / 'bag', points)
+    shutil.copy(folder / 'bag.mcap', folder / 'bag_recovered.mcap')
+
+    x, (notice,) = read(folder)
+
+    assert x == list(range(200))
+    assert notice.startswith(f"bag_recovered.mcap in '{folder}' is left out: its metadata.yaml ")
+
+
+@pytest.mark.parametrize(
+    ('names', 'start'),
+    [
+        (('bag_0', 'bag_1', 'bag_2'), None),
+        (('bag_0', 'bag_1', 'bag_3'), "'{}' lacks bag_2"),
+        (('bag_0', 'bag_1', 'other'), "all files of '{}' are read, which has no metadata.yaml: "),
+    ],
+)
+def test_names_without_metadata_tell_what_is_missing_or_of_another_bag(
+    tmp_path, write_bag, points, names, start
+):
+    folder = tmp_path / 'bag'
+    for file, name in zip(split(folder, write_bag, points, [80, 150]), names, strict=True):
+        file.rename(folder / f'{name}.mcap.part')
+    for file in list(folder.iterdir()):
+        file.rename(file.with_suffix(''))
+
+    x, notices = read(folder)
+
+    assert x == list(range(200))
+    assert [notice.startswith(start.format(folder)) for notice in notices] == [True] * bool(start)
+
+
+def test_messages_that_metadata_lists_and_that_are_gone_are_told(tmp_path, write_bag, points):
+    folder = write_bag(tmp_path / 'bag', points, 'sqlite3')
+    with contextlib.closing(sqlite3.connect(folder / 'bag.db3')) as database:
+        database.execute('DELETE FROM messages WHERE id > 150')
+        database.commit()
+
+    assert read(folder) == (
+        list(range(150)),
+        [f"'{folder}' has 150 of the 200 messages that its metadata.yaml lists"],
+    )
 
 
 def test_a_broken_file_of_a_split_bag_does_not_hide_the_others(tmp_path, write_bag, points):

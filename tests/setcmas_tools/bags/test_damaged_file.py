@@ -7,7 +7,7 @@ import sqlite3
 
 import pytest
 from bag_contents import only_file, read, write_compressed
-from mcap.writer import CompressionType
+from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
@@ -129,6 +129,16 @@ def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_
 
     assert x == list(range(len(x)))
     assert 0 < len(x) < len(points)
+
+
+@pytest.mark.parametrize(
+    'options', [{'index_types': IndexType.CHUNK}, {'use_chunking': False}], ids=str
+)
+def test_an_mcap_file_without_indices_is_read_whole(tmp_path, store, points, options):
+    path = tmp_path / 'others.mcap'
+    write_chunks(path, store, points, [i + 3 - 2 * (i % 4) for i in range(200)], **options)
+
+    assert read(path) == (list(range(200)), [])
 
 
 @pytest.mark.parametrize('cut', [0, 20])

@@ -12,6 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.topic_table import TopicTable
 from setcmas_tools.run import bag_conversion
 from setcmas_tools.run.bag_conversion import convert, file_names
+from setcmas_tools.run.run_samples import read_bag
 from setcmas_tools.run.run_tables import read_fleet
 
 
@@ -168,6 +169,30 @@ def test_messages_that_are_not_of_their_type_are_counted(tmp_path, store, make):
 
     assert report.messages == 1
     assert 'topic /point: 1 of 2 messages are left out' in report.notices[0]
+
+
+def test_who_reads_a_bag_without_its_csv_files_is_told_what_cannot_be_decoded(
+    tmp_path, store, make
+):
+    good, msgtype = odometry(make, 1.0), 'nav_msgs/msg/Odometry'
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection('/tb3_1/odom', msgtype, typestore=store)
+        writer.write(connection, 1, b'\x00\x01')
+        writer.write(connection, 2, store.serialize_cdr(good, msgtype))
+    lines = []
+
+    assert read_bag(tmp_path / 'bag', lines.append).fleet.x.tolist() == [1.0]
+    assert ['topic /tb3_1/odom: 1 of 2 messages are left out' in line for line in lines] == [True]
+
+
+def test_a_bag_of_which_nothing_can_be_decoded_is_refused(tmp_path, store):
+    msgtype = 'geometry_msgs/msg/Point32'
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection('/point', msgtype, typestore=store)
+        writer.write(connection, 1, b'\x00\x01')
+
+    with pytest.raises(SetcmasError, match='cannot be read: topic /point: 1 of 1 messages are'):
+        convert(tmp_path / 'bag')
 
 
 @pytest.mark.parametrize(
