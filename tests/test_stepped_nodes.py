@@ -40,6 +40,13 @@ SCENARIOS = {
     'events over a ring': {**EVENTS, **RING, 'vnom': 1.0},
     'events with the own state exact': {**EVENTS, 'own_state': 'exact'},
     'events at 20 Hz': {**EVENTS, 'robot_rate': 20.0, 'rate': 20.0, 'delay': 0.07},
+    'events by what is received': {
+        'algo': 'laplacian_consensus', 'set': {'K': 1.0}, 'event_triggered': True,
+        'ctc': 'garcia_2013', 'graph': 'path', 'delay': 0.2, 'vnom': 5.0,
+    },
+    'events by what is measured': {
+        'event_triggered': True, 'ctc': 'dimarogonas_2012', 'graph': 'ring', 'noise': 0.01,
+    },
     'ring': RING,
     'ring at 2 Hz': {**RING, 'rate': 2.0},
     'ring at 3/7 Hz': {**RING, 'rate': 3 / 7, 'duration': 8.0},

@@ -147,7 +147,7 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
         'Source: Seyboth, Dimarogonas and Johansson, Event-based broadcasting for multi-agent '
         'average consensus, Automatica 49(1), 2013.',
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,
-         'ctc': 'docs/studies/falling_threshold.py'},
+         'ctc': 'seyboth_2013'},
     ),
 ]  # fmt: skip
 """Conditions of Laplacian consensus: title, words and options."""

@@ -106,6 +106,13 @@ def communication(folder: Path) -> Path:
     return plot_of_a_run(folder, 'communication_instants', *options)
 
 
+def inter_event_times(folder: Path) -> Path:
+    """Show the times between states in the run of the page on communication."""
+    options = ('--algo', 'laplacian_consensus', '--nb-robots', '6', '--graph', 'path')
+    condition = ('--event-triggered', '--ctc', 'garcia_2013')
+    return plot_of_a_run(folder, 'inter_event_times', *options, *condition)
+
+
 def graph(folder: Path) -> Path:
     """Show the graphs of the file that the page on communication explains."""
     page = (DOCS / 'communication.md').read_text(encoding='utf-8')
@@ -198,7 +205,16 @@ def report(folder: Path) -> Path:
 
 MAKERS = {
     maker.__name__: maker
-    for maker in (formation, swap, communication, graph, notebook, browser_view, report)
+    for maker in (
+        formation,
+        swap,
+        communication,
+        inter_event_times,
+        graph,
+        notebook,
+        browser_view,
+        report,
+    )
 }
 
 

@@ -252,6 +252,8 @@ class FleetNetwork:
             self._publish_counts()
         self._known = self._links.known_poses(poses[:, self._own], now)
         self._adjacency = adjacency
+        for robot, sender in self.senders.items():
+            sender.broadcast.see(self.known_by(robot)[0], poses, adjacency[robot - 1])
 
     def known_by(self, robot: int) -> tuple[Floats, Floats | None]:
         """Return the poses that a robot of this process knows, and the adjacency matrix.

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 GROUPS = (
-    'setcmas.algorithms', 'setcmas.exercises', 'setcmas.metrics', 'setcmas.mocap_sources',
-    'setcmas.plots', 'setcmas.robot_models', 'setcmas.tasks',
+    'setcmas.algorithms', 'setcmas.conditions', 'setcmas.exercises', 'setcmas.metrics',
+    'setcmas.mocap_sources', 'setcmas.plots', 'setcmas.robot_models', 'setcmas.tasks',
 )  # fmt: skip
 """Groups of entry points; each has built-in objects."""
 

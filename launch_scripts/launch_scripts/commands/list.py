@@ -18,7 +18,7 @@ from typing import Any
 from tabulate import tabulate
 
 from setcmas_ctrl.control.references import TASKS, TaskNames
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in, summary_of
+from setcmas_ctrl.scripts.loader import ALGORITHMS, CONDITIONS, EXERCISES, scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS
@@ -38,6 +38,7 @@ def main(args: argparse.Namespace) -> int:
     del args
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
+    _print('triggering conditions, for --ctc', _scripts(CONDITIONS))
     _print('in this folder, for --algo (these take precedence)', _own_scripts(Path.cwd()))
     _print('robot models, for --model', _rows(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _rows(MOCAP_SOURCES, _source))

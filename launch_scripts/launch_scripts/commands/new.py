@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from launch_scripts.processes.environment import missing_ros
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
+from setcmas_ctrl.scripts.loader import ALGORITHMS, CONDITIONS, EXERCISES, find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     name = 'name of the script, such as my_law'
     parser.add_argument('name', metavar='NAME', nargs='?', help=name)
-    source = 'copy this control law: a name for --algo, or a path'
+    source = 'copy this control law or triggering condition: a name, or a path'
     parser.add_argument('--from', dest='source', metavar='LAW', help=source)
     parser.add_argument(
         '--exercise',
@@ -67,7 +67,8 @@ def main(args: argparse.Namespace) -> int:
     if args.exercise:
         source = EXERCISES.file(args.source or target.stem)
     elif args.source:
-        source = find_script(args.source)
+        is_condition = args.source in CONDITIONS
+        source = CONDITIONS.file(args.source) if is_condition else find_script(args.source)
     else:
         name = others[0] if others else 'control_law'
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
@@ -160,7 +161,7 @@ def _write(target: Path, content: bytes) -> None:
 def _next_command(stem: str, source: str) -> str:
     """Return a command to try the new script on this machine."""
     verb = 'offline' if missing_ros() else 'run'
-    if source == 'ctc':
+    if source == 'ctc' or source in CONDITIONS:
         return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
     if source in ('si_to_uni', 'point_ahead'):
         return f'setcmas {verb} --algo nav_wp --si-to-uni {stem}'

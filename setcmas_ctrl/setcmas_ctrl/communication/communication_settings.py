@@ -27,7 +27,12 @@ from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
 )
 from setcmas_ctrl.scripts.exercise import unfilled_note
-from setcmas_ctrl.scripts.loader import compile_script, find_script_of
+from setcmas_ctrl.scripts.loader import (
+    CONDITIONS,
+    EXERCISES,
+    compile_script,
+    find_script_of,
+)
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
@@ -65,10 +70,12 @@ class CommunicationOptions(Options):
 
     event_triggered: bool = flag('robots send their state only when a condition triggers')
     ctc: Condition = option(
-        _Condition(metavar='FILE'),
-        'script with the triggering condition ctc(pos, last_pos, t): a path or a name',
+        _Condition(metavar='NAME'),
+        'triggering condition: a path or the name of a script with ctc(pos, last_pos, t), or one '
+        'of the literature (see setcmas list)',
         default=None,
         default_text='send at a distance of --threshold from the last position sent',
+        complete=names_and_files(CONDITIONS.plugins, ('py',)),
     )
     threshold: float = option(
         LENGTH,
@@ -115,7 +122,8 @@ class CommunicationOptions(Options):
         """Return the same with the file that `ctc` names, or raise SetcmasError."""
         if not isinstance(self.ctc, (str, Path)):
             return self
-        return replace(self, ctc=find_script_of('--ctc', str(self.ctc), CTC, exercise))
+        groups = (*([EXERCISES] if exercise else []), CONDITIONS)
+        return replace(self, ctc=find_script_of('--ctc', str(self.ctc), CTC, *groups))
 
     @property
     def notes(self) -> list[str]:

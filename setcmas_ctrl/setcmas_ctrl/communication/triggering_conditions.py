@@ -7,19 +7,21 @@ The student's condition is a function `ctc` in a script, in one of two forms:
 
 pos: position x, y, 0 in m; vit: velocity vx, vy, 0 in m/s, both in the world frame; last_pos and
 last_vit: the same in the last state sent; t: time since the start of the run, in s. Either form
-may also have the keyword arguments `value` and `last_value`:
+may also have any of these keyword arguments:
 
-    def ctc(pos, last_pos, t, *, value, last_value): -> bool
+    def ctc(pos, last_pos, t, *, value, last_value, received, measured): -> bool
 
-the value that the robot's law gave last to `network.send`, and the one sent with the last state;
-None if there is none.
+value, last_value: the value that the robot's law gave last to `network.send`, and the one sent
+with the last state; None if there is none. received, measured: poses of the robot's neighbours at
+the last call of its law, as received last, and as they were; rows x, y in m and theta in rad, a
+column for each robot of the fleet, NaN for those that are no neighbours.
 """
 
 from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +55,10 @@ CONSEQUENCE = 'sends its state whenever the condition fails'
 """What happens to a robot whose condition fails."""
 
 VALUES = ('value', 'last_value')
-"""Keyword arguments that a condition may take."""
+"""Keyword arguments that a condition may take: what the robot's law sends."""
+
+NEIGHBOURS = RECEIVED, MEASURED = ('received', 'measured')
+"""Further ones: the poses of the robot's neighbours."""
 
 _EXPECTED = 'it must return True or False'
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
@@ -92,7 +97,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
     if not callable(condition):
         raise SetcmasError(f'{name} has no function ctc; it must have {_FORMS}')
     signature = inspect.signature(condition)
-    values = dict.fromkeys(values_taken(condition))
+    values = dict.fromkeys(keywords_taken(condition, (*VALUES, *NEIGHBOURS)))
     for nb_arguments in (3, 5):
         try:
             signature.bind(*range(nb_arguments), **values)
@@ -104,12 +109,12 @@ def takes_velocities(condition: Any, name: str) -> bool:
     )
 
 
-def values_taken(condition: Callable[..., Any]) -> list[str]:
-    """Return the names of `VALUES` that a condition takes as keyword-only arguments."""
+def keywords_taken(condition: Callable[..., Any], names: Sequence[str] = VALUES) -> list[str]:
+    """Return which of some names a condition takes as keyword-only arguments."""
     parameters = inspect.signature(condition).parameters
     return [
         name
-        for name in VALUES
+        for name in names
         if name in parameters and parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
     ]
 
@@ -121,6 +126,7 @@ class Broadcast:
         last: The state sent last; None before the first.
         value: The value that its law sent last; None before the first.
         last_value: The value in the state sent last; None if it had none.
+        measures: Whether its condition takes the newest poses of its neighbours.
     """
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
@@ -134,7 +140,9 @@ class Broadcast:
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
-        self._values_taken = values_taken(condition)
+        self._values_taken = keywords_taken(condition)
+        self._neighbours = dict.fromkeys(keywords_taken(condition, NEIGHBOURS), np.empty((3, 0)))
+        self.measures = MEASURED in self._neighbours
         self.last: State | None = None
         self.value: Value | None = None
         self.last_value: Value | None = None
@@ -145,6 +153,15 @@ class Broadcast:
         """Load the condition of a robot from a script, or raise SetcmasError."""
         script = load_script(path, robot, expected=CTC)
         return cls(robot, vars(script).get('ctc'), path, reports)
+
+    def see(self, received: Floats, measured: Floats, weights: Floats) -> None:
+        """Take the poses of the fleet, as received last and as they are, for the condition.
+
+        Poses have the shape (3, N), weights that the robot gives others (N,), 0 without a link.
+        """
+        poses = {RECEIVED: received, MEASURED: measured}
+        for name in self._neighbours:
+            self._neighbours[name] = np.where(weights > 0.0, poses[name], np.nan)
 
     def is_triggered(self, pose: tuple[float, float, float], V: float, t: float) -> bool:
         """Return whether the robot sends its state now; True if the condition fails.
@@ -163,7 +180,8 @@ class Broadcast:
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
         given = {'value': self.value, 'last_value': self.last_value}
-        values = {name: read_only(given[name]) for name in self._values_taken}
+        values: dict[str, Any] = {name: read_only(given[name]) for name in self._values_taken}
+        values |= {name: poses.copy() for name, poses in self._neighbours.items()}
         try:
             result = self._condition(*arguments, t, **values)
             answer = checked_answer(self._condition, result, self.path)

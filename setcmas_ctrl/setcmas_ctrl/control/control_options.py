@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.conversion_script import SI_TO_UNI, GivenConversion
-from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script_of
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, compile_script, find_script_of
 from setcmas_ctrl.scripts.script_seeds import SEED
 from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_ctrl.si_to_uni import KOMEGA
@@ -156,7 +156,8 @@ class LawOptions(GainOptions):
         if not isinstance(self.si_to_uni, (str, Path)):
             return self.si_to_uni
         name = str(self.si_to_uni)
-        return find_script_of('--si-to-uni', name, SI_TO_UNI, self.exercise)
+        groups = [EXERCISES] if self.exercise else []
+        return find_script_of('--si-to-uni', name, SI_TO_UNI, *groups)
 
     def check_conversion(self) -> None:
         """Raise SetcmasError if the script of `si_to_uni` cannot be compiled."""

@@ -194,7 +194,10 @@ class ControlledFleet:
             self.si_to_unis.append(self._alone)
         elif isinstance(self._alone, EventTriggeredComm):
             self.senders.append(self._alone)
+        self._load_conditions()
         self.poses = self._subscribed_poses()
+        for sender in self.senders:
+            self.poses.listen(sender.robot, sender.evaluate)
         for si_to_uni in self.si_to_unis:
             si_to_uni.poses = self.poses
         self.network = FleetNetwork(self.node, self.poses, self._communication, self.robots)
@@ -204,7 +207,6 @@ class ControlledFleet:
                 self.network,
                 self.outcomes,
             )
-        self._load_conditions()
         self.network.senders = {sender.robot: sender for sender in self.senders}
         self._models = DrivenModels(self.si_to_unis, self.warn)
         if options.model:
@@ -231,6 +233,7 @@ class ControlledFleet:
             profile = offered_profile(self.node, topic_of(self.robots[0]))
         sources: dict[int, tuple[FleetNode, str]] = {}
         needs_all = self.controllers and self._communication.needs_all_poses
+        needs_all = needs_all or any(sender.broadcast.measures for sender in self.senders)
         if needs_all or (self._safety.is_on and self.si_to_unis):
             everyone = range(1, self._nb_robots + 1)
             sources = {robot: (self.node, topic_of(robot)) for robot in everyone}
@@ -269,7 +272,6 @@ class ControlledFleet:
                 sender.broadcast = self._communication.broadcast(
                     sender.robot, self.outcomes.conditions
                 )
-            self.poses.listen(sender.robot, sender.evaluate)
 
     def _safety_filter(self) -> SafetyFilterNode:
         return SafetyFilterNode(

@@ -33,6 +33,8 @@ ALGORITHMS = ScriptGroup('setcmas.algorithms', 'control law')
 EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 """Scripts whose maths students fill in."""
 
+CONDITIONS = ScriptGroup('setcmas.conditions', 'triggering condition')
+
 _MOST_NAMES = 10
 _syntax_warnings: dict[Path, list[str]] = {}  # not shown yet, by script
 _compiled: dict[tuple[Path, str, str, str], types.CodeType] = {}  # by path, source and more
@@ -67,21 +69,24 @@ def find_script(name: str, exercise: bool = False) -> Path:
     raise SetcmasError(f"control script '{name}' not found; {lists}{hint}")
 
 
-def find_script_of(option: str, name: str, function: str, exercise: bool = False) -> Path:
+def find_script_of(option: str, name: str, function: str, *groups: ScriptGroup) -> Path:
     """Return the script that another option than `--algo` names, or raise SetcmasError.
 
-    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise. The
-    function that it must define is for the message.
+    In this order: a path to a file; NAME.py in the current folder; a script of one of the groups.
+    The function that it must define is for the message.
     """
     for path in (Path(name), Path(f'{name}.py')):
         with contextlib.suppress(OSError):
             if path.is_file():
                 return path.resolve()
-    if exercise and name in EXERCISES:
-        return EXERCISES.file(name)
+    for group in groups:
+        if name in group:
+            return group.file(name)
+    known = [one for group in groups for one in group.plugins()]
+    others = f', or one of {", ".join(known)}{did_you_mean(name, known)}' if known else ''
     raise SetcmasError(
         f"script '{name}' of {option} was not found; it must be a path, or the name of a script "
-        f'in this folder with a function {function}'
+        f'in this folder with a function {function}{others}'
     )
 
 

@@ -19,6 +19,8 @@ class CommunicationMetrics(Measured):
     Attributes:
         evaluations: Evaluations of triggering conditions; None if communication was periodic.
         triggered_share: Share of the evaluations that triggered; None if it was periodic.
+        least_interval_s: Shortest time between two states of a robot; None if it was periodic, or
+            if no robot sent two.
         sent: States that robots broadcast.
         received: Messages that arrived, over all links; None if not counted, as in ROS 1.
         lost: Messages that were lost, over all links; None likewise.
@@ -32,6 +34,7 @@ class CommunicationMetrics(Measured):
 
     evaluations: int | None
     triggered_share: float | None
+    least_interval_s: float | None
     sent: int
     received: int | None
     lost: int | None
@@ -56,6 +59,8 @@ class CommunicationMetrics(Measured):
         if self.evaluations and self.triggered_share is not None:
             share = f'{100 * self.triggered_share:.1f} % of {self.evaluations:,} evaluations'
             sent += f' ({share} triggered)'
+        if self.least_interval_s is not None:
+            sent += f', those of a robot at least {self.least_interval_s:.2f} s apart'
         if self.received is None:
             return [f'communication: {sent}']
         loss = '' if self.loss_ratio is None else f' ({100 * self.loss_ratio:.1f} %)'
@@ -74,9 +79,11 @@ def fleet_communication(run: Run) -> CommunicationMetrics | None:
     received = sum(counts.received for counts in robots.values())
     lost = sum(counts.lost for counts in robots.values())
     evaluations = len(record.triggers) or None
+    intervals = np.concatenate([np.empty(0), *record.intervals.values()])
     return CommunicationMetrics(
         evaluations=evaluations,
         triggered_share=sent / evaluations if evaluations else None,
+        least_interval_s=float(intervals.min()) if len(intervals) else None,
         sent=sent,
         received=received if record.links else None,
         lost=lost if record.links else None,

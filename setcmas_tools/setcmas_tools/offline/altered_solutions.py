@@ -21,8 +21,8 @@ from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
 from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
+    keywords_taken,
     takes_velocities,
-    values_taken,
 )
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.conversion_script import load_conversion
@@ -350,7 +350,7 @@ class _Replayed:
         if script:
             condition = vars(load_script(script, robot, CONDITION))['ctc']
         with_velocities = takes_velocities(condition, str(script))
-        names = values_taken(condition)
+        names = keywords_taken(condition)
 
         def sends(*given: Any) -> Any:
             *states, t, values = given

@@ -112,7 +112,10 @@ class OfflineCommunication:
             self._links.begin(adjacency)
         self._changes.note(t if self._begun else 0.0, adjacency)
         self._begun = True
-        return self._links.known_poses(poses, t), adjacency
+        known = self._links.known_poses(poses, t)
+        for one, received, weights in zip(self._broadcasts, known, adjacency, strict=False):
+            one.see(received, poses, weights)
+        return known, adjacency
 
     def begin(self) -> None:
         """Let there be links, over which the robots have sent their poses already."""

@@ -131,6 +131,7 @@ def _draw_robots(axes: Axes, robots: list[int], diameter: float) -> None:
 
 
 _INCHES_PER_ROW = 0.6
+_MOST_BINS = 60
 
 
 def _is_event_triggered(run: Run) -> bool:
@@ -193,9 +194,40 @@ def draw_counts(figure: Figure, run: Run) -> None:
     figure.align_ylabels()
 
 
+@applies_to(_is_event_triggered)
+def draw_intervals(figure: Figure, run: Run) -> None:
+    """Draw how often each time between two states of a robot occurred, and the least of them."""
+    assert run.record
+    intervals, robots = run.record.intervals, run.robots
+    figure.set_size_inches(9.0, 4.6)
+    axes = figure.add_subplot(title='Inter-event times', ylabel='states sent')
+    axes.set_xlabel('time since the robot sent its state before (s)')
+    known = np.concatenate([np.empty(0), *intervals.values()])
+    if not len(known):
+        return
+    # Bins are centred on multiples of the time between two evaluations, which intervals are.
+    t, of_robots, _ = run.record.triggers.T
+    step = float(np.median(np.diff(t[of_robots == of_robots[0]])))
+    width = step * max(1, math.ceil((known.max() / step + 1) / _MOST_BINS))
+    edges = np.arange(0.5 * step, known.max() + width + step, width)
+    looks = [line_look(robot, len(robots)) for robot in robots]
+    axes.hist(
+        [intervals.get(robot, np.empty(0)) for robot in robots],
+        edges.tolist(),
+        stacked=True,
+        color=[look['color'] for look in looks],
+        edgecolor='0.25',
+        linewidth=0.4,
+    )
+    label = f'least: {known.min():.2f} s'
+    least = axes.axvline(known.min(), color='0.1', linestyle='--', label=label)
+    axes.set_xlim(left=0.0)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    legend(axes, [*robot_handles(robots), least])
+
+
 def _sent(record: CommunicationRecord, robot: int) -> Floats:
-    t, robots, sent = record.triggers.T
-    return np.asarray(t[(robots == robot) & (sent == 1)])
+    return record.trigger_times.get(robot, np.empty(0))
 
 
 def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:

@@ -50,7 +50,7 @@ PLOTS = PluginGroup('setcmas.plots', 'plot', _plot)
 
 _FIRST = (
     'trajectories', 'positions', 'heading', 'velocities', 'distances', 'communication_instants',
-    'communication_counts', 'graph', 'disagreement', 'errors', 'filter',
+    'communication_counts', 'inter_event_times', 'graph', 'disagreement', 'errors', 'filter',
 )  # fmt: skip
 
 _LOOK = PlotSettings()

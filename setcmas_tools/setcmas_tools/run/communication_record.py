@@ -91,6 +91,11 @@ class CommunicationRecord:
             int(robot): self.triggers[sent & (robots == robot), 0] for robot in np.unique(robots)
         }
 
+    @property
+    def intervals(self) -> dict[int, Floats]:
+        """Times in s between the states that each robot sent; empty likewise."""
+        return {robot: np.diff(times) for robot, times in self.trigger_times.items()}
+
     def __repr__(self) -> str:
         """Return one line."""
         return f'CommunicationRecord({len(self.robots)} robots, {len(self.links)} links)'

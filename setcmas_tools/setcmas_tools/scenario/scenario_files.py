@@ -9,7 +9,7 @@ from typing import Any
 from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.scripts.conversion_script import SI_TO_UNI
 from setcmas_ctrl.scripts.imports import MOST_BYTES
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.scripts.loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.robots.models import is_file
@@ -53,6 +53,8 @@ class ScenarioFolder:
         found = self._script(text)
         if found or _is_path(text):
             return found or self._file(text)
+        if name == 'ctc' and text in CONDITIONS:
+            return str(CONDITIONS.file(text))
         raise SetcmasError(
             f"script '{text}' of {name} was not found; it must be a script in the scenario's "
             f'folder with a function {_FUNCTIONS[name]}'
@@ -112,8 +114,8 @@ def _is_path(text: str) -> bool:
 
 
 def built_in_name(path: Path) -> str:
-    """Return the name of a law or exercise of setcmas or a plugin; empty for other paths."""
-    for group in (ALGORITHMS, EXERCISES):
+    """Return the name of a script of setcmas or a plugin; empty for other paths."""
+    for group in (ALGORITHMS, EXERCISES, CONDITIONS):
         if path.is_absolute() and path.stem in group and group.file(path.stem) == path:
             return path.stem
     return ''

@@ -23,8 +23,8 @@ from setcmas_ctrl.communication.message_content import (
 from setcmas_ctrl.communication.triggering_conditions import (
     CTC,
     checked_answer,
+    keywords_taken,
     takes_velocities,
-    values_taken,
 )
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.conversion_script import answer_of, load_conversion
@@ -212,7 +212,7 @@ class ConfinedScript:
     def _condition(self, robot: int) -> tuple[bool, Answer]:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
-        with_velocities, names = takes_velocities(condition, path.name), values_taken(condition)
+        with_velocities, names = takes_velocities(condition, path.name), keywords_taken(condition)
 
         def answer(t: float, numbers: Floats, given: Contents) -> bytes:
             encoded = {name: given.values.get(name) for name in names}

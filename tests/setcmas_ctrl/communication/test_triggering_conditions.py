@@ -3,9 +3,11 @@ import math
 import numpy as np
 import pytest
 
+from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, Broadcast, further_than
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
 
 
 @pytest.fixture
@@ -135,3 +137,98 @@ def test_a_condition_may_take_the_values_of_messages(broadcast, positions):
         decided.append(own.is_triggered((0.0, 0.0, 0.0), 0.0, x))
 
     assert decided == [True, True, False, False, True, True]
+
+
+def test_a_condition_gets_the_poses_of_its_neighbours(broadcast):
+    own = broadcast(
+        'def ctc(pos, last_pos, t, *, received, measured):\n'
+        '    received[:] = 0  # a copy\n'
+        '    return measured.shape[1] > 0 and measured[0, 1] > 5\n'
+    )
+    assert decisions(own, [0, 0]) == [True, False]  # its law was not called yet
+    poses = np.array([[1.0, 6.0], [2.0, 4.0], [0.0, 0.0]])
+    own.see(poses, poses, np.array([0.0, 1.0]))
+    assert own.is_triggered((0.0, 0.0, 0.0), 0.0, 0.2)
+    own.see(poses, poses, np.array([1.0, 0.0]))
+    assert not own.is_triggered((0.0, 0.0, 0.0), 0.0, 0.3)
+    assert poses.any()
+
+
+H, K, SIGMA = 0.04, 0.2, 0.5  # period (s), gain (1/s), and the constant of two conditions
+OF_THEORY = {'model': 'omnidirectional', 'vnom': 50, 'rate': 1 / H, 'robot_rate': 1 / H}
+
+
+def integrators(starts, A, duration, sends):
+    """Simulate p' = -K L p_sent; return p at the end and the times of each robot's states.
+
+    The condition `sends` gets p, p_sent, and L p and L p_sent as they were at the law's call, with
+    the robot's own p or p_sent in it as it is now.
+    """
+    p, sent, times = starts.copy(), starts.copy(), [[0.0] for _ in starts]
+    degree = A.sum(axis=1)[:, None]
+    for k in range(1, round(duration / H) + 1):
+        pull, pull_sent = A @ p, A @ sent
+        p = p - H * K * (degree * sent - pull_sent)
+        now = sends(p, sent, degree * p - pull, degree * sent - pull_sent, degree, k * H)
+        sent[now] = p[now]
+        for robot in np.flatnonzero(now):
+            times[robot].append(k * H)
+    return p, times
+
+
+def relative(which):
+    def sends(p, sent, z, z_sent, degree, t):
+        most = SIGMA / (4 * degree[:, 0] ** 2)  # of a (1 - a d) / d, at a = 1 / (2 d)
+        gaps = (z, z_sent)[which]
+        return ((p - sent) ** 2).sum(axis=1) > most * (gaps**2).sum(axis=1)
+
+    return sends
+
+
+def falling(p, sent, z, z_sent, degree, t):
+    return np.hypot(*(p - sent).T) > 0.02 + np.exp(-0.1 * t)
+
+
+@pytest.mark.parametrize(
+    ('name', 'sends', 'c0'),
+    [
+        ('dimarogonas_2012', relative(0), 0.0),
+        ('garcia_2013', relative(1), 0.0),
+        ('seyboth_2013', falling, 0.02),
+    ],
+)
+@pytest.mark.parametrize('graph', ['ring', 'star', 'path'])
+def test_conditions_of_the_literature_do_what_their_theorems_say(name, sends, c0, graph):
+    A = PRESETS[graph](5)
+    values = np.linalg.eigvalsh(np.diag(A.sum(axis=1)) - A)
+    duration = np.ceil(9 / (K * values[1]))
+    run = simulate(
+        'laplacian_consensus', 5, duration, set={'K': K, 'SLOW': 0}, graph=graph,
+        random_poses='auto', event_triggered=True, ctc=name, seed=2, **OF_THEORY,
+    )  # fmt: skip
+    starts, end = run.poses[0, :2].T, run.poses[-1, :2].T
+    p, times = integrators(starts, A, duration, sends)
+
+    np.testing.assert_allclose(end, p, atol=1e-4)
+    assert run.metrics()['messages'].least_interval_s == pytest.approx(
+        min(np.diff(own).min() for own in times)
+    )
+    np.testing.assert_allclose(end.mean(axis=0), starts.mean(axis=0), atol=1e-4)
+    apart = np.hypot(*(end - end.mean(axis=0)).T)
+    assert np.sqrt(np.mean(apart**2)) < values[-1] * c0 / values[1] + 0.005
+
+
+def test_the_times_between_states_are_those_of_the_theorems():
+    common = {'graph': 'ring', 'set': {'K': K, 'SLOW': 0}, 'event_triggered': True, **OF_THEORY}
+
+    # All robots of a ring that send together wait for sqrt(sigma) / (2 K d), and the next sample.
+    alone = np.sqrt(SIGMA) / (2 * K * 2)
+    run = simulate('laplacian_consensus', 6, 30, ctc='garcia_2013', **common)
+    for intervals in run.record.intervals.values():
+        assert ((intervals >= alone) & (intervals < alone + H)).all()
+
+    # A robot cannot be a threshold away before it has driven that far.
+    run = simulate('laplacian_consensus', 6, 30, ctc='seyboth_2013', **common)
+    fastest = np.hypot(*run.velocities.transpose(1, 0, 2)).max()
+    for robot, times in run.record.trigger_times.items():
+        assert (np.diff(times) >= (0.02 + np.exp(-0.1 * times[1:])) / fastest).all(), robot

@@ -9,7 +9,12 @@ from matplotlib.patches import FancyArrowPatch
 
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools import simulate
-from setcmas_tools.plots.communication_plots import draw_counts, draw_graph, draw_instants
+from setcmas_tools.plots.communication_plots import (
+    draw_counts,
+    draw_graph,
+    draw_instants,
+    draw_intervals,
+)
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.plots.time_plots import draw_disagreement
@@ -31,7 +36,7 @@ def drawn(draw, run):
     return figure
 
 
-@pytest.mark.parametrize('draw', [draw_instants, draw_counts, draw_graph])
+@pytest.mark.parametrize('draw', [draw_instants, draw_counts, draw_graph, draw_intervals])
 def test_robots_of_which_one_side_does_not_know(draw):
     # Such as a robot that another controller moves, or one whose odometry was not recorded.
     run = run_of(3, 5.0, event_triggered=True)
@@ -49,7 +54,7 @@ def test_robots_of_which_one_side_does_not_know(draw):
         ({}, []),
         (
             {'event_triggered': True},
-            ['communication_instants', 'communication_counts', 'graph'],
+            ['communication_instants', 'communication_counts', 'inter_event_times', 'graph'],
         ),
         ({'graph': 'ring', 'loss': 0.1}, ['graph']),
     ],
@@ -194,3 +199,24 @@ def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
     low, high = axes.get_ylim()
 
     assert low < np.sqrt(50) < high
+
+
+@pytest.mark.parametrize('late', [0.0, 0.003])  # over ROS robots evaluate one after another
+def test_the_histogram_has_each_interval_once_and_names_the_least(late):
+    run = run_of(3, 8.0, event_triggered=True)
+    run.record.triggers[:, 0] += late * run.record.triggers[:, 1]
+    axes = drawn(draw_intervals, run).axes[0]
+    intervals = np.concatenate([*run.record.intervals.values()])
+
+    assert sum(bar.get_height() for bar in axes.patches) == len(intervals) > 10
+    assert f'least: {intervals.min():.2f} s' in [
+        text.get_text() for text in axes.get_legend().get_texts()
+    ]
+
+
+def test_without_two_states_of_a_robot_the_histogram_is_empty():
+    assert (
+        not drawn(draw_intervals, run_of(2, 1.0, event_triggered=True, threshold=50))
+        .axes[0]
+        .patches
+    )

@@ -70,7 +70,10 @@ def test_a_bag_of_the_ros_1_stack_has_only_sent_messages(tmp_path, make, write_b
     lines = str(compute(folder)).splitlines()
 
     assert read_communication(folder).robots[1].sent == 4
-    assert lines[-1] == 'communication: 4 states sent (20.0 % of 20 evaluations triggered)'
+    assert lines[-1] == (
+        'communication: 4 states sent (20.0 % of 20 evaluations triggered), those of a robot at '
+        'least 0.50 s apart'
+    )
 
 
 def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag):

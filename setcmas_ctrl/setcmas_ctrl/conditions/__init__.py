@@ -1,0 +1,1 @@
+"""Triggering conditions of the literature, for `--event-triggered --ctc NAME`."""

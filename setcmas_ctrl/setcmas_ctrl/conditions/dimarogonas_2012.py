@@ -1,0 +1,23 @@
+"""Dimarogonas et al.: the error is small against the distances to the neighbours, as measured.
+
+    send if |p_i - p_i_sent|^2 > SIGMA a (1 - a d_i) / d_i |z_i|^2, z_i = sum_j (p_i - p_j)
+
+with d_i neighbours j, 0 < SIGMA < 1 and 0 < a < 1 / d_i; a = 1 / (2 d_i) sends least often. With
+p' = -K L p_sent, robots of an undirected connected graph meet at the mean of their starts. A
+robot sends rarely, but must measure its neighbours' positions all the time.
+Source: Dimarogonas, Frazzoli and Johansson, Distributed event-triggered control for multi-agent
+systems, IEEE Transactions on Automatic Control 57(5), 2012.
+"""
+
+import numpy as np
+
+SIGMA = 0.5
+
+
+def ctc(pos, last_pos, t, *, measured):
+    """Return whether the robot sends its state."""
+    gaps = pos[:2, None] - measured[:2]
+    degree = np.isfinite(gaps[0]).sum()
+    a = 1 / (2 * max(degree, 1))
+    most = SIGMA * a * (1 - a * degree) / max(degree, 1)
+    return np.sum((pos - last_pos) ** 2) > most * np.sum(np.nansum(gaps, axis=1) ** 2)
