@@ -15,6 +15,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from dataclasses import asdict
@@ -42,6 +43,7 @@ from launch_scripts.processes.recorded_experiment import (
 )
 from launch_scripts.processes.run_robots import run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.remote_terminal import open_operator_keyboard
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from launch_scripts.terminal.terminal import (
     ESC,
@@ -56,6 +58,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.scenario.scenario import Scenario, options
 
@@ -65,6 +68,8 @@ _STOPS = {
     ' ': (Action.PAUSE, 'by space bar'),
 }
 """If several arrive together, the first of these counts: stopping comes first."""
+
+_ONLY_STOPS = 'not started: over ssh this key only counts while your terminal answers'
 
 _OF_SIMULATED_ROBOTS = ('cmd_timeout', 'robot_rate', 'rtf')
 
@@ -78,7 +83,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     WatchOptions.add_to(parser)
     of_scenario = [name for name in LabOptions.options() if name in options()]
     LabOptions.add_to(parser, without=of_scenario)
-    hold = "robots move only while s or the joystick's button is held down"
+    hold = (
+        'robots move only while s or the button of a joystick is held down (a wired joystick: one '
+        'without a wire keeps its last state when it dies)'
+    )
     parser.add_argument('--hold', action='store_true', help=hold)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     ViewOptions.add_to(parser, view=NONE)
@@ -98,23 +106,25 @@ def main(args: argparse.Namespace) -> int:
         return _record(args, in_lab(scenario, lab), of_lab, lab)
     environment = experiment_environment(lab, scenario.lab.emulate)
     numbers = [robot.number for robot in lab.robots]
+    joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
     with (
         fleet_views(ViewOptions.of(args), numbers, experiment=True) as views,
-        open_keyboard() as keyboard,
+        open_operator_keyboard(args.hold and joystick is not None) as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):
         display = StatusDisplay(supervisor.stdout)
         supervisor.write = lambda line, _: display.write(line)
 
-        joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
         try:
+            if lab.mocap.source.from_start:
+                _confirm_starts(supervisor, keyboard, lab)
             experiment = Experiment(
                 supervisor, lab, scenario, of_lab, False, args.hold, args.watch, joystick
             )
             experiment.on_status = display.show
             for name, command in views:
                 supervisor.start(name, command, needed=False)
-            ways = ['s'] if keyboard.there else []
+            ways = ['s'] if keyboard.there and not keyboard.only_stops else []
             ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
             _explain(supervisor, ways, keyboard.there, args.hold)
             return _serve(supervisor, keyboard, display, experiment, args.hold)
@@ -173,7 +183,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
             supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
 
         def serve(experiment: Experiment) -> None:
-            _stop_by(single_keys(keyboard.pressed()).lower(), experiment)
+            _stop_by(single_keys(keyboard.pressed()).lower(), experiment, attended=True)
 
         def start() -> RecordedExperiment:
             bag = folder.bag
@@ -186,15 +196,47 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
             return concluded(args, folder, info, None, status, outcome)
 
 
-def _stop_by(keys: str, experiment: Experiment) -> None:
-    """Pass on the keys that stop the robots, or that the terminal is there.
+def _stop_by(keys: str, experiment: Experiment, attended: bool) -> None:
+    """Pass on the keys that stop the robots, or that the terminal is attended.
 
     Raises:
         StoppedError: The operator pressed q.
     """
     if 'q' in keys:
         raise StoppedError
-    experiment.request(*next((_STOPS[key] for key in _STOPS if key in keys), (Action.ALIVE,)))
+    if stop := next((_STOPS[key] for key in _STOPS if key in keys), None):
+        experiment.request(*stop)
+    elif attended:
+        experiment.request(Action.ALIVE)
+
+
+def _confirm_starts(supervisor: Supervisor, keyboard: Keyboard, lab: Lab) -> None:
+    """Wait until the operator confirms the start poses: the robots' wheels cannot measure them.
+
+    Raises:
+        SetcmasError: There is no keyboard.
+        StoppedError: The operator stopped the command.
+    """
+    if not keyboard.there:
+        raise SetcmasError(
+            f'{lab.mocap.preset} needs a person at a terminal, who confirms the start poses'
+        )
+    places = [
+        f'{robot_name(robot.number)} at ({x:g}, {y:g}) m, heading {math.degrees(theta):.0f} deg'
+        for robot in lab.robots
+        for x, y, theta in [robot.start or (math.nan,) * 3]
+    ]
+    supervisor.warn(
+        f'{lab.mocap.preset} counts from these start poses: {"; ".join(places)}; press y once '
+        'every robot stands there (q: quit)'
+    )
+    pressed: set[str] = set()
+    supervisor.run(
+        until=lambda: bool(pressed & {'y', 'q'}),
+        on_tick=lambda: pressed.update(keyboard.pressed().lower()),
+    )
+    if 'q' in pressed:
+        raise StoppedError
 
 
 def _serve(
@@ -209,9 +251,14 @@ def _serve(
 
     def serve_terminal() -> None:
         display.note_silence()
+        experiment.look_at_network(time.monotonic())
         pressed = keyboard.pressed()
+        _stop_by(single_keys(pressed).lower(), experiment, keyboard.is_attended)
+        if keyboard.only_stops:
+            if set(pressed) & set('sSR'):
+                supervisor.warn(_ONLY_STOPS)
+            pressed = ''
         starts = start_key.pressed(pressed, time.monotonic())
-        _stop_by(single_keys(pressed).lower(), experiment)
         if pressed and set(pressed) == {'R'}:
             for _ in pressed:  # more than one: it is held down
                 experiment.request(Action.RELEASE)

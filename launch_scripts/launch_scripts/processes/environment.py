@@ -8,6 +8,7 @@ import socket
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 
 from launch_scripts.terminal.terminal import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError, install_command
@@ -112,6 +113,14 @@ def lab_environment(static_peers: Sequence[str]) -> dict[str, str]:
                 'name of a machine on this network'
             ) from error
     return environment
+
+
+def own_address() -> str:
+    """Return the address of this machine in its network; '' without a network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
+        probe.connect(('192.0.2.1', 9))  # an address of no network: nothing is sent
+        return str(probe.getsockname()[0])
+    return ''
 
 
 def _environment(discovery_range: str) -> dict[str, str]:

@@ -9,7 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.environment import closed_environment, lab_environment
+from launch_scripts.processes.environment import (
+    closed_environment,
+    lab_environment,
+    own_address,
+)
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
@@ -28,6 +32,7 @@ from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports.reports import Message, Ready, Report, Started
 from setcmas_tools.scenario.scenario import Scenario
 
+_LOOK_EVERY_S = 2.0
 _TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
 
 
@@ -81,6 +86,8 @@ class Experiment:
         """
         self._supervisor = supervisor
         self._stopped = False
+        self._is_emulated = scenario.lab.emulate
+        self._address, self._next_look = own_address(), 0.0
         self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
         self._emulated: list[Child] = []
@@ -111,6 +118,18 @@ class Experiment:
     def controlled(self) -> bool:
         """Whether the control laws are running."""
         return self.controllers.reported(Started) is not None
+
+    def look_at_network(self, now: float) -> None:
+        """Warn if this computer has got another address, under which no node listens; now in s."""
+        if self._is_emulated or now < self._next_look:
+            return
+        self._next_look = now + _LOOK_EVERY_S
+        if (address := own_address()) != self._address:
+            self._supervisor.warn(
+                f"this computer's address has changed from {self._address or 'none'} to "
+                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
+            )
+            self._address = address
 
     def request(self, action: Action, by: str = '') -> None:
         """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""

@@ -56,6 +56,7 @@ _SEQUENCE_S = 0.02
 """Time in which the rest of an arrow key arrives, whose first character is that of Esc."""
 
 _SEQUENCES = re.compile(rf'{ESC}(\[\[?[0-?]*[ -/]*[@-~]|O[ -~])')
+_UNFINISHED = re.compile(rb'\x1b(\[[0-?]*)?\Z').search
 
 
 class Keyboard:
@@ -63,17 +64,22 @@ class Keyboard:
 
     Attributes:
         there: Whether there is a terminal; without one there are no keys.
+        is_attended: Whether the terminal has answered since the last call of `pressed`, as far as
+            it is asked.
+        only_stops: Whether the keys of that call may stop robots but not start them.
     """
 
-    def __init__(self, there: bool) -> None:
+    def __init__(self, there: bool, only_stops: bool = False) -> None:
         self.there = there
+        self.is_attended = True
+        self.only_stops = only_stops
 
     def pressed(self) -> str:
         """Return the keys pressed since the last call; '' if none."""
         if not self.there:
             return ''
         keys = b''
-        while select.select([sys.stdin], [], [], _SEQUENCE_S if keys.endswith(b'\x1b') else 0)[0]:
+        while select.select([sys.stdin], [], [], _SEQUENCE_S if _UNFINISHED(keys) else 0)[0]:
             try:
                 more = os.read(sys.stdin.fileno(), 64)
             except OSError:

@@ -153,12 +153,39 @@ def test_after_q_no_status_is_shown(domain, tmp_path):
     assert 'moving' not in log.read_text().partition('RUNNING; tb3_1 moving')[2]
 
 
+def test_start_poses_that_wheels_cannot_measure_are_confirmed(domain, tmp_path):
+    lab = tmp_path / 'lab.yaml'
+    robots = 'robots:\n  - {number: 1, start: [1.0, -0.5, 1.5708]}\n'
+    lab.write_text(f'mocap: {{preset: wheel_odometry}}\n{robots}')
+    terminal = Terminal('expe', '--algo', 'nav_wp', '--no-joystick', '--lab', str(lab))
+    try:
+        terminal.wait_for(r'tb3_1 at \(1, -0.5\) m, heading 90 deg; press y once every robot')
+        terminal.press_until('paused; s starts', 'y')
+        terminal.press('q')
+        assert terminal.wait() == 0
+    finally:
+        terminal.close()
+
+
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
         (('--lab', 'none.yaml'), "'none.yaml' cannot be read"),
         (('--lab', 'bad.yaml'), "bad.yaml, line 2: there is no key 'arena.z'"),
         (('--arena', '1,0,0,1'), "--arena is '1,0,0,1'; it must be XMIN"),
+        (
+            ('--arena=-3000,3000,-3,3',),
+            'arena is -3000, 3000, -3, 3; it must be in m, within 100 m',
+        ),
+        (
+            ('--arena=0,0.1,0,1', '--min-separation', '0.2'),
+            'the arena is 0.1 m by 1 m; it must be',
+        ),
+        (('--min-separation', '0.1'), 'min_separation is 0.1 m; it must be at least the width'),
+        (('--obstacles', 'disc 0 900 300'), 'obstacle disc is 0, 900, 300; it must be in m'),
+        (('--lab', 'number.yaml'), "it must be a text; put it in quotes: '1'"),
+        (('--lab', 'far.yaml'), 'the start pose of robot 1, (5, 0) m, is outside the arena'),
+        (('--lab', 'wheels.yaml'), 'wheel_odometry needs a person at a terminal, who confirms'),
         (('--joystick-button=-1',), '--joystick-button is -1'),
         (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
@@ -172,6 +199,11 @@ def test_after_q_no_status_is_shown(domain, tmp_path):
 )
 def test_mistakes_are_reported_before_anything_starts(arguments, message, tmp_path):
     (tmp_path / 'bad.yaml').write_text('arena:\n  z: 1\n')
+    (tmp_path / 'number.yaml').write_text('robots:\n  - {number: 1, mocap_name: 1}\n')
+    for name, x in (('far', 5), ('wheels', 1)):
+        (tmp_path / f'{name}.yaml').write_text(
+            f'mocap:\n  preset: wheel_odometry\nrobots:\n  - {{number: 1, start: [{x}, 0, 0]}}\n'
+        )
     refuses('expe', '--algo', 'nav_wp', *arguments, message=message, cwd=tmp_path)
 
 
