@@ -46,7 +46,6 @@ KINDS = {
     'e': Kind(lambda r: r.press('e'), '(?i)emergency'),
     'q': Kind(lambda r: r.press('q'), ''),
     'joystick gone': Kind(lambda r: _joystick(r, []), 'joystick has disappeared'),
-    'joystick, start button': Kind(lambda r: _joystick(r, [7]), 'paused: by joystick'),
     'joystick, any other button': Kind(lambda r: _joystick(r, [2]), '(?i)emergency'),
     'true on /pause': _says('/pause'),
     'true on /emergency_stop': _says('/emergency_stop'),

@@ -1,4 +1,4 @@
-"""Joystick of the operator: one button starts and pauses, all others are an emergency stop."""
+"""Joystick of the operator: one button starts robots, all others are an emergency stop."""
 
 from __future__ import annotations
 

@@ -200,11 +200,8 @@ class Pause(FleetNode):
             self.get_logger().warning(warning)
 
     def _press(self, why: str) -> None:
-        """Take a press of the joystick's button, which starts or pauses the robots."""
-        if not self.paused and not self._hold:
-            self._requests.hasty(time.monotonic())  # a press, too
-            self._pause(why)
-        elif doubt := self._joystick.doubt:
+        """Take a press of the joystick's start button; while robots move it does nothing."""
+        if doubt := self._joystick.doubt:
             self._once(f'not started: {doubt}')
         else:
             self._start(why)

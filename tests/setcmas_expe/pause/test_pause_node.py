@@ -233,7 +233,7 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     assert is_paused(paused)
 
 
-def test_the_joystick_starts_pauses_and_is_missed(operate, peer, bridge):
+def test_the_joystick_starts_robots_and_is_missed(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
     operator = operate('--joystick')
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
@@ -248,6 +248,9 @@ def test_the_joystick_starts_pauses_and_is_missed(operate, peer, bridge):
             peer.spin(0.2)
 
     operator.press_until(press, lambda: goes(paused))
+    press()  # the start button only starts
+    peer.wait_for_new(paused, 3)
+    assert goes(paused)
     timer.cancel()
     operator.wait_for('the joystick has disappeared')
     joystick.publish(Joy(buttons=buttons))
