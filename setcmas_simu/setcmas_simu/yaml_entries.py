@@ -89,6 +89,8 @@ class Entry:
 
     def text(self) -> str:
         """Return a text, which may be empty, or raise SetcmasError."""
+        if isinstance(self.value, bool | int | float):
+            raise self.mistake(f"a text; put it in quotes: '{self.value}'")
         if not isinstance(self.value, str):
             raise self.mistake('a text')
         return self.value

@@ -34,6 +34,8 @@ class Battery:
         return float(percentage if self._in_percent else 100.0 * percentage)
 
 
+_LARGEST_M = 100.0  # of a lab, from its origin: more are mm, or a mistake
+_TYRE_M = 0.02  # a robot is wider than the distance between its wheels by this
 _FILTER_MARGIN_M = 0.05  # between robots, beyond the distance at which they stop
 
 
@@ -107,7 +109,7 @@ class Lab:
         checks_motion: Whether robots must be seen to move as commanded.
         guarded: Whether every robot must have a cmd_vel_guard.
         cmd_vel_type: 'twist_stamped', 'twist', or 'auto': as each robot subscribes.
-        joystick_button: Index of the button that starts and pauses, from 0.
+        joystick_button: Index of the button that starts, from 0.
         joystick_topic: Topic of the joystick.
         static_peers: Addresses of the other machines, for networks without multicast.
     """
@@ -147,6 +149,40 @@ class Lab:
             obstacles=str(self.obstacles) or None,
             accel=self.accel if self.accel < math.inf else None,
         )
+
+    def check_geometry(self) -> None:
+        """Check that robots fit into the lab.
+
+        Raises:
+            SetcmasError: A length cannot be one in m, or robots could touch each other.
+        """
+        lengths: list[tuple[str, tuple[float, ...]]] = [('arena', self.arena)]
+        lengths += [('obstacle disc', disc) for disc in self.obstacles.discs]
+        lengths += [('obstacle polygon', sum(p.corners, ())) for p in self.obstacles.polygons]
+        for name, values in lengths:
+            if max(map(abs, values)) > _LARGEST_M:
+                written = ', '.join(f'{value:g}' for value in values)
+                raise SetcmasError(
+                    f'{name} is {written}; it must be in m, within {_LARGEST_M:g} m of the origin'
+                )
+        width = self.limits.wheel_separation + _TYRE_M
+        if self.min_separation < width:
+            raise SetcmasError(
+                f'min_separation is {self.min_separation:g} m; it must be at least the width of a '
+                f'robot, {width:.2f} m'
+            )
+        xmin, xmax, ymin, ymax = self.arena
+        if min(xmax - xmin, ymax - ymin) < width:
+            raise SetcmasError(
+                f'the arena is {xmax - xmin:g} m by {ymax - ymin:g} m; it must be wider than a '
+                f'robot, {width:.2f} m'
+            )
+        for robot in self.robots if self.mocap.source.from_start else ():
+            if robot.start and self.arena.distance(*robot.start[:2]):
+                raise SetcmasError(
+                    f'the start pose of robot {robot.number}, ({robot.start[0]:g}, '
+                    f'{robot.start[1]:g}) m, is outside the arena'
+                )
 
     def check_tightens(self, bounds: Lab) -> None:
         """Check that this lab allows nothing that another lab forbids.

@@ -78,7 +78,7 @@ class LabOptions(LabChoice):
         OneOf((AUTO, *CMD_VEL_TYPES)), 'message type of cmd_vel', default=None
     )
     joystick_button: int | None = option(
-        Whole(metavar='B'), 'joystick button that starts and pauses (the first is 0)', default=None
+        Whole(metavar='B'), 'joystick button that starts the robots (the first is 0)', default=None
     )
 
     def chosen(self) -> Lab:
@@ -105,6 +105,7 @@ class LabOptions(LabChoice):
                 f'{chosen.mocap.preset} counts from start poses: measure them, and write them '
                 f'into the lab file, such as {{number: {missing[0]}, start: [0.5, -1.0, 1.57]}}'
             )
+        chosen.check_geometry()
         return chosen
 
 

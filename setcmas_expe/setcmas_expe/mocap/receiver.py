@@ -25,13 +25,13 @@ class _Topic:
 
     Attributes:
         unreadable: Why the message could not be read; empty if it could.
-        rivals: Who else sends on the topic; empty if none.
+        conflict: Who else sends on the topic, or that its type is another; empty if neither.
     """
 
     names: set[str] = field(default_factory=set)
     twice: set[str] = field(default_factory=set)
     unreadable: str = ''
-    rivals: str = ''
+    conflict: str = ''
 
 
 class MocapReceiver:
@@ -64,11 +64,17 @@ class MocapReceiver:
                 node.create_subscription(message_class, name, callback, profile)
 
     def look_around(self) -> None:
-        """Check for a second sender of poses, such as an emulated lab or a played bag."""
+        """Check for senders of another type, and a second one: an emulated lab, a played bag."""
         for name, topic in self._topics.items():
+            types = {one.topic_type for one in self._node.get_publishers_info_by_topic(name)}
             senders = self._node.count_publishers(name)
             several = senders > 1 and not self._source.shared
-            topic.rivals = f'{senders} nodes send it on {name}' if several else ''
+            topic.conflict = f'{senders} nodes send it on {name}' if several else ''
+            if types and self._source.message_type not in types:
+                topic.conflict = (
+                    f'{name} carries {", ".join(sorted(types))}, but the lab file expects '
+                    f'{self._source.message_type} (mocap: preset and type)'
+                )
 
     def trouble(self, body: str) -> str:
         """Return why poses of a body cannot be trusted; empty if they can."""
@@ -78,7 +84,7 @@ class MocapReceiver:
             return f'messages on {name} cannot be read: {topic.unreadable}'
         if body in topic.twice:
             return f"two bodies are called '{body}' on {name}"
-        return topic.rivals
+        return topic.conflict
 
     def bodies(self) -> list[str]:
         """Return the names of the bodies that motion capture sends now, sorted."""

@@ -24,7 +24,7 @@ def test_what_options_say_goes_before_the_lab_file():
         '--mocap=vicon',
         '--limits=waffle',
         '--arena=-2,2.5,-1,1',
-        '--min-separation=0.3',
+        '--min-separation=0.4',
         '--cmd-vel-type=twist',
         '--joystick-button=2',
     ).chosen()
@@ -33,7 +33,7 @@ def test_what_options_say_goes_before_the_lab_file():
     assert lab.mocap.preset == 'vicon'
     assert lab.limits == ROBOT_LIMITS['waffle']
     assert lab.arena == Arena(-2, 2.5, -1, 1)
-    assert (lab.min_separation, lab.cmd_vel_type, lab.joystick_button) == (0.3, 'twist', 2)
+    assert (lab.min_separation, lab.cmd_vel_type, lab.joystick_button) == (0.4, 'twist', 2)
 
 
 def test_a_process_gets_the_same_lab():
@@ -60,7 +60,7 @@ def test_an_arena_of_nan_is_a_mistake_in_python():
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
-        ({'min_separation': 0.1}, 'min_separation of the scenario loosens'),
+        ({'min_separation': 0.2}, 'min_separation of the scenario loosens'),
         ({'filter': 'none'}, 'filter of the scenario loosens'),
         ({'limits': 'waffle'}, 'limits of the scenario loosens'),
         ({'arena': (-99, 99, -99, 99)}, 'arena of the scenario loosens'),

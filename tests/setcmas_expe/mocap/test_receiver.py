@@ -11,6 +11,7 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped
 from lab_peer import BRIDGES, LabPeer
+from ros_peer import Peer
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_expe.mocap.receiver import MocapReceiver
@@ -175,3 +176,16 @@ def test_a_missing_message_package_or_emulation_is_reported_before_anything_star
 ):
     command = ('expe', '--algo', 'nav_wp', '--mocap', 'mocap4r2', *more)
     refuses(*command, message=message, cwd=tmp_path)
+
+
+def test_poses_of_another_type_are_named(peer, domain):
+    receiver = MocapReceiver(peer.node, MOCAP_SOURCES.get('vrpn'), False, {'a': lambda _: None})
+
+    def named():
+        receiver.look_around()
+        return receiver.trouble('a')
+
+    with Peer(domain) as driver:
+        driver.node.create_publisher(Marker, '/vrpn_mocap/a/pose', qos.SENSOR)
+        peer.wait_for(named)
+        assert 'carries visualization_msgs/msg/Marker, but the lab file expects geom' in named()
