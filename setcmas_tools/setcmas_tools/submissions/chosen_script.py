@@ -6,11 +6,11 @@ import ast
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
+from setcmas_tools.submissions.notebook import MOST_SOURCE
 from setcmas_tools.submissions.submitted_files import Files, Unread
 
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 _MOST_NAMES = 5
-_MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
 
 
 def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
@@ -27,8 +27,8 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
     none = PurePosixPath()
     if not sources:
         return none, _without_script(files)
-    if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
-        limit = _MOST_SOURCE // 1000
+    if (size := sum(map(len, sources.values()))) > MOST_SOURCE:
+        limit = MOST_SOURCE // 1000
         return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
     if len(sources) == 1:  # errors are reported when it is loaded
         return next(iter(sources)), ''
@@ -38,7 +38,7 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
         return none, _without_function(sources, function)
     helpers = {path for one in fitting if not _is_test(one) for path in _helpers(one, scripts)}
     fitting = [path for path in fitting if path not in helpers] or fitting
-    if len(fitting) > 1:
+    if len({sources[path] for path in fitting}) > 1:  # not copies of one
         names = ' and '.join(sorted(map(str, fitting))[:_MOST_NAMES])
         each = 'both' if len(fitting) == 2 else 'all'
         return none, (

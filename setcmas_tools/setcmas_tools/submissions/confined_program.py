@@ -93,6 +93,7 @@ _READ_S = 60
 
 def _running(work: bytes, told: int) -> Callable[[_Connection], None]:
     from setcmas_tools.submissions.confined_script import ConfinedScript, RunWork
+    from setcmas_tools.submissions.submitted_files import lay_out
 
     script = ConfinedScript(msgspec.msgpack.decode(work, type=RunWork))
     folder = Path(tempfile.mkdtemp(prefix='setcmas_'))
@@ -102,9 +103,7 @@ def _running(work: bytes, told: int) -> Callable[[_Connection], None]:
     limit(script.work.cpu)
 
     def run(connection: _Connection) -> None:
-        for name, content in script.work.files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
+        lay_out(script.work.files, folder)
         script.serve(connection.receive, connection.send)
 
     return run

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
-import msgspec
-
 from setcmas_simu.errors import SetcmasError
 
-_WRITTEN = re.compile(r'%%writefile\s+([\w-]+\.py)\s*\n')
+_WRITTEN = re.compile(r'%%(?:write)?file\s+([\w-]+\.py)\s*\n')
 _TRANSPARENT = ('%%time', '%%capture')  # the rest of the cell is ordinary code
-_MAGIC = re.compile(r'(\s*)(?:[%!?]|[\w.,\s]+=\s*[%!]|.*\?\s*$)')
-_MOST_MAGICS = 200  # lines of a cell; each takes a further look at it
+# With the lines that a backslash joins to it; or a question for help.
+_MAGIC = re.compile(
+    r'([ \t]*)(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*$)', re.MULTILINE
+)
+_TOKEN = re.compile(
+    r'(?P<open>[(\[{])|(?P<close>[)\]}])|(?P<end>\n)|\\\n|#[^\n]*'  # then strings
+    r'|(\'\'\'|""")(?:\\.|[^\\])*?(?:\4|\\?\Z)|("|\')(?:\\.|(?!\5)[^\\\n])*\5?',
+    re.DOTALL,
+)
 _OF_JUPYTER = {'display', 'get_ipython'}
+_OF_NOTEBOOKS = {'IPython', 'google', 'ipywidgets'}  # modules that need not be here
 _LAWS = {'control', 'ctc', 'si_to_uni'}
 _INVALID = (SyntaxError, ValueError, RecursionError, MemoryError)
+MOST_SOURCE = 200_000
+"""Bytes of Python of a submission; Python takes minutes for 1 MB of f-strings."""
 
 
 @dataclass(frozen=True)
@@ -53,50 +62,61 @@ class Notebook:
 
 
 def read_notebook(content: bytes) -> Notebook:
-    """Return the code cells of a notebook, or raise SetcmasError."""
+    """Return the code cells of a notebook, or raise SetcmasError; nothing else of it counts."""
     try:
-        cells: Any = msgspec.json.decode(content)['cells']
-        sources = [_text(cell['source']) for cell in cells if cell['cell_type'] == 'code']
-    except (msgspec.MsgspecError, RecursionError, KeyError, TypeError, ValueError) as error:
+        text = content.decode(json.detect_encoding(content), 'replace')
+        known: Any = json.loads(text, strict=False, parse_int=str, parse_float=str)
+        cells = known['cells'] if 'cells' in known else _of_version_3(known)
+        sources = [_source(cell) for cell in cells if cell['cell_type'] == 'code']
+    except (RecursionError, KeyError, TypeError, ValueError) as error:
         raise SetcmasError('it is not a notebook of Jupyter, or damaged') from error
     written = {found[1]: one[found.end() :] for one in sources if (found := _WRITTEN.match(one))}
-    runs: set[str] = {*_OF_JUPYTER}
-    shown = tuple(_without_runs(_without_magics(one), runs) for one in sources)
-    return Notebook(shown, {name: text.encode() for name, text in written.items()})
+    if sum(map(len, sources)) <= MOST_SOURCE:
+        runs: set[str] = {*_OF_JUPYTER}
+        sources = [_without_runs(_without_magics(one), runs) for one in sources]
+    return Notebook(tuple(sources), {name: text.encode() for name, text in written.items()})
 
 
-def _text(source: Any) -> str:
+def _of_version_3(known: Any) -> list[Any]:
+    return [cell for sheet in known['worksheets'] for cell in sheet['cells']]
+
+
+def _source(cell: Any) -> str:
+    source = cell['source'] if 'source' in cell else cell['input']
     text = source if isinstance(source, str) else ''.join(source)
+    text = text.encode(errors='replace').decode()  # halves of a character
     return text.replace('\r\n', '\n').replace('\r', '\n')
 
 
 def _without_magics(cell: str) -> str:
     """Return a cell without its magics and shell commands; a syntax error of its own stays."""
-    lines = cell.split('\n')
-    if lines[0].startswith('%%'):
-        if lines[0].split()[0] not in _TRANSPARENT:
-            return '\n' * (len(lines) - 1)
-        lines[0] = ''
-    for _ in range(_MOST_MAGICS):
-        try:
-            ast.parse('\n'.join(lines))
-        except SyntaxError as error:
-            number = (error.lineno or 0) - 1
-            found = _MAGIC.match(lines[number]) if 0 <= number < len(lines) else None
-            if not found:
-                break
-            while lines[number].endswith('\\') and number + 1 < len(lines):
-                lines[number], number = '', number + 1
-            lines[number] = f'{found[1]}pass'
-        except _INVALID:
-            break
+    first, _, rest = cell.partition('\n')
+    if first.startswith('%%'):
+        cell = f'\n{rest}' if first.split()[0] in _TRANSPARENT else '\n' * cell.count('\n')
+    kept, place = [], 0
+    while place < len(cell):
+        if magic := _MAGIC.match(cell, place):
+            end = magic.end()
+            kept.append(f'{magic[1]}pass' + '\n' * magic[0].count('\n'))
         else:
-            break
-    return '\n'.join(lines)
+            end = _end_of_statement(cell, place)
+            kept.append(cell[place:end])
+        place = end
+    return ''.join(kept)
+
+
+def _end_of_statement(cell: str, place: int) -> int:
+    """Return where the line of Python ends that begins at a place, with all that belongs to it."""
+    depth = 0
+    for token in _TOKEN.finditer(cell, place):
+        depth += (token.lastgroup == 'open') - (token.lastgroup == 'close')
+        if token.lastgroup == 'end' and depth <= 0:
+            return token.end()
+    return len(cell)
 
 
 def _without_runs(cell: str, runs: set[str]) -> str:
-    """Return a cell without its top-level statements that use names of `runs`.
+    """Return a cell without its top-level statements that use names of `runs`, or Jupyter.
 
     The names are those that run the law, or result from it; those of the cell are added.
     """
@@ -119,9 +139,10 @@ def _is_run(node: ast.stmt, runs: set[str]) -> bool:
     """Return whether a statement runs a law, or uses the result; adds the names that it binds."""
     if isinstance(node, (ast.Import, ast.ImportFrom)):
         module = node.module if isinstance(node, ast.ImportFrom) else node.names[0].name
-        if (module or '').partition('.')[0] == 'setcmas_tools':
+        package = (module or '').partition('.')[0]
+        if package == 'setcmas_tools' or package in _OF_NOTEBOOKS:
             runs |= {(one.asname or one.name).partition('.')[0] for one in node.names}
-        return False
+        return package in _OF_NOTEBOOKS
     used = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
     if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
         if node.name in _LAWS or used & runs:

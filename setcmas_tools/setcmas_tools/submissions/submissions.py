@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -15,7 +15,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.chosen_script import chosen_script
 from setcmas_tools.submissions.likeness import Print, fingerprint
 from setcmas_tools.submissions.notebook import Notebook, read_notebook, script_of
-from setcmas_tools.submissions.student import Identity, Student, identity_of
+from setcmas_tools.submissions.student import Identity, Student, identity_of, own_names
 from setcmas_tools.submissions.submitted_files import (
     MOST_FILES,
     Files,
@@ -23,12 +23,13 @@ from setcmas_tools.submissions.submitted_files import (
     files_near,
     handed_in,
     is_empty,
+    lay_out,
     opened_class,
     unpacked,
 )
 
 _OF_ONE = 'submission'  # folder in which autograders put a single student's submission
-_SUFFIXES = ('.py', '.zip', '.ipynb')
+_SUFFIXES = ('.py', '.zip', '.ipynb', '.rar', '.7z', '.tar', '.gz')
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,7 @@ class Submission:
     def unpacked(self) -> Iterator[Path]:
         """Write the files to a new folder; yield the path of the script."""
         with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as new:
-            for path, content in self.files.items():
-                Path(new, path).parent.mkdir(parents=True, exist_ok=True)
-                Path(new, path).write_bytes(content)
+            lay_out(self.files, Path(new))
             yield Path(new, self.script)
 
 
@@ -113,8 +112,8 @@ def read_submission(packed: Packed) -> Submission:
         for path, content in unpacked(own, top).items():
             files.pop(path, None)  # the newest comes last
             files[path], tops[path] = content, top
-    newest = [path for path in files if not is_empty(path)][-MOST_FILES:]
-    files = {path: files[path] for path in newest}
+    kept = sorted((path for path in files if not is_empty(path)), key=_is_code)[-MOST_FILES:]
+    files = {path: files[path] for path in kept}
     last = packed.files[-1].top
     notebooks = _with_scripts(files)
     script, problem = chosen_script(files, packed.function)
@@ -187,16 +186,15 @@ def find_submissions(
     """
     found: defaultdict[str, list[tuple[Identity, PackedFile]]] = defaultdict(list)
     for path, content in _of_class(handed_in(place), function).items():
-        top = path.parts[0]
-        is_file = len(path.parts) == 1
-        identity = identity_of(top, path.stem if is_file else PurePosixPath(top).stem)
+        top, *inside = path.parts
+        identity = identity_of(top)
         is_of_student = identity.group or path.suffix in _SUFFIXES  # not a list of the class
-        if is_file and (is_empty(path) or not is_of_student):
+        if not inside and (is_empty(path) or not is_of_student):
             continue
-        own = path.relative_to(top)
-        if is_file and path.suffix != '.zip':  # what is in a zip file has paths of its own
-            own = PurePosixPath(identity.file or top)
-        file = PackedFile(top, str(own), bytes(content), not isinstance(content, Unread))
+        own = '/'.join(inside)
+        if not inside and path.suffix != '.zip':  # what is in a zip file has paths of its own
+            own = identity.file or top
+        file = PackedFile(top, own, bytes(content), not isinstance(content, Unread))
         found[identity.group or top].append((identity, file))
     if not found:
         raise SetcmasError(
@@ -206,6 +204,10 @@ def find_submissions(
     packed = []
     for parts in found.values():
         identities, files = zip(*sorted(parts, key=lambda part: part[0].number), strict=True)
+        if identities[-1].number:  # of Canvas
+            names = own_names([file.path for file in files])
+            pairs = zip(files, names, strict=True)
+            files = tuple(replace(file, path=name) for file, name in pairs)
         packed.append(Packed(identities[-1].student, files, function, exercise))
     submissions = read(packed) if read else map(read_submission, packed)
     return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
@@ -214,7 +216,7 @@ def find_submissions(
 def _of_class(files: Files, function: str) -> Files:
     """Return files by path relative to the folder of the class, which may be inside another."""
     top, *others = {path.parts[0] for path in files} or {_OF_ONE}
-    if others or top == _OF_ONE or identity_of(top, top).group:
+    if others or top == _OF_ONE or identity_of(top).group:
         return files
     lone = files.get(PurePosixPath(top))
     if lone is not None and top.endswith('.zip') and not isinstance(lone, Unread):
@@ -226,7 +228,7 @@ def _of_class(files: Files, function: str) -> Files:
             if len(path.parts) > (2 if is_empty(path) else 1)
         }
     some = {path.parts[0] for path, content in inner.items() if _may_be(path, content, function)}
-    if len(some) > 1 or any(identity_of(path.parts[0], '').group for path in inner):
+    if len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner):
         return inner
     deeper = _of_class(inner, function)
     return files if deeper is inner else deeper
@@ -238,6 +240,10 @@ def _may_be(path: PurePosixPath, content: bytes, function: str) -> bool:
     return path.suffix == '.zip' or (
         path.suffix in ('.py', '.ipynb') and re.search(written, content) is not None
     )
+
+
+def _is_code(path: PurePosixPath) -> bool:
+    return path.suffix in ('.py', '.ipynb')
 
 
 def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:

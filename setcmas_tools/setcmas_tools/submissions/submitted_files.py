@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO
+from unicodedata import normalize
 
 from setcmas_simu.errors import SetcmasError
 
-_LARGEST = 1 << 20  # bytes of a file
+_SMALL = 1 << 20  # bytes of a file
+# A notebook also holds its pictures; of a zip file, the content counts.
+_LARGEST = {'.py': _SMALL, '.ipynb': 1 << 24, '.zip': 1 << 28}
 _MOST_NESTED = 3  # zip files in each other
 _MOST_OF_STUDENT = 1000, 1 << 24  # files and bytes
-_LARGEST_ZIP = 1 << 28  # bytes of a submission that is a zip file; its content counts
-_MOST_OF_CLASS = 100_000, 1 << 29
+_MOST_OF_CLASS = 1 << 29  # bytes
+_BLOCK = 1 << 12  # bytes that each file takes of it at least
 MOST_FILES = 200
 """Files of a submission that its script finds: the newest."""
-_LONGEST_NAME = 255  # bytes, of most file systems
+_DEEPEST, _LONGEST_PATH, _LONGEST_NAME = 50, 1000, 255  # folders, and bytes, for any file system
 _IGNORED = ('__MACOSX', '__pycache__')
-_BROKEN = (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
+_BROKEN = (
+    zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError, OSError,
+    ValueError,
+)  # fmt: skip
 _BOUNDED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others unpack megabytes at a time
+_NAMED_IN_UTF_8 = 0x800  # flag of a file in a zip file
 _EMPTY = '.empty'
 _LEFT_OUT = b'larger than 1 MB: left out\n'
+# Capitals, spaces, and an ending that Windows or a browser has added, and does not show.
+_ENDING = re.compile(r'(\.(?:py|ipynb|zip))(?:\.txt|\.json)?\s*$', re.IGNORECASE)
 
 Files = dict[PurePosixPath, bytes]
 
@@ -37,6 +49,10 @@ class Unread(bytes):
     def because(cls, reason: str) -> Unread:
         """Return the place of a file that has not been read."""
         return cls(reason.encode(errors='replace'))
+
+
+class _Linked(Unread):
+    """That a file is a hard link."""
 
 
 class _TooMuchError(Exception):
@@ -70,14 +86,14 @@ def handed_in(place: Path) -> Files:
     """
     try:
         if place.is_dir():
-            _check_not_linked(place)
-            return _within(_in_folder(place))
+            files = _within(_in_folder(place))
+            _check_not_linked(place, files)
+            return files
         with place.open('rb') as file:
             return _packed(file)
     except _TooMuchError as error:
-        files, size = _MOST_OF_CLASS
         raise SetcmasError(
-            f"'{place}' holds more than {files:,} files or {size >> 20} MB; grade it in parts"
+            f"'{place}' holds more than {_MOST_OF_CLASS >> 20} MB; grade it in parts"
         ) from error
     except OSError as error:
         raise SetcmasError(f"'{place}' cannot be read: {error.strerror}") from error
@@ -95,90 +111,137 @@ def opened_class(content: bytes) -> Files:
 
 def _packed(file: IO[bytes]) -> Files:
     with zipfile.ZipFile(file) as archive:
-        return _within(_in_zip(archive, _largest))
+        return _within(_in_zip(archive))
 
 
 def _within(files: Iterable[tuple[PurePosixPath, bytes]]) -> Files:
-    """Return the files of a class within its limit."""
-    limit, found = _Limit(*_MOST_OF_CLASS), Files()
+    """Return the files of a class within its limit; it costs the one who hands in the most."""
+    found, sizes, refused = Files(), Counter[str](), set[str]()
+    left = _MOST_OF_CLASS
     for path, content in files:
-        limit.take(len(content))
+        if (top := path.parts[0]) in refused:
+            continue
         found[path] = content
+        sizes[top] += (size := max(len(content), _BLOCK))
+        left -= size
+        if left < 0:
+            if len(sizes) == 1:
+                raise _TooMuchError
+            [(largest, _)] = sizes.most_common(1)
+            refused.add(largest)
+            left += sizes.pop(largest)
+            found = {path: one for path, one in found.items() if path.parts[0] != largest}
+            reason = f'{largest} is the largest of more than {_MOST_OF_CLASS >> 20} MB'
+            found[PurePosixPath(largest, 'all')] = Unread.because(f'{reason}; grade it alone')
     return found
 
 
-def _check_not_linked(place: Path) -> None:
+def _check_not_linked(place: Path, files: Files) -> None:
     """Check that a folder is not a copy of hard links: all its students would get no points.
 
     Raises:
         SetcmasError: All files of several submissions have another name.
     """
-    tops: dict[Path, bool] = {}
-    for file in place.rglob('*'):
-        if stat.S_ISREG((status := file.lstat()).st_mode):
-            top = place / file.relative_to(place).parts[0]
-            tops[top] = tops.get(top, True) and status.st_nlink > 1
+    tops: dict[str, bool] = {}
+    for path, content in files.items():
+        if not is_empty(path):
+            top = path.parts[0]
+            tops[top] = tops.get(top, True) and isinstance(content, _Linked)
     if len(tops) > 1 and all(tops.values()):
         raise SetcmasError(
             f"'{place}' holds only hard links, as cp -al makes them; copy it with cp -r"
         )
 
 
-def _largest(path: PurePosixPath, nested: int = 0) -> int:
-    """Return how many bytes of a file are read; a notebook also holds its pictures."""
-    if path.suffix == '.zip' and not nested:
-        return _LARGEST_ZIP
-    return _MOST_OF_STUDENT[1] if path.suffix in ('.zip', '.ipynb') else _LARGEST
-
-
-def _is_left_out(path: PurePosixPath, size: int) -> bool:
-    return size > _LARGEST and path.suffix not in ('.py', '.zip', '.ipynb')
-
-
 def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
-    for folder, folders, names in os.walk(place):
-        folders[:] = sorted(name for name in folders if _is_wanted(PurePosixPath(name)))
-        for name in folders:
-            yield _readable(Path(folder, name, _EMPTY).relative_to(place)), b''
-        for name in sorted(names):
-            file = Path(folder, name)
-            path, status = _readable(file.relative_to(place)), file.lstat()
-            if not _is_wanted(path) or not stat.S_ISREG(status.st_mode):
-                continue
-            if status.st_nlink > 1:  # it may be any file of the teacher's disk
-                reason = (
-                    f'{path.name} is a hard link, perhaps to a file of another person; check it, '
-                    'and put a copy in its place'
-                )
-                yield path, Unread.because(reason)
-            elif _is_left_out(path, status.st_size):
-                yield path, _LEFT_OUT
-            else:
-                with file.open('rb') as opened:
-                    yield path, opened.read(_largest(path) + 1)
+    """Yield the files of a folder; folders and files that cannot be read are `Unread`."""
+    refused: list[OSError] = []
+    for folder, folders, names in os.walk(place, onerror=refused.append):
+        here = Path(folder).relative_to(place)
+        folders[:] = sorted(folders) if len(here.parts) <= _DEEPEST else []
+        inside = [*(f'{name}/{_EMPTY}' for name in folders), *sorted(names)]
+        yield from _read([str(here / one) for one in inside], lambda *of: _of_disk(place, *of))
+    for error in refused:
+        if (here := Path(error.filename).relative_to(place)) == Path():
+            raise error
+        reason = Unread.because(f'{here.name} cannot be read: {error.strerror}')
+        yield from _read([str(here / 'all')], lambda *_, reason=reason: reason)
 
 
-def _in_zip(
-    archive: zipfile.ZipFile, largest: Callable[[PurePosixPath], int]
+def _of_disk(place: Path, name: str, path: PurePosixPath) -> bytes | None:
+    """Return the content of a file; None if it is none, such as a symbolic link."""
+    try:
+        status = (place / name).lstat()
+        if not stat.S_ISREG(status.st_mode):
+            return None
+        if status.st_nlink > 1:  # it may be any file of the teacher's disk
+            return _Linked.because(
+                f'{path.name} is a hard link, perhaps to a file of another person; check it, '
+                'and put a copy in its place'
+            )
+        with (place / name).open('rb') as file:
+            return _limited(file, path, status.st_size)
+    except OSError as error:
+        return Unread.because(f'{path.name} cannot be read: {error.strerror}')
+
+
+def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes]]:
+    """Yield the files of a zip file; those that cannot be read are `Unread`."""
+    infos = {_name(one): one for one in archive.infolist()}
+
+    def content(name: str, path: PurePosixPath) -> bytes:
+        if infos[name].compress_type not in _BOUNDED:
+            return Unread.because(f'{path.name} is compressed by an unusual method')
+        try:
+            with archive.open(infos[name]) as file:
+                return _limited(file, path, infos[name].file_size)
+        except _BROKEN:
+            return Unread.because(f'{path.name} is damaged or has a password')
+
+    return _read(sorted(infos), content)
+
+
+def _name(info: zipfile.ZipInfo) -> str:
+    """Return the name of a file, also where it is in UTF-8 without saying so, as of macOS."""
+    name = info.filename
+    if not info.flag_bits & _NAMED_IN_UTF_8:
+        with suppress(UnicodeError):
+            name = name.encode('cp437').decode()
+    return f'{name}{_EMPTY}' if name.endswith(('/', '\\')) else name
+
+
+def _limited(file: IO[bytes], path: PurePosixPath, size: int) -> bytes:
+    """Return the content of a file as far as it counts."""
+    most = _LARGEST.get(path.suffix)
+    return _LEFT_OUT if most is None and size > _SMALL else file.read((most or _SMALL) + 1)
+
+
+def _read(
+    names: list[str], content: Callable[[str, PurePosixPath], bytes | None]
 ) -> Iterator[tuple[PurePosixPath, bytes]]:
-    for one in sorted(archive.infolist(), key=lambda info: info.filename):
-        path = PurePosixPath(one.filename)
-        if not _is_wanted(path):
+    """Yield the paths of a student's files, and their content, from their names.
+
+    A path has '/' between folders, composed accents (NFC) as Python's imports, and an ending in
+    small letters without '.txt' after '.py', unless another file has that name.
+    """
+    taken = {*names}
+    for name in names:
+        text = normalize('NFC', name.replace('\\', '/'))
+        text = text.encode(errors='backslashreplace').decode()  # whatever bytes it has
+        plain = _ENDING.sub(lambda found: found[1].lower(), text)
+        path = PurePosixPath(text if plain in taken else plain)
+        taken.add(str(path))
+        folders = path.parts[: -1 if is_empty(path) else None]
+        sizes = [len(one.encode()) for one in folders]
+        if any(one in _IGNORED or one.startswith(('.', '/')) for one in folders):
             continue
-        if one.is_dir():
-            yield path / _EMPTY, b''
-        elif one.compress_type not in _BOUNDED:
-            yield path, Unread.because(f'{path.name} is compressed by an unusual method')
-        elif _is_left_out(path, one.file_size):
-            yield path, _LEFT_OUT
-        else:
-            with archive.open(one) as file:
-                yield path, file.read(largest(path) + 1)
-
-
-def _readable(path: Path) -> PurePosixPath:
-    """Return a path as writable text, whatever bytes its name has."""
-    return PurePosixPath(path.as_posix().encode(errors='backslashreplace').decode())
+        if len(folders) > _DEEPEST or sum(sizes) > _LONGEST_PATH or max(sizes) > _LONGEST_NAME:
+            reason = f'the path of {path.name[:_DEEPEST]} is too long'
+            yield PurePosixPath(folders[0][:_DEEPEST], 'too long'), Unread.because(reason)
+        elif is_empty(path):
+            yield path, b''
+        elif (found := content(name, path)) is not None:
+            yield path, found
 
 
 def unpacked(files: Files, name: str) -> Files:
@@ -212,7 +275,7 @@ def _unpacked(
         _TooMuchError: The limit is reached.
     """
     is_zip = path.suffix == '.zip' or not path.name
-    if len(content) > _LARGEST_ZIP:
+    if len(content) > _LARGEST['.zip']:
         raise _TooMuchError
     limit.take(0 if is_zip and not nested else len(content))
     if not is_zip or isinstance(content, Unread):
@@ -224,7 +287,7 @@ def _unpacked(
         with zipfile.ZipFile(BytesIO(content)) as archive:
             inner = [
                 pair
-                for each, packed in _in_zip(archive, lambda one: _largest(one, nested=1))
+                for each, packed in _in_zip(archive)
                 for pair in _unpacked(each, packed, limit, name, nested + 1)
             ]
     except _BROKEN:
@@ -234,15 +297,12 @@ def _unpacked(
             yield path / inside, read
 
 
-def _is_wanted(path: PurePosixPath) -> bool:
-    """Return whether a path is a student's file, relative to the folder of the class."""
-    return bool(path.parts) and not any(
-        part in _IGNORED
-        or part.startswith('.')
-        or part.startswith('/')  # also '//'
-        or len(part.encode(errors='replace')) > _LONGEST_NAME
-        for part in path.parts
-    )
+def lay_out(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write files into a folder, except what it cannot hold, such as a file named as a folder."""
+    for name, content in files.items():
+        with suppress(OSError, ValueError):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
 
 
 def files_near(script: Path) -> dict[str, bytes]:

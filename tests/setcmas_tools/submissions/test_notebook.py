@@ -1,6 +1,10 @@
 """Notebooks of students, as scripts."""
 
+import ast
 import json
+from unittest.mock import Mock
+
+import pytest
 
 from setcmas_tools import check
 from setcmas_tools.submissions.notebook import in_cells, read_notebook
@@ -18,9 +22,9 @@ CELLS = [
 ]
 
 
-def notebook(*cells):
+def notebook(*cells, **known):
     sources = [{'cell_type': 'markdown', 'source': ['# Law']}]
-    sources += [{'cell_type': 'code', 'source': text.splitlines(True)} for text in cells]
+    sources += [{'cell_type': 'code', 'source': text.splitlines(True), **known} for text in cells]
     return json.dumps({'cells': sources, 'nbformat': 4}).encode()
 
 
@@ -33,6 +37,59 @@ def test_magics_and_runs_are_left_out_and_lines_stay():
         assert kept in script
     for left_out in ('matplotlib', 'pip', 'run', 'control(1', 'wc', '?', 'timeit'):
         assert left_out not in script
+
+
+AGAIN = 'def control(i, n, poses, t):\n    return 0, 0'
+OUTPUT = [{'output_type': 'stream', 'text': ['@'], 'data': float('nan'), 'count': 1234567}]
+VERSION_3 = {
+    'worksheets': [{'cells': [{'cell_type': 'code', 'input': AGAIN}]}],
+    'nbformat': 3,
+}
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        whole := notebook(AGAIN, outputs=OUTPUT),
+        whole.replace(b'@', b'\\ud83d').replace(b'1234567', b'9' * 5000),
+        whole.replace(b'@', b'\xe9\xed\xa0\xbd\x1b'),
+        whole.decode().encode('utf-8-sig'),
+        whole.decode().encode('utf-16'),
+        json.dumps(VERSION_3).encode(),
+    ],
+)
+def test_only_the_cells_of_a_notebook_count(content):
+    assert read_notebook(content).source == f'{AGAIN}\n'
+
+
+def test_cells_for_the_place_where_a_notebook_was_written_are_left_out():
+    cells = [
+        'from google.colab import drive, files\nfrom IPython.display import Image\nK = 1',
+        'drive.mount("/content/drive")\nload = files.upload()\nImage("plan.png")\nprint(load)',
+        AGAIN,
+    ]
+
+    assert read_notebook(notebook(*cells)).source == (
+        f'pass\npass\nK = 1\npass\npass\npass\npass\n{AGAIN}\n'
+    )
+
+
+def test_a_magic_is_the_beginning_of_a_line_of_python_and_no_part_of_one():
+    cell = 'x = ("(" + \'[\',\n%s)\nf(\n  a\n  % b)  # (\n"""\n%s\n"""\ny = a \\\n % b'
+
+    assert read_notebook(notebook(f'{cell}\n%time\nls = !ls\nf?')).source == (
+        f'{cell}\npass\npass\npass\n'
+    )
+
+
+def test_a_notebook_is_parsed_once_and_a_large_one_never(monkeypatch):
+    parse = Mock(side_effect=ast.parse)
+    monkeypatch.setattr('setcmas_tools.submissions.notebook.ast.parse', parse)
+
+    read_notebook(notebook('%time\n' * 999, AGAIN))
+    assert parse.call_count == 2
+    read_notebook(notebook('%time\n' * 99_999, AGAIN))
+    assert parse.call_count == 2
 
 
 def test_messages_name_the_cell_and_its_line():

@@ -1,6 +1,8 @@
 import os
+import re
 import shutil
 import zipfile
+from unicodedata import normalize
 
 import pytest
 from hostile_submissions import PACKED, archive
@@ -14,6 +16,7 @@ WITH_TEST = {
     'law.py': LAW,
     'test_law.py': b'from law import control\n\ndef test_it():\n    control()\n',
 }
+OTHER = LAW + b'# another\n'
 IMPORTING = b'from maths import f\n' + LAW
 MOODLE = 'cid_1_assignsubmission_file_'
 CANVAS = 'kinga_LATE_12_'
@@ -73,21 +76,106 @@ def test_a_student_whose_folder_is_empty_is_not_lost(tmp_path):
     assert submissions['ada'].problem == 'the submission is empty'
 
 
-def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
-    old, new = b'# old\n' + LAW, b'# new\n' + LAW
-    files = {f'{CANVAS}9_law.py': old, f'{CANVAS}11_law-1.py': new, f'{CANVAS}10_x.py': b''}
+@pytest.mark.parametrize(
+    ('names', 'files'),
+    [
+        (['9_law-2.py', '11_gains-1.py'], ['gains.py', 'law.py']),
+        (['9_step-1.py', '10_step-2.py', '11_law.py'], ['law.py', 'step-1.py', 'step-2.py']),
+        (['9_law.py', '11_law.py'], ['law.py']),
+    ],
+)
+def test_the_numbers_of_canvas_are_left_out_unless_two_files_would_have_one_name(
+    tmp_path, names, files
+):
+    sources = {name: LAW if 'law' in name else b'' for name in names}
+
+    handed_in = {f'{CANVAS}{name}': source for name, source in sources.items()}
+    (submission,) = found(tmp_path, handed_in).values()
+
+    assert sorted(submission.files) == files
+    assert submission.problem == ''
+
+
+def test_files_that_canvas_makes_anonymous_are_one_submission(tmp_path):
+    files = {'anon_h7KqZ_LATE_9_law.py': IMPORTING, 'anon_h7KqZ_LATE_10_maths.py': b''}
 
     (submission,) = found(tmp_path, files).values()
 
-    assert submission.name == f'{CANVAS}11_law-1.py'
-    assert submission.student.name == 'kinga'
-    assert submission.files == {'law.py': new, 'x.py': b''}
+    assert (submission.student.name, submission.script) == ('anon_h7KqZ', 'law.py')
+    assert submission.files.keys() == {'law.py', 'maths.py'}
+
+
+ACCENTED = 'from régulateur import f\n'.encode() + LAW
+
+
+@pytest.mark.parametrize(
+    ('module', 'written'),
+    [
+        ('tp/régulateur.py', ''),
+        (normalize('NFD', 'tp/régulateur.py'), ''),
+        ('C:\\tp\\régulateur.PY.txt', ''),
+        ('tp/r@@gulateur.py', 'é'.encode()),  # of macOS, which does not say that it is UTF-8
+        ('tp/re@@gulateur.py', normalize('NFD', 'é').encode()[1:]),
+        ('tp/r@@gulateur.py', b'\x82'),  # of Windows
+    ],
+)
+def test_names_in_a_zip_file_are_read_as_each_system_writes_them(tmp_path, module, written):
+    law = re.sub(r'[^/\\]+$', 'LAW.PY', module)
+    stand_in = '@' * len(written)  # zipfile would add the flag of UTF-8
+    content = archive({law: ACCENTED, module.replace('@@', stand_in): b'f = 1'})
+    content = content.replace(stand_in.encode(), written) if written else content
+
+    one, _ = found(tmp_path, {'ada.zip': content, 'bob.py': LAW}).values()
+
+    assert one.problem == ''
+    assert one.files.keys() == {'LAW.py', 'régulateur.py'}
+
+
+def test_folders_of_a_class_are_known_by_backslashes_and_students_by_composed_accents(tmp_path):
+    files = {f'{normalize("NFD", "Zoé")}_7_assignsubmission_file_\\law.py': LAW, 'bob\\a.py': LAW}
+
+    for name in ('class', 'class.zip'):
+        bob, zoe = found(tmp_path, files, name).values()
+        assert (bob.student.name, zoe.student.name) == ('bob', 'Zoé')
+        assert zoe.script == 'law.py'
+
+
+def test_endings_in_capitals_or_with_what_windows_hides_are_those_of_scripts(tmp_path):
+    files = {
+        'ada.PY': LAW,
+        'bob.py.txt': LAW,
+        'cid.py ': LAW,
+        'dan.Zip': archive({'tp/LAB.ZIP': archive({'LAW.PY': LAW})}),
+        'eve/law.py': LAW,
+        'eve/law.py.txt': LAW + b'# old',
+    }
+
+    submissions = found(tmp_path, files)
+
+    assert [one.problem for one in submissions.values()] == [''] * 5
+    assert list(submissions) == ['ada.py', 'bob.py', 'cid.py', 'dan.zip', 'eve']
+    assert submissions['eve'].files['law.py'] == LAW
+
+
+def test_a_script_is_not_lost_among_more_files_than_it_finds(tmp_path):
+    files = {'law.py': LAW, **{f'data/{k}.csv': b'' for k in range(300)}}
+
+    one, _ = found(tmp_path, {'ada.zip': archive(files), 'bob.py': LAW}).values()
+
+    assert one.script == 'law.py'
+    assert len(one.files) == 200
+
+
+def test_copies_of_one_law_are_one(tmp_path):
+    one, _ = found(tmp_path, {'ada/law.py': LAW, 'ada/law (1).py': LAW, 'bob.py': LAW}).values()
+
+    assert one.problem == ''
 
 
 @pytest.mark.parametrize(
     ('files', 'problem'),
     [
-        ({'a.py': LAW, 'b.py': LAW}, 'a.py and b.py both have a function control'),
+        ({'a.py': LAW, 'b.py': OTHER}, 'a.py and b.py both have a function control'),
         ({'a.py': b'', 'b.py': b''}, 'none of its 2 scripts has a function control'),
         ({'law.ipynb': b'{}'}, 'law.ipynb: it is not a notebook of Jupyter, or damaged'),
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
@@ -95,10 +183,10 @@ def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
         ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),
         ({'law.py': b'def control(:\n', 'gains.py': b''}, 'law.py, line 1: SyntaxError'),
         # several laws are named, and none is guessed
-        (WITH_TEST | {'law_old.py': LAW}, 'law.py and law_old.py both have'),
-        (WITH_TEST | {'consensus.py': LAW}, 'consensus.py and law.py both have'),
-        ({'a.py': LAW, 'b.py': LAW, 'v2/c.py': LAW}, 'a.py and b.py and v2/c.py all have'),
-        ({'a.py': LAW, 'b.py': LAW}, 'leave only the one to be marked in the submission'),
+        (WITH_TEST | {'law_old.py': OTHER}, 'law.py and law_old.py both have'),
+        (WITH_TEST | {'consensus.py': OTHER}, 'consensus.py and law.py both have'),
+        ({'a.py': LAW, 'b.py': OTHER, 'v2/c.py': LAW}, 'a.py and b.py and v2/c.py all have'),
+        ({'a.py': LAW, 'b.py': OTHER}, 'leave only the one to be marked in the submission'),
     ],
 )
 def test_a_submission_without_a_law_says_why(tmp_path, files, problem):
@@ -210,11 +298,54 @@ def test_an_entry_with_an_absolute_path_stays_away_from_other_students(tmp_path)
     assert list(found(tmp_path, files)) == ['ada.py', 'bob.py', 'mal.zip']
 
 
-def test_a_class_has_a_limit_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(submitted_files, '_MOST_OF_CLASS', (5, 1 << 20))
+def test_a_class_has_a_limit_that_costs_only_its_largest_submission(tmp_path, monkeypatch):
+    monkeypatch.setattr(submitted_files, '_MOST_OF_CLASS', 1 << 20)
+    files = {f'{k}.py': LAW for k in range(9)}
 
-    with pytest.raises(SetcmasError, match='more than 5 files or 1 MB; grade it in parts'):
-        found(tmp_path, {f'{k}.py': LAW for k in range(6)})
+    submissions = found(tmp_path, {**files, **{f'4/{k}.csv': b'' for k in range(300)}})
+
+    assert [one.name for one in submissions.values() if one.problem] == ['4']
+    assert submissions['4'].problem.startswith('4 is the largest of more than 1 MB')
+    with pytest.raises(SetcmasError, match='more than 1 MB; grade it in parts'):
+        found(tmp_path / 'lone', {f'class/{k}.py': LAW for k in range(300)})
+
+
+DEEP = {
+    'deep': archive({f'{"a/" * 2250}law.py': LAW}),
+    'long': archive({f'{"b" * 99}/' * 20 + 'law.py': LAW}),
+    'name': archive({f'{"c" * 300}.py': LAW}),
+}
+
+
+@pytest.mark.parametrize('name', DEEP)
+def test_a_path_that_no_disk_holds_costs_its_student_alone(tmp_path, name):
+    (tmp_path / 'lone.zip').write_bytes(DEEP[name])
+
+    submissions = found(tmp_path, {f'{name}.zip': DEEP[name], 'other.py': LAW})
+
+    assert submissions['other.py'].problem == ''
+    assert re.match(r'the path of \S+ is too long', submissions[f'{name}.zip'].problem)
+    assert find_submissions(tmp_path / 'lone.zip', 'control')[0].problem
+
+
+def test_a_damaged_file_of_a_class_costs_its_student_alone(tmp_path):
+    content = bytearray(archive({'ada/law.py': os.urandom(999), 'bob/law.py': LAW}, 8))
+    content[100:110] = bytes(10)
+    (tmp_path / 'class.zip').write_bytes(content)
+
+    ada, bob = find_submissions(tmp_path / 'class.zip', 'control')
+
+    assert (ada.problem, bob.problem) == ('law.py is damaged or has a password', '')
+
+
+def test_a_file_that_is_named_as_a_folder_is_left_out(tmp_path):
+    one, _ = found(
+        tmp_path,
+        {'ada.zip': archive({'law.py': LAW, 'x': b'', 'x/y.py': b''}), 'bob.py': LAW},
+    ).values()
+
+    with one.unpacked() as script:
+        assert script.read_bytes() == LAW
 
 
 def test_names_of_any_bytes_can_be_written(tmp_path):
