@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, BinaryIO
@@ -53,6 +53,24 @@ def written_whole(path: Path) -> Iterator[IO[str]]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def write_together(texts: Mapping[Path, str]) -> None:
+    """Write text files (UTF-8) and their folders: all files, or none if the disk is full.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    parts = {path: path.with_name(f'.{path.name}.part') for path in texts}
+    try:
+        for path, part in parts.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part.write_text(texts[path], encoding='utf-8', errors='replace', newline='')
+        for path, part in parts.items():
+            part.replace(path)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
 
 
 _AT_ONCE = getattr(os, 'O_NONBLOCK', 0)  # Windows has no such pipes

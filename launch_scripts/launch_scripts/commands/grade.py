@@ -16,13 +16,14 @@ import argparse
 import hashlib
 import json
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.terminal import warn
 from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.limited_file import write_together
 from setcmas_tools.grade.grade_options import GradeOptions
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     from setcmas_tools.grade.class_grading import check_sandbox, grade, handed_in
     from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
     from setcmas_tools.grade.gradebooks import tables_of
-    from setcmas_tools.grade.mark_pages import marks_table, page_paths, write_pages
+    from setcmas_tools.grade.mark_pages import CLASS_PAGE, marks_table, pages_of
 
     check_sandbox(options)
     own = WrittenFiles(folder)
@@ -125,18 +126,19 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         warn(
             f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
         )
-    graded = grade(submissions, rubric, folder, options)
-    marks = [corrections.applied(one) for one in graded]
+    marks = [corrections.applied(one) for one in grade(submissions, rubric, folder, options)]
     tables = tables_of(marks)
-    places = [*(folder / name for name in tables), *page_paths(marks, folder)]
-    _check_overwriting([path for path in own.changed(places) if path not in asked], options)
-    for name, content in tables.items():
-        (folder / name).write_bytes(content)
-    page = write_pages(marks, folder)
-    own.record(places)
+    texts = {**tables, **pages_of(marks)}
+    _check_overwriting([path for path in own.changed(texts) if path not in asked], options)
+    own.write(texts)
     print(marks_table(marks))  # after the files: the reader of the output may be gone
-    print(f'{_count(marks)}: {page}   {", ".join(tables)}')
-    return 0
+    print(f'{_count(marks)}: {folder / CLASS_PAGE}   {", ".join(tables)}')
+    if undecided := [one for one in marks if not one.is_decided]:
+        print(
+            f'{_count(undecided)} without a grade: the remarks say why; have it handed in again, '
+            f'or decide in {CORRECTIONS}'
+        )
+    return int(not all(one.digest for one in marks))  # what the machine kept from running
 
 
 def _count(submissions: Sequence[object]) -> str:
@@ -171,32 +173,31 @@ class WrittenFiles:
             found = {}
         self._digests: dict[str, str] = found if isinstance(found, dict) else {}
 
-    def changed(self, others: Iterable[Path] = ()) -> list[Path]:
+    def changed(self, others: Iterable[str] = ()) -> list[Path]:
         """Return the written files, and others, that are not as setcmas has written them."""
-        paths = {*(self._folder / name for name in self._digests), *others}
         return [
-            path
-            for path in sorted(paths)
-            if path.is_file() and _digest(path) != self._digests.get(self._name(path))
+            self._folder / name
+            for name in sorted({*self._digests, *others})
+            if (self._folder / name).is_file()
+            and _digest((self._folder / name).read_bytes()) != self._digests.get(name)
         ]
 
-    def record(self, paths: Iterable[Path]) -> None:
-        """Record files as they are now, and forget those that are gone.
+    def write(self, texts: Mapping[str, str]) -> None:
+        """Write files by name, with their record, and remove the earlier ones: all or nothing.
 
         Raises:
-            OSError: The record cannot be written.
+            OSError: They cannot be written.
         """
-        new = {self._name(path): _digest(path) for path in paths}
-        known = self._digests | new
+        earlier = {*self._digests} - {*texts}
         self._digests = {
-            one: known[one] for one in sorted(known) if (self._folder / one).is_file()
+            name: _digest(texts[name].encode(errors='replace')) for name in sorted(texts)
         }
-        text = json.dumps(self._digests, indent=1)
-        (self._folder / _WRITTEN).write_text(text, encoding='utf-8', newline='\n')
+        record = json.dumps(self._digests, indent=1)
+        files = {**texts, _WRITTEN: record}
+        write_together({self._folder / name: text for name, text in files.items()})
+        for name in earlier:
+            (self._folder / name).unlink(missing_ok=True)
 
-    def _name(self, path: Path) -> str:
-        return path.relative_to(self._folder).as_posix()
 
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -8,7 +8,7 @@ import logging
 import multiprocessing
 import signal
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -22,9 +22,9 @@ from tqdm import tqdm
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_ctrl.scripts.machine_paths import without_paths
-from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import written_whole
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
@@ -205,9 +205,8 @@ class KeptMarks:
         """Write the marks of a submission, whole or not at all; return them with their digest."""
         digest = self.digest(submission)
         kept = replace(marks, digest=digest)
-        part = self._folder / f'{digest}.part'
-        part.write_bytes(msgspec.json.encode(kept))
-        part.replace(part.with_suffix('.json'))
+        with written_whole(self._folder / f'{digest}.json') as file:
+            file.write(msgspec.json.encode(kept).decode())
         return kept
 
     def drop_others(self, submissions: Iterable[Submission]) -> None:
@@ -229,7 +228,10 @@ def _digest(*parts: bytes) -> str:
     return whole.hexdigest()
 
 
-_MOST_NAMES = 5
+_NOT_RUN = (
+    'this computer ran out of memory, disk or processes, or setcmas failed; repeat the command, '
+    'with fewer --jobs'
+)
 _logger = logging.getLogger(__name__)
 
 
@@ -240,9 +242,11 @@ def grade(
 
     The marks are kept in the folder of the grades.
 
+    A submission that the machine has kept from running, or that has made setcmas fail, is not
+    marked; the next grading tries again.
+
     Raises:
-        SetcmasError: There is no sandbox, the rubric's solution fails, or the machine has kept
-            submissions from running; the marks of all others are stored.
+        SetcmasError: There is no sandbox, or the rubric's solution fails.
         OSError: The marks cannot be written.
     """
     check_sandbox(options)
@@ -257,29 +261,16 @@ def grade(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
     ) as progress:
         for submission, made in _made(left, grader, options.jobs):
-            if made:
-                marks[submission.name] = kept.keep(submission, made)
+            name, student = submission.name, submission.student
+            marks[name] = (
+                kept.keep(submission, made)
+                if made
+                else unmarked(rubric, name, student, Failure(_NOT_RUN))
+            )
             progress.update()
     kept.drop_others(submissions)
-    _check_all_marked(marks, submissions)
     like = likenesses(*_prints(submissions, rubric))
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
-
-
-def _check_all_marked(marks: Mapping[str, Marks], submissions: Sequence[Submission]) -> None:
-    """Check that all are marked: zero points in a table would look like the students' fault.
-
-    Raises:
-        SetcmasError: Some are not.
-    """
-    names = [safe_text(str, one.name) for one in submissions if one.name not in marks]
-    if names:
-        more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
-        raise SetcmasError(
-            f'not marked: {", ".join(names[:_MOST_NAMES])}{more}. This computer ran out of '
-            'memory, disk or processes, or setcmas failed; repeat the command, with fewer --jobs, '
-            'to grade the rest and write the tables'
-        )
 
 
 def _made(

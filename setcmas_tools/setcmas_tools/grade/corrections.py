@@ -93,7 +93,8 @@ class Corrections:
         for one in changes:
             if one.key != 'total':
                 add(one.signed, *_of_criterion(one, marks))
-        if self._late and (taken := self._late[1].taken(marks))[1]:
+        is_decided = changes or not marks.failure
+        if self._late and is_decided and (taken := self._late[1].taken(marks))[1]:
             add(self._late[0], taken[0], -taken[1])
         for one in changes:
             if one.key == 'total':

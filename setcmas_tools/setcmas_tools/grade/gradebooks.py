@@ -28,16 +28,16 @@ _MOODLE_HEADER: list[Cell] = [
 _CANVAS_HEADER: list[Cell] = ['Student', 'ID', 'SIS User ID', 'SIS Login ID', 'Section']
 
 
-def tables_of(marks: Sequence[Marks]) -> dict[str, bytes]:
+def tables_of(marks: Sequence[Marks]) -> dict[str, str]:
     """Return the tables of a class with at least one submission: contents by name."""
     tables = (_grades(marks), [_MOODLE_HEADER, *map(_moodle_row, marks)], _canvas(marks))
     return {name: _csv(rows) for name, rows in zip(TABLES, tables, strict=True)}
 
 
-def _csv(rows: Iterable[Iterable[Cell]]) -> bytes:
+def _csv(rows: Iterable[Iterable[Cell]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerows(map(_safe, row) for row in rows)
-    return f'{_UTF_8}{text.getvalue()}'.encode(errors='replace')
+    return f'{_UTF_8}{text.getvalue()}'
 
 
 def _safe(cell: Cell) -> Cell:
@@ -66,10 +66,15 @@ def _grades(marks: Sequence[Marks]) -> list[list[Cell]]:
 def _grades_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
     student = marks.student
     row: list[Cell] = [student.name, student.id, student.email, marks.submission, marks.file]
-    row += [marks.score, marks.max_score, remark(marks, names)]
+    row += [_score(marks), marks.max_score, remark(marks, names)]
     for _, mark in _criteria(marks):
-        row += [mark.points, '' if mark.reached is None else mark.reached]
+        points = '' if marks.failure else mark.points
+        row += [points, '' if mark.reached is None else mark.reached]
     return row
+
+
+def _score(marks: Marks) -> Cell:
+    return marks.score if marks.is_decided else ''
 
 
 def _corrections(marks: Marks) -> str:
@@ -87,7 +92,7 @@ def _moodle_row(marks: Marks) -> list[Cell]:
     number = f'Participant {student.id}' if student.id.isdecimal() else student.id
     text = escape(feedback(student_view(marks))).replace('  ', '&nbsp; ')
     text = text.replace('\n', '<br>')
-    return [number, student.name, student.email, marks.score, marks.max_score, '', text]
+    return [number, student.name, student.email, _score(marks), marks.max_score, '', text]
 
 
 def _canvas(marks: Sequence[Marks]) -> list[list[Cell]]:
@@ -104,19 +109,20 @@ def _canvas_row(marks: Marks) -> list[Cell]:
     student = marks.student
     number = student.id if student.id.isdecimal() else ''
     login = '' if number else student.id or student.email
-    return [student.name, number, '', login, '', marks.score]
+    return [student.name, number, '', login, '', _score(marks)]
 
 
 def feedback(marks: Marks) -> str:
     """Return the complete feedback for a student as text."""
     lines = [f'File: {marks.own_file}'] if marks.file else []
     lines += [_UNFILLED] if marks.unfilled else []
-    lines += [_failure(marks.failure)] if marks.failure else []
+    if marks.failure:
+        lines.append(f'Not marked: {_failure(marks.failure)}')
     if marks.corrections:
         lines.append(f'{_line("Automatic mark", marks.automatic, marks.max_score)}. Corrections:')
         lines += map(str, marks.corrections)
         lines.append(_line('Corrected mark', marks.score, marks.max_score))
-    for scenario in marks.scenarios:
+    for scenario in () if marks.failure else marks.scenarios:
         lines.append(_line(scenario.name, scenario.points, scenario.max_points))
         failed = [_failure(scenario.failure)] if scenario.failure else []
         for mark in scenario.criteria:

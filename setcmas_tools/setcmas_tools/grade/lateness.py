@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import io
 import math
 import re
 from collections import defaultdict
@@ -10,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
+from unicodedata import normalize
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.limited_file import read_limited
@@ -33,10 +36,10 @@ class Students:
         for submission, student in students:
             for key in filter(None, (student.name, student.id, student.email, submission)):
                 self._names[key] = None
-                self._found[key.casefold()].add(submission)
+                self._found[_same(key)].add(submission)
 
     def __contains__(self, text: str) -> bool:
-        return text.casefold() in self._found
+        return _same(text) in self._found
 
     def submission_of(self, entry: Entry, text: str) -> str:
         """Return the submission of a student by name, number, email or file.
@@ -44,7 +47,7 @@ class Students:
         Raises:
             SetcmasError: None or several fit.
         """
-        found = sorted(self._found.get(text.casefold(), ()))
+        found = sorted(self._found.get(_same(text), ()))
         if not found:
             near = did_you_mean(text, reversed(self._names))
             raise entry.error(f"there is no student '{text}' in this class{near}")
@@ -53,6 +56,11 @@ class Students:
                 f"{len(found)} submissions are of '{text}'; name one: {', '.join(found)}"
             )
         return found[0]
+
+
+def _same(name: str) -> str:
+    """Return what all spellings of a name have in common: capitals, spaces and accents."""
+    return ' '.join(normalize('NFC', name).casefold().split())
 
 
 def read_time(entry: Entry) -> datetime:
@@ -67,9 +75,11 @@ def read_time(entry: Entry) -> datetime:
     return value
 
 
+_DAYS = ('%A, %d %B %Y', '%A, %B %d, %Y', '%a, %d %b %Y', '%d %B %Y', '%B %d, %Y', '%d %b %Y')
 _FORMATS = (
     '%Y-%m-%d', '%Y-%m-%d %H:%M', '%Y-%m-%d %H:%M:%S', '%Y-%m-%dT%H:%M', '%Y-%m-%dT%H:%M:%S',
-    '%Y-%m-%d %H:%M:%S %z', '%A, %d %B %Y, %I:%M %p', '%A, %d %B %Y, %H:%M',
+    '%Y-%m-%d %H:%M:%S %z',
+    *(f'{day}, {clock}' for day in _DAYS for clock in ('%I:%M %p', '%H:%M', '%I:%M:%S %p')),
 )  # fmt: skip
 
 
@@ -77,7 +87,7 @@ def time_of(text: str) -> datetime | None:
     """Return a time as platforms write it, as on their clock; None for another text."""
     for form in _FORMATS:
         with suppress(ValueError):
-            return datetime.strptime(text.strip(), form).replace(tzinfo=None)
+            return datetime.strptime(' '.join(text.split()), form).replace(tzinfo=None)
     return None
 
 
@@ -150,6 +160,7 @@ def read_lateness(entry: Entry, fields: Mapping[str, Entry], known: Students) ->
     )
 
 
+_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _WHO = ('identifier', 'id', 'sid', 'email address', 'email', 'full name', 'name', 'student')
 _WHEN = ('last modified (submission)', 'submission time', 'submitted')
 
@@ -158,10 +169,14 @@ def _times_of_table(entry: Entry, known: Students) -> dict[str, datetime]:
     """Return times by submission from a table of a platform; other students are skipped."""
     path = entry.file.parent / entry.text()
     try:
-        text = read_limited(path, 1 << 24).decode('utf-8-sig')
-    except (OSError, ValueError) as error:
+        content = read_limited(path, 1 << 24)
+        text = content.decode('utf-16' if content[:2] in _UTF_16 else 'utf-8-sig')
+        comma = max(',;\t', key=text.partition('\n')[0].count)
+        rows = list(csv.reader(io.StringIO(text, newline=''), delimiter=comma))
+    except UnicodeError as error:
+        raise entry.error(f"'{path}' is not in UTF-8; save it as CSV in UTF-8") from error
+    except (OSError, csv.Error) as error:
         raise entry.error(f"'{path}' cannot be read: {error}") from error
-    rows = list(csv.reader(text.splitlines()))
     header = [name.strip().lower() for name in rows[0]] if rows else []
     who = [header.index(name) for name in _WHO if name in header]
     when = [header.index(name) for name in _WHEN if name in header]

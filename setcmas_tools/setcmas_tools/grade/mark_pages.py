@@ -7,7 +7,6 @@ import re
 import statistics
 import unicodedata
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tabulate import tabulate
@@ -63,7 +62,7 @@ def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
     """Return criteria by increasing share of points."""
     each = (
         [(scenario, mark) for scenario in one.scenarios for mark in scenario.criteria]
-        for one in marks
+        for one in [one for one in marks if one.is_decided] or marks
     )
     figures = [
         CriterionFigures(
@@ -111,7 +110,11 @@ def marks_table(marks: Sequence[Marks]) -> str:
     """Return a table of student, points and remarks, in their order."""
     names = names_of(marks)
     rows = [
-        (_short(one.student.name), points_text(one.score), _short(remark(one, names)))
+        (
+            _short(one.student.name),
+            points_text(one.score) if one.is_decided else '',
+            _short(remark(one, names)),
+        )
         for one in marks
     ]
     headers = ('student', f'points of {points_text(marks[0].max_score)}', 'remarks')
@@ -126,32 +129,14 @@ def _short(text: str) -> str:
 
 
 CLASS_PAGE = 'index.html'
-STUDENTS = 'students'
 _CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
-def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
-    """Write the pages of a class into an existing folder; return the page of the class.
-
-    The folder gets `index.html`, and `students` with the page of each submission only.
-
-    Raises:
-        OSError: They cannot be written.
-    """
-    page, *students = page_paths(marks, folder)
-    (folder / STUDENTS).mkdir(exist_ok=True)
-    for old in {*(folder / STUDENTS).glob('*.html')} - {*students}:
-        old.unlink()
-    for one, path in zip(marks, students, strict=True):
-        _write(path, student_page(one))
-    _write(page, class_page(marks, [f'{STUDENTS}/{path.name}' for path in students]))
-    return page
-
-
-def page_paths(marks: Sequence[Marks], folder: Path) -> list[Path]:
-    """Return the paths of the pages of a class, that of the class first."""
-    students = (folder / STUDENTS / f'{name}.html' for name in file_names(marks))
-    return [folder / CLASS_PAGE, *students]
+def pages_of(marks: Sequence[Marks]) -> dict[str, str]:
+    """Return the pages of a class by name: `index.html` for teachers, and one per submission."""
+    links = [f'students/{name}.html' for name in file_names(marks)]
+    students = zip(links, map(student_page, marks), strict=True)
+    return {CLASS_PAGE: class_page(marks, links), **dict(students)}
 
 
 def student_page(marks: Marks) -> str:
@@ -163,12 +148,13 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
     """Return the page of a class, for teachers only; `links` lead to each student's page."""
     names = names_of(marks)
     rows = list(zip(marks, links, strict=True))
-    scores = [one.score for one in marks]
-    failed = [one for one in marks if one.failure or any(each.failure for each in one.scenarios)]
+    scores = [one.score for one in marks if one.is_decided] or [0.0]
+    failed = [one for one in marks if any(each.failure for each in one.scenarios)]
     return _page(
         'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
         median=statistics.median(scores), full=sum(one.is_full for one in marks),
-        failed=len(failed), criteria=hardest_first(marks),
+        failed=len(failed), undecided=sum(not one.is_decided for one in marks),
+        criteria=hardest_first(marks),
     )  # fmt: skip
 
 
@@ -196,7 +182,3 @@ def _templates() -> Environment:
     found.filters |= {'points': points_text, 'picture': path_picture, 'remark': remark}
     found.globals['share'] = share
     return found
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding='utf-8', errors='replace', newline='\n')

@@ -187,6 +187,11 @@ class Marks:
     file: str = ''
 
     @property
+    def is_decided(self) -> bool:
+        """Whether it has a grade: something could run, or a person has decided."""
+        return not self.failure or bool(self.corrections)
+
+    @property
     def automatic(self) -> float:
         """Total points of all scenarios, before corrections."""
         return _sum(mark.points for mark in self.scenarios)

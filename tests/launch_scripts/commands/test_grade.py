@@ -1,8 +1,10 @@
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -86,6 +88,50 @@ def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
     monkeypatch.setattr('builtins.input', lambda _: 'y')
     assert main(command) == 0
     assert 'by hand' not in table.read_text()
+
+
+def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada='no = law\n')
+    (tmp_path / 'class' / 'bob').mkdir()
+    for name in 'ab':
+        (tmp_path / 'class' / 'bob' / f'{name}.py').write_text(f'{LAW}# {name}\n')
+
+    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == 0
+
+    *_, last = capsys.readouterr().out.splitlines()
+    assert last.startswith('1 submission without a grade: the remarks say why')
+    rows = (tmp_path / 'grades' / 'grades.csv').read_text().splitlines()
+    assert rows[1].startswith('ada,,,ada.py,ada.py,0,10,')
+    assert rows[2].startswith('bob,,,bob,,,10,a.py and b.py both')
+
+
+def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada='no = law\n', bob='')
+    command = ['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']
+    assert main(command) == 0
+    grades = tmp_path / 'grades'
+    before = {path: path.read_bytes() for path in grades.rglob('*') if path.is_file()}
+    write, left = Path.write_text, iter(range(4))
+
+    def on_a_small_disk(path, *args, **known):
+        if next(left, None) is None:
+            write(path, 'half')
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, *args, **known)
+
+    (tmp_path / 'class' / 'bob.py').unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, 'write_text', on_a_small_disk)
+        assert main(command) == 2
+    assert "'grades' cannot be written: No space left on device" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in before if path.is_file()}.items() <= before.items()
+    assert (grades / 'students' / 'bob.html').is_file()
+
+    assert main(command) == 0
+    assert not (grades / 'students' / 'bob.html').exists()
+    assert 'bob' not in (grades / 'grades.csv').read_text()
 
 
 @needs_sandbox

@@ -1,6 +1,8 @@
 """Corrections of an assistant, as they are typed into corrections.yaml."""
 
+import re
 from dataclasses import replace
+from unicodedata import normalize
 
 import pytest
 from graded_classes import marks_of
@@ -9,6 +11,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.corrections import find_corrections, read_corrections
 from setcmas_tools.grade.gradebooks import tables_of
 from setcmas_tools.grade.mark_pages import class_page, student_page
+from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import read_rubric
 
 RUBRIC = """
@@ -103,13 +106,50 @@ Participant 9,Not Here,No submission,-
 """
 
 
-def test_times_are_read_from_the_worksheet_of_moodle(corrected, tmp_path):
-    (tmp_path / 'worksheet.csv').write_text(MOODLE)
+AMERICAN = re.sub(r'(\d+) November 2026', r'November \1, 2026', MOODLE)
+
+
+@pytest.mark.parametrize(
+    'worksheet',
+    [
+        MOODLE.encode(),
+        MOODLE.removeprefix('\ufeff').encode('utf-16'),
+        re.sub(r',(?=[\w"])', ';', MOODLE).encode(),
+        AMERICAN.encode(),
+        MOODLE.replace(' PM', '\u202fpm').encode(),
+    ],
+)
+def test_times_are_read_from_the_worksheet_of_moodle(corrected, tmp_path, worksheet):
+    (tmp_path / 'worksheet.csv').write_bytes(worksheet)
 
     ada, alan = corrected(f'{LATE}  times: worksheet.csv\n')
 
     assert (ada.score, alan.score) == (5.5, 1.65)
     assert '2026-11-21 09:00, 1 day late' in alan.corrections[0].what
+
+
+def test_a_worksheet_in_another_encoding_says_how_to_save_it(corrected, tmp_path):
+    (tmp_path / 'worksheet.csv').write_bytes(MOODLE[1:].replace('Alan', 'Zoé').encode('cp1252'))
+
+    with pytest.raises(SetcmasError, match=r"worksheet\.csv' is not in UTF-8; save it as CSV in"):
+        corrected(f'{LATE}  times: worksheet.csv\n')
+
+
+def test_a_name_is_the_same_however_its_accents_are_written(corrected):
+    zoe = replace(CLASS[0], student=Student('Zoé Müller'))
+
+    [marks] = corrected(one_of(f'student: {normalize("NFD", "zoé  müller")}, add: 1'), [zoe])
+
+    assert marks.score == 6.5
+
+
+def test_lateness_costs_nothing_where_there_is_no_grade_yet(corrected):
+    alan = replace(CLASS[1], failure=Failure('two scripts'))
+    late = f'{LATE}  submitted: {{777: 2026-12-24}}\n'
+
+    assert not corrected(late, [alan])[0].is_decided
+    [marks] = corrected(f'{late}{one_of("student: 777, total: 4")}', [alan])
+    assert (marks.is_decided, marks.score) == (True, 4.0)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +193,7 @@ def test_canvas_says_that_a_submission_is_late_but_not_when(corrected):
 def test_corrections_are_on_pages_and_in_every_export_beside_the_automatic_mark(corrected):
     hidden = 'student: 12345, criterion: SECRET bound, points: 1.5'
     marks = corrected(one_of(hidden) + one_of('student: 777, add: 1').partition('\n')[2])
-    texts = {name: content.decode() for name, content in tables_of(marks).items()}
+    texts = tables_of(marks)
     texts['page'] = ''.join(map(student_page, marks))
     texts['class'] = class_page(marks, ['a', 'b'])
 

@@ -9,6 +9,7 @@ import pytest
 from graded_classes import graded_class
 
 from setcmas_tools.grade.gradebooks import TABLES, tables_of
+from setcmas_tools.grade.marks import Failure
 from setcmas_tools.submissions.student import Student
 
 CLASS = graded_class()
@@ -17,7 +18,7 @@ HIDDEN = ('', ' ', '\n', '\t', '\u200b', '\ufeff', '\u202e', '\x00', ' \u200b\r\
 
 def rows_of(name, marks=CLASS):
     """Return the rows of a table, as platforms read it: the mark of its encoding is taken off."""
-    text = tables_of(marks)[name].decode()
+    text = tables_of(marks)[name]
     assert text.startswith('\ufeff')  # Excel would take it for another encoding
     return list(csv.reader(io.StringIO(text.removeprefix('\ufeff'))))
 
@@ -31,7 +32,21 @@ def test_students_see_nothing_that_is_hidden_and_points_are_the_same_in_all_tabl
     header, _, *rows = rows_of('canvas.csv')
     assert [float(row[header.index('Consensus: the lab')]) for row in rows] == scores
     for name in ('moodle.csv', 'canvas.csv'):
-        assert b'SECRET' not in tables_of(CLASS)[name]
+        assert 'SECRET' not in tables_of(CLASS)[name]
+
+
+def test_a_grade_that_needs_a_decision_is_empty_in_all_tables():
+    undecided = replace(CLASS[0], failure=Failure('a.py and b.py both have a function control'))
+    marks = [undecided, *CLASS[1:]]
+
+    for name, column in (('grades.csv', 'points'), ('moodle.csv', 'Grade')):
+        header, first, *_ = rows_of(name, marks)
+        assert first[header.index(column)] == ''
+    header, _, first, *_ = rows_of('canvas.csv', marks)
+    assert first[header.index('Consensus: the lab')] == ''
+    feedback = rows_of('moodle.csv', marks)[1][6]
+    assert feedback == 'Not marked: a.py and b.py both have a function control'
+    assert rows_of('grades.csv', marks)[1][8] == ''
 
 
 def test_moodle_and_canvas_know_students_by_their_numbers():

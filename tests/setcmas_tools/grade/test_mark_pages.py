@@ -6,16 +6,17 @@ import pytest
 from graded_classes import HOSTILE, graded_class, marks_of
 from report_pages import Page
 
+from setcmas_simu.limited_file import write_together
 from setcmas_tools.grade.mark_pages import (
     class_page,
     file_names,
     hardest_first,
     marks_table,
+    pages_of,
     remark,
     student_page,
-    write_pages,
 )
-from setcmas_tools.grade.marks import Correction
+from setcmas_tools.grade.marks import Correction, Failure
 
 
 def test_criteria_of_a_class_begin_with_the_hardest():
@@ -33,7 +34,8 @@ def test_names_are_safe_and_unique_on_systems_that_ignore_case():
 
 @pytest.fixture
 def pages(tmp_path):
-    return write_pages(graded_class(), tmp_path)
+    write_together({tmp_path / name: page for name, page in pages_of(graded_class()).items()})
+    return tmp_path / 'index.html'
 
 
 def test_names_and_messages_are_text_and_nothing_is_fetched(pages):
@@ -78,11 +80,17 @@ def test_the_page_of_the_class_leads_to_every_student(pages):
     assert '<b>1</b> with an error' in text
 
 
-def test_a_page_of_a_student_who_is_not_there_any_more_goes(pages):
-    write_pages(graded_class()[:1], pages.parent)
-    assert [path.name for path in (pages.parent / 'students').iterdir()] == [
-        'Ada_Lovelace_12345.html'
-    ]
+def test_what_has_no_grade_counts_in_no_figure_of_the_class():
+    undecided = replace(graded_class()[1], failure=Failure('two scripts'))
+    marks = [graded_class()[0], undecided]
+
+    page = class_page(marks, ['a', 'b'])
+
+    assert '<b>5.5</b> of 8.5 points on average' in page
+    assert '<b>1</b> without a grade' in page
+    assert '1 of 1' in page
+    assert 'not marked' in student_page(undecided)
+    assert '0 of' not in student_page(undecided)
 
 
 def test_a_bonus_fills_the_bar_of_a_page_at_most_and_ends_the_remark_on_a_failure():
