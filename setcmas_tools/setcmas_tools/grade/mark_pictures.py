@@ -19,7 +19,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import plot_colour, plot_hex
 from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import show, window
-from setcmas_tools.plots.style import line_look, plot_style, robot_handles, save
+from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
 
 _PANEL_IN = 4.4  # width and height of a scenario's panel
 _WANTED: dict[str, Any] = {'color': '0.72', 'linewidth': 5.0, 'zorder': 1.0}
@@ -76,7 +76,7 @@ def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
 def _draw_scenario(axes: Axes, scenario: ScenarioMark) -> None:
     for path in scenario.paths:
         _draw_path(axes, path, len(scenario.paths))
-    axes.set_title(f'{scenario.name}\n{scenario.points_text}')
+    axes.set_title(as_written(f'{scenario.name}\n{scenario.points_text}'))
     axes.set(xlabel='x (m)', ylabel='y (m)')
     _fit(axes, scenario.paths)
 

@@ -16,7 +16,7 @@ from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
-from setcmas_tools.plots.style import finish, legend, plot_style, save_in
+from setcmas_tools.plots.style import as_written, finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS, predicted
 from setcmas_tools.study.study_files import written
@@ -61,24 +61,29 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
     split = _second(study, by)
     lines = [*study.table.groupby(split, sort=False)] if split else [('', study.table)]
     colours = colormaps[_SHADES](np.linspace(0.0, 0.85, len(lines)))
+    handles: dict[str, Any] = {}  # matplotlib itself leaves out names that begin with _
     for colour, (value, rows) in zip(colours, lines, strict=True):
-        name = f'{split} = {shown(value)}' if split else ''
+        name = as_written(f'{split} = {shown(value)}') if split else ''
         if theory in study.metrics:
             name = name or 'measured'
             known = study.numbers(theory)[rows.index].groupby(rows[by]).median().reindex(values)
             look = '-' if is_scale else '_'
-            axes.plot(places, known, look, color='0.8', lw=6, ms=30, mew=6, label=_THEORY)
+            (handles[_THEORY],) = axes.plot(
+                places, known, look, color='0.8', lw=6, ms=30, mew=6, label=_THEORY
+            )
         band = spread(numbers[rows.index], rows[by]).reindex(values)
         if is_scale:
-            axes.plot(places, band.middle, 'o-', color=colour, label=name)
+            (handles[name],) = axes.plot(places, band.middle, 'o-', color=colour, label=name)
             axes.fill_between(places, band.low, band.high, color=colour, alpha=0.18, linewidth=0)
         else:
             known = band.where(np.isfinite(band))
             bars = np.array([known.middle - known.low, known.high - known.middle])
-            axes.errorbar(places, band.middle, bars, None, 'o', color=colour, label=name)
+            handles[name] = axes.errorbar(
+                places, band.middle, bars, None, 'o', color=colour, label=name
+            )
             places = [place + _BETWEEN_BARS for place in places]
-    handles = {one.get_label(): one for one in axes.get_legend_handles_labels()[0]}
-    legend(axes, sorted(handles.values(), key=lambda one: one.get_label() == _THEORY))
+    names = sorted(filter(None, handles), key=lambda name: name == _THEORY)
+    legend(axes, [handles[name] for name in names])
     _note(axes, study, metric)
 
 
@@ -87,7 +92,7 @@ def _axis(axes: Axes, column: pd.Series) -> tuple[list[Any], list[Any], bool]:
     axes.set_xlabel(column.name)
     values = list(column.unique())
     if column.dtype.kind not in 'if':
-        axes.set_xticks(range(len(values)), [shown(value) for value in values])
+        axes.set_xticks(range(len(values)), [as_written(shown(value)) for value in values])
         axes.set_xlim(-0.5, len(values) - 0.5)  # also where nothing is drawn
         return values, list(range(len(values))), False
     values.sort()

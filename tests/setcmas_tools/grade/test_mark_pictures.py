@@ -4,9 +4,12 @@ from xml.etree import ElementTree
 
 import pytest
 from graded_classes import PATHS
+from matplotlib.cbook import is_math_text
+from matplotlib.figure import Figure
 
-from setcmas_tools.grade.mark_pictures import path_picture
-from setcmas_tools.grade.marks import RobotPath
+from setcmas_tools.grade.mark_pictures import draw_marks, path_picture
+from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
+from setcmas_tools.submissions.student import Student
 
 PICTURE = ElementTree.fromstring(path_picture(PATHS, 'a "title" <b>'))
 
@@ -34,3 +37,13 @@ def test_robots_have_their_numbers_and_colours():
 @pytest.mark.parametrize('paths', [(), (RobotPath(1, (), ()),), (RobotPath(1, ((1e9, 0),), ()),)])
 def test_nothing_to_draw_is_no_picture(paths):
     assert path_picture(paths, '') == ''
+
+
+def test_a_name_of_a_scenario_is_no_formula():
+    figure = Figure()
+    scenario = ScenarioMark('from $x_1$', (), paths=PATHS)
+    draw_marks(figure, Marks('law.py', Student('law'), '', (scenario,)))
+    title = figure.axes[0].get_title()
+
+    assert not is_math_text(title)
+    assert title.startswith(r'from \$x_1\$')

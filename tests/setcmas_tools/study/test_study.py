@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.cbook import is_math_text
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
@@ -120,6 +121,21 @@ def test_what_is_predicted_is_drawn_for_names_as_well_as_for_numbers(tmp_path):
 
     assert [*theory.get_xdata()] == [0, 1]
     assert [*theory.get_ydata()] == [*study.numbers('prediction_consensus_convergence_rate_1_s')]
+
+
+def test_names_and_values_are_drawn_as_they_are_written(tmp_path):
+    law = tmp_path / 'law.py'
+    law.write_text("_MODE = ''\n_K = 0\ndef control(*_):\n    return _K, 0\n")
+    study = sweep(law, 1, 1, vary={'_MODE': ['a$x_1$', '_{b}'], '_K': [1, 2]}, jobs=1)
+    by_mode, by_gain = (study.plot('path_length', by=one).axes[0] for one in ('_MODE', '_K'))
+    texts = [one.get_text() for one in by_mode.get_xticklabels()]
+    for axes in (by_mode, by_gain):
+        texts += [one.get_text() for one in axes.get_legend().get_texts()]
+
+    assert not any(map(is_math_text, texts))
+    assert [text.replace(r'\$', '$') for text in texts] == [
+        'a$x_1$', '_{b}', '_K = 1', '_K = 2', '_MODE = a$x_1$', '_MODE = _{b}'
+    ]  # fmt: skip
 
 
 def test_medians_and_plots_leave_broken_runs_out(study):
