@@ -7,11 +7,14 @@ import re
 import sys
 import threading
 import time
+import traceback
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import IO, Any, cast
 
-from setcmas_ctrl.scripts.imports import calling_robot
+from setcmas_ctrl.scripts.imports import calling_robot, robot_of_frame
+from setcmas_ctrl.scripts.script_errors import failure_of
 from setcmas_simu.fleet.topics import robot_name
 
 _LONGEST_LINE = 16 * 1024
@@ -101,17 +104,43 @@ class ScriptOutput:
 
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before output of scripts, inside."""
+    """Put the robot's name before output of scripts, and errors of their threads, inside."""
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         contextlib.redirect_stdout(cast(IO[str], stdout)),
         contextlib.redirect_stderr(cast(IO[str], stderr)),
+        _named_thread_errors(),
     ):
         try:
             yield
         finally:
             stdout.end_lines()
             stderr.end_lines()
+
+
+@contextlib.contextmanager
+def _named_thread_errors() -> Iterator[None]:
+    """Show each error in a thread that a script has started once, as one of the script, inside."""
+    usual, shown = threading.excepthook, set()
+
+    def show(args: threading.ExceptHookArgs) -> None:
+        frames = [frame for frame, _ in traceback.walk_tb(args.exc_traceback)]
+        own = [(robot, frame) for frame in frames if (robot := robot_of_frame(frame)) is not None]
+        if not own or args.exc_value is None or args.exc_type is SystemExit:
+            usual(args)
+            return
+        robot, frame = own[0]
+        error = failure_of(args.exc_value, Path(frame.f_code.co_filename))
+        if (robot, error.key) not in shown:
+            shown.add((robot, error.key))
+            message = f'{robot_name(robot)}: in a thread that it started: {error}'
+            print(message, file=sys.stderr, flush=True)
+
+    threading.excepthook = show
+    try:
+        yield
+    finally:
+        threading.excepthook = usual
 
 
 _SHOWN_ALIKE = 5

@@ -81,6 +81,34 @@ def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
     assert len(lines) == 600
 
 
+def test_an_error_in_a_thread_of_a_script_is_shown_once_for_each_robot(
+    tmp_path, capsys, monkeypatch
+):
+    body = """
+    import threading
+    thread = threading.Thread(target=lambda: 1 / 0)
+    thread.start()
+    thread.join()
+    """
+    others = []
+    monkeypatch.setattr(threading, 'excepthook', others.append)
+    with named_output():
+        for robot in (1, 2):
+            control = law(tmp_path, body, robot)
+            for _ in range(3):
+                control(robot, 2, None, 0.0)
+        other = threading.Thread(target=int, args=('x',))
+        other.start()
+        other.join()
+
+    error = 'in a thread that it started: law.py, line 5: ZeroDivisionError: division by zero'
+    line = '    5 | thread = threading.Thread(target=lambda: 1 / 0)'
+    assert capsys.readouterr().err.splitlines() == [
+        f'tb3_1: {error}', line, f'tb3_2: {error}', line
+    ]  # fmt: skip
+    assert [other.exc_type for other in others] == [ValueError]
+
+
 def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
     before = sys.stdout
     with named_output():
