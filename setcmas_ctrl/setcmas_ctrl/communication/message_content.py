@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from setcmas_ctrl.scripts.results import unmasked
 from setcmas_ctrl.scripts.script_errors import short_repr
 from setcmas_simu.arrays import Floats
 
@@ -89,7 +90,7 @@ def _checked_name(name: Any) -> str:
 
 def _checked_numbers(numbers: Any, given: Any) -> Plain:
     try:
-        array = np.asarray(numbers)
+        array = np.asarray(unmasked(numbers))
     except ValueError:  # lists of unequal lengths
         array = np.empty(0, dtype=object)
     if array.dtype.kind not in 'iufb' or array.ndim > 2:

@@ -88,7 +88,7 @@ def numbers_of(result: Any, sizes: range | tuple[int, ...], name: str) -> Floats
         WrongResultError: It is something else, or has numbers that are not finite.
     """
     try:
-        array = np.asarray(result)
+        array = np.asarray(unmasked(result))
     except StopCall:
         raise
     except BaseException:  # it may be an object of the script's own
@@ -104,6 +104,13 @@ def numbers_of(result: Any, sizes: range | tuple[int, ...], name: str) -> Floats
         what = f'{name} returned a value that is not finite: {_short(result)}'
         raise WrongResultError(what, is_nan=True)
     return numbers
+
+
+def unmasked(value: Any) -> Any:
+    """Return a value, or a sequence of values, with NaN for what is masked in masked arrays."""
+    if isinstance(value, np.ma.MaskedArray):
+        return np.ma.filled(value.astype(float), np.nan)
+    return [unmasked(one) for one in value] if type(value) in (tuple, list) else value
 
 
 def _kind(result: Any, array: Any) -> str:

@@ -71,6 +71,7 @@ def test_a_layout_names_the_values_and_has_their_shapes():
         ({'x' * 41: 2.0}, 'at most 40 letters'),
         (np.nan, 'got nan, which is not finite'),
         ([1.0, np.inf], 'which is not finite'),
+        (np.ma.array([1.0, 2.0], mask=[0, 1]), 'which is not finite'),
         ([], 'got 0 numbers; it must get 1 to 64 at a time'),
         (np.zeros(MOST_NUMBERS + 1), 'got 65 numbers'),
         ({'a': np.zeros(60), 'b': np.zeros(5)}, 'got 65 numbers'),

@@ -17,6 +17,7 @@ from setcmas_ctrl.scripts.script_errors import ControlError
         (np.float64(1), np.int32(2)),
         (np.array([1.0]), np.array([2.0])),
         (np.float32(1), 2),
+        np.ma.array([1, 2]),
     ],
 )
 def test_two_numbers_in_any_form_will_do(result):
@@ -36,6 +37,9 @@ def test_a_matrix_of_two_numbers_will_do(text):
         ((float('nan'), 0.0), 'not finite'),
         ((0, float('inf')), 'not finite'),
         ((np.float64('nan'), np.float32(0)), r'not finite: \(nan, 0.0\)'),
+        (np.ma.array([1.0, 2.0], mask=[0, 1]), 'not finite: masked_array'),
+        ((np.ma.array([1.0], mask=True), np.ma.array([2.0])), 'not finite'),
+        ((np.ma.masked, 2.0), 'not finite'),
         (None, 'returned None$'),
         ('ab', "returned text: 'ab'"),
         (['1', '2'], r"returned text: \['1', '2'\]"),
