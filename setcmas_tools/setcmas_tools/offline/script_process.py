@@ -130,18 +130,19 @@ class ScriptProcess(Generic[Result]):
     ) -> Result:
         """Run the function; return its result. Call `look` now and then meanwhile.
 
-        It is ended when a call of a script, or all of it, takes longer than its limit in s.
+        It is ended when a call of a script, or all of it, takes longer than its limit in s; time
+        in which it waits for a core does not count.
 
         Raises:
             SetcmasError: The function raises it: the user's mistake.
             ScriptEndedError: A script has ended it, or lasts too long.
         """
         self._start()
-        begin = since = time.monotonic()
+        begin = since = self._running_s()
         calls, call = -1, self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
-            now = time.monotonic()
+            now = self._running_s()
             if now - begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
             if call.calls != calls or not call.robot:
@@ -187,6 +188,13 @@ class ScriptProcess(Generic[Result]):
             ) from error
         for writer in self._writers:
             writer.close()
+
+    def _running_s(self) -> float:
+        """Return a clock in s that stands still while the process waits for a core."""
+        waited = 0.0
+        with suppress(OSError):  # Linux only; it has ended
+            waited = int(Path(f'/proc/{self._process.pid}/schedstat').read_text().split()[1]) / 1e9
+        return time.monotonic() - waited
 
     def _answer(self, warn: Warn) -> tuple[str, Any] | None:
         """Wait a moment for the answer, and show what comes before it."""

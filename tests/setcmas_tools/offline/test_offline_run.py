@@ -1,8 +1,10 @@
 """Scripts that hang, die or break what they run in: the command keeps its word and its results."""
 
+import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -127,6 +129,23 @@ def test_a_short_limit_names_the_line_too(run, body):
     result, said = run(body, call_timeout=1.0)
 
     assert 'for 1 s (--call-timeout) at law.py, line 9\n    9 | ' in reason(result)
+    assert said == []
+
+
+@pytest.mark.skipif(not Path('/proc/self/schedstat').exists(), reason='needs Linux')
+def test_time_in_which_the_process_waits_for_a_core_does_not_count(run):
+    one_core = 'os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})'
+    code = f'import os\n{one_core}\nwhile True: pass'
+    others = [subprocess.Popen([sys.executable, '-c', code]) for _ in range(6)]
+    top = f'{one_core}\nbusy = time.process_time() + 0.6'
+    try:
+        result, said = run('while time.process_time() < busy: pass', top, call_timeout=1.0)
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+    assert result.outcome.state is State.COMPLETE
     assert said == []
 
 
