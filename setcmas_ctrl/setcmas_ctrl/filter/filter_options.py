@@ -9,7 +9,7 @@ from typing import ClassVar
 from setcmas_ctrl.filter.point_ahead import LOOKAHEAD_M
 from setcmas_simu.options.group import Options, option, spelled
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, Number, OneOf
-from setcmas_simu.robots.arena import Borders, ObstaclesKind
+from setcmas_simu.robots.arena import FORM, Borders, ObstaclesKind
 
 NONE, BARRIER = FILTERS = ('none', 'barrier')
 
@@ -51,7 +51,9 @@ class FilterOptions(Options):
         Borders(), 'region that robots must not leave (m)', default=None
     )
     obstacles: str | None = option(
-        ObstaclesKind(), 'obstacles to avoid; plots and videos show them', default=None
+        ObstaclesKind(),
+        f'obstacles to avoid: {FORM}; plots and videos show them',
+        default=None,
     )
     accel: float | None = option(
         ACCELERATION, 'largest acceleration (braking is not limited)', default=None

@@ -93,8 +93,8 @@ _ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
     (
         IndexError,
         'index',
-        'indices begin at 0 and end at the length - 1; to begin again after the last, take '
-        '(i + 1) % length',
+        'indices begin at 0, robots at 1, and the last index is the length - 1; to begin again '
+        'after the last, take (i + 1) % length',
     ),
     (ValueError, r'unpack \(expected 2', 'a column of poses has three numbers: x, y, theta'),
     (ValueError, r'shapes .*\(3,', 'poses has three rows, x, y, theta; positions are poses[:2]'),

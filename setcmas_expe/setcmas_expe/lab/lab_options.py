@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, flag, names_and_files, option
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
-from setcmas_simu.robots.arena import Arena, Borders, Obstacles, ObstaclesKind
+from setcmas_simu.robots.arena import FORM, Arena, Borders, Obstacles, ObstaclesKind
 from setcmas_simu.robots.model import ROBOT_LIMITS
 
 
@@ -72,7 +72,7 @@ class LabOptions(LabChoice):
     filter: str | None = option(
         OneOf(FILTERS), 'keep robots apart, in the arena and off obstacles', default=None
     )
-    obstacles: str | None = option(ObstaclesKind(), 'obstacles for the robots', default=None)
+    obstacles: str | None = option(ObstaclesKind(), f'obstacles to avoid: {FORM}', default=None)
     accel: float | None = option(ACCELERATION, 'largest forward acceleration', default=None)
     cmd_vel_type: str | None = option(
         OneOf((AUTO, *CMD_VEL_TYPES)), 'message type of cmd_vel', default=None

@@ -21,6 +21,7 @@ from setcmas_tools.compare.generic_mistakes import (
     Explanation,
     also_generic,
     also_multiple,
+    fixed_length,
     generic_conditions,
     generic_conversions,
     generic_laws,
@@ -30,7 +31,6 @@ from setcmas_tools.compare.generic_mistakes import (
     same_times,
     scaled,
     shares,
-    too_fast,
     tried,
     turned_multiple,
 )
@@ -106,8 +106,8 @@ def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], function: 
         groups += [generic_conversions(calls), other_turn_rate(calls)]
     else:
         groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
-        groups += [plain_multiple(calls), too_fast(calls), turned_multiple(calls)]
-        groups += [_of_some(calls, each) for each in (generic_laws, plain_multiple, too_fast)]
+        groups += [plain_multiple(calls), fixed_length(calls), turned_multiple(calls)]
+        groups += [_of_some(calls, each) for each in (generic_laws, plain_multiple, fixed_length)]
         groups += [_listed_and_generic(calls, mistakes)]
     return next(filter(None, (_best(calls, group) for group in groups)), '')
 
@@ -144,8 +144,8 @@ def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[Mistake]) -> 
     strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls if one]
     found: list[Explanation] = []
     for name in sorted(set.intersection(*(set(one.answers) for one in strict)) - {SOLUTION}):
-        first, second = (mistakes[int(number)].hint for number in name.split())
-        text = f'Probably two mistakes: {first} {second}'
+        hints = sorted(mistakes[int(number)].hint for number in name.split())  # by their TODO
+        text = f'Probably two mistakes: {" ".join(hints)}'
         found += tried(text, strict, [one.answers[name] for one in strict])
     return _best(strict, found)
 

@@ -10,7 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import CLOSE, FROZEN, RIGHT, SOLUTION, Calls
+from setcmas_tools.offline.altered_solutions import (
+    CLOSE,
+    FROZEN,
+    RIGHT,
+    SATURATED,
+    SOLUTION,
+    Calls,
+    saturated,
+)
 
 _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
@@ -26,7 +34,10 @@ _OPPOSITE = 'the opposite directions'
 
 TURNED: tuple[tuple[str, list[list[int]]], ...] = (
     ('the opposite of the right ones: check the sign.', [[-1, 0], [0, -1]]),
-    ('the right ones with vx and vy swapped: return vx, vy, in this order.', [[0, 1], [1, 0]]),
+    (
+        'the right ones with vx and vy swapped: return vx, vy, in this order; arctan2 takes y, x.',
+        [[0, 1], [1, 0]],
+    ),
     ('the right ones turned by +90 degrees: (-vy, vx) instead of (vx, vy).', [[0, -1], [1, 0]]),
     ('the right ones turned by -90 degrees: (vy, -vx) instead of (vx, vy).', [[0, 1], [-1, 0]]),
     ('the opposite of the right ones, with vx and vy swapped.', [[0, -1], [-1, 0]]),
@@ -116,6 +127,19 @@ def in_body_frame(calls: Calls, sign: int) -> Floats:
     return np.stack([turned.real, turned.imag], -1)
 
 
+IN_DEGREES = (
+    f'{YOURS} have the right lengths, but not the right directions: sin and cos of an angle in '
+    'degrees. They take radians.'
+)
+
+
+def in_degrees(calls: Calls) -> Floats:
+    """Return velocities with the direction of the right ones, in degrees, taken for radians."""
+    vx, vy = np.moveaxis(calls.solution, -1, 0)
+    wrong = np.hypot(vx, vy) * np.exp(1j * np.degrees(np.arctan2(vy, vx)))
+    return np.stack([wrong.real, wrong.imag], -1)
+
+
 class Explanation(NamedTuple):
     """A possible hint, and the number of calls of all scenarios that do not agree with it."""
 
@@ -152,6 +176,7 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
     for sign in (1, -1):
         answers = [in_body_frame(one, sign) for one in calls]
         yield from tried(BODY, calls, answers, is_multiple=True)
+    yield from tried(IN_DEGREES, calls, [in_degrees(one) for one in calls], is_multiple=True)
     for returned in zip(*(polar(one) for one in calls), strict=True):
         yield from tried(POLAR, calls, returned, is_multiple=True)
 
@@ -340,13 +365,18 @@ def _constant_hint(name: str, found: float, right: float) -> str:
     return f'Your robots move as if {name} were {found:.3g}, not {right:g}; the rest is right.'
 
 
-def too_fast(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a law that is saturated all the time, in the right direction."""
-    hint = (
-        f'{YOURS} have the right directions, but are always at the speed limit. Is the gain far '
-        'too large, or the length of the velocity fixed?'
+def fixed_length(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of velocities in the right directions that have one length."""
+    length = float(np.median(np.concatenate([one.speeds[one.is_known] for one in calls])))
+    is_fastest = all(length >= SATURATED * one.limit for one in calls)
+    what = (
+        'are always saturated at the speed limit. Is the gain far too large, or the length fixed?'
+        if is_fastest
+        else f'all have the length {length:.2g} m/s. Is the length fixed?'
     )
-    yield from tried(hint, calls, [1e6 * one.solution for one in calls], is_multiple=True)
+    hint = f'{YOURS} have the right directions, but {what}'
+    answers = [saturated(1e6 * one.solution, length) for one in calls]
+    yield from tried(hint, calls, answers, is_multiple=True)
 
 
 def other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:

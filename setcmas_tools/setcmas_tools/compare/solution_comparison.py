@@ -28,8 +28,15 @@ COMPARED = {
         'm',
         'largest distance of a path from that of the solution, whatever the timing',
     ),
-    'answer_error': ('', "relative difference between a law's results and those of the solution"),
-    'direction_error': ('°', "angle between a law's velocities and those of the solution"),
+    'answer_error': (
+        '',
+        "relative difference between a law's results and those of the solution in the same places",
+    ),
+    'direction_error': (
+        '°',
+        "angle between a law's velocities and those of the solution in the same places; a robot "
+        'that stands, such as after an error, counts as 180°',
+    ),
 }
 """Comparisons with the model solution: units and descriptions."""
 

@@ -18,6 +18,7 @@ from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_ctrl.scripts.output import folded_output
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
+from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
@@ -311,6 +312,9 @@ def _lines(marks: Marks) -> Iterator[str]:
         yield f'{scenario.name}: {scenario.points_text}'
         yield from _scenario_lines(scenario)
     yield ''
+    missed = (one for scenario in marks.scenarios for one in scenario.criteria if not one.is_full)
+    for metric in dict.fromkeys(one.metric for one in missed if one.metric in OF_ANSWERS):
+        yield textwrap.fill(f'{metric}: {COMPARED[metric][1]}', _WIDTH, subsequent_indent='  ')
     yield marks.points_text
 
 

@@ -20,6 +20,20 @@ UNITS = {
 }
 """Units of all numbers, except those of plugins; '' for none."""
 
+_SHARES = ('answer_error',)  # shown in percent
+_LEAST = 1e-6  # smaller numbers are rounding errors
+_LARGE = 1000  # from here on, numbers have no decimals
+
+
+def quantity_text(number: float, metric: str) -> str:
+    """Return a number with its unit; shares in percent."""
+    unit = UNITS.get(metric, '')
+    if metric in _SHARES:
+        number, unit = 100 * number, '%'
+    if abs(number) < _LEAST:
+        number = 0.0
+    return f'{number:{".0f" if abs(number) >= _LARGE else ".3g"}} {unit}'.rstrip()
+
 
 def is_plugins(name: str) -> bool:
     """Return whether a name may be a column of a plugin's metric."""
@@ -70,14 +84,14 @@ class Bounds:
             return _partial(number, self.none_below, self.low)
         return _partial(number, self.none_above, self.high)
 
-    def words(self, unit: str) -> str:
-        """Return the bounds as text, such as 'at most 0.05 m'."""
-        unit = f' {unit}' if unit else ''
+    def words(self, metric: str) -> str:
+        """Return the bounds of a number as text, such as 'at most 0.05 m'."""
+        low, high = (quantity_text(one, metric) for one in (self.low, self.high))
         if math.isfinite(self.low) and math.isfinite(self.high):
-            return f'from {self.low:g} to {self.high:g}{unit}'
+            return f'from {self.low:g} to {high}'
         if math.isfinite(self.low):
-            return f'{"above" if self.strict else "at least"} {self.low:g}{unit}'
-        return f'{"below" if self.strict else "at most"} {self.high:g}{unit}'
+            return f'{"above" if self.strict else "at least"} {low}'
+        return f'{"below" if self.strict else "at most"} {high}'
 
 
 def _partial(number: float, none_at: float | None, bound: float) -> float:
@@ -114,7 +128,7 @@ class Criterion:
     @property
     def wanted(self) -> str:
         """The bounds as text."""
-        return self.bounds.words(self.unit)
+        return self.bounds.words(self.metric)
 
     def points_for(self, number: float | None) -> float:
         """Return the points for a number, rounded to two decimals; 0 for no number.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from setcmas_tools.grade.criteria import points_text, rounded
+from setcmas_tools.grade.criteria import points_text, quantity_text, rounded
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
@@ -20,7 +20,6 @@ from setcmas_tools.submissions.student import Student as Student
 _AROUND = 2  # lines before and after a failed line
 _LONGEST_LINE = 200  # characters of each
 _NEWLINE = re.compile(r'\r\n|\r|\n')  # as in Python; str.splitlines knows more
-_LARGE = 1000  # from here on, numbers have no decimals
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,7 @@ class CriterionMark:
         """The value with its unit, such as '0.031 m', or why there is none."""
         if self.reached is None:
             return f'none: {self.missing}' if self.missing else 'none'
-        form = '.0f' if abs(self.reached) >= _LARGE else '.3g'
-        return f'{self.reached:{form}} {self.unit}'.rstrip()
+        return quantity_text(self.reached, self.metric)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ class FleetMotion(Measured):
             'path\n(m)': ('.2f', values('path_length_m')),
             'mean v\n(m/s)': ('.3f', values('mean_speed_m_s')),
             'max v\n(m/s)': ('.3f', values('largest_speed_m_s')),
-            'at max\n(s)': ('.1f', values('time_in_saturation_s')),
+            'saturated\n(s)': ('.1f', values('time_in_saturation_s')),
             'dead\nband (s)': ('.1f', values('time_in_dead_band_s')),
             'sent': ('.0f', values('communications')),
             'end x\n(m)': ('.2f', values('end_x_m')),

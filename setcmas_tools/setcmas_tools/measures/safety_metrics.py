@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from setcmas_ctrl.filter.barrier_constraints import nearest_points
 from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
@@ -15,7 +16,7 @@ from setcmas_simu.robots.models import UNICYCLE, shape_of
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord
-from setcmas_tools.run.run import Run, arena_of, models_of
+from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 _MOST_TOUCHES = 3
 """Collisions that are listed; further ones are counted."""
@@ -172,6 +173,43 @@ def _largest_distance_at_end(grid: FleetGrid) -> float | None:
         return None
     x, y = grid.x[:, known[-1]], grid.y[:, known[-1]]
     return float(np.hypot(x[:, None] - x, y[:, None] - y).max())
+
+
+@dataclass(frozen=True)
+class ObstacleDistance(Measured):
+    """The least distance of a robot's centre from an obstacle; 0 inside."""
+
+    least_obstacle_distance_m: float
+    least_obstacle_distance_robot: int
+    touched: bool
+
+    def lines(self) -> list[str]:
+        """Return the distance, and whether the robot touched the obstacle."""
+        touched = ', which touched it' if self.touched else ''
+        return [
+            f'least distance to an obstacle: {self.least_obstacle_distance_m:.2f} m from the '
+            f'centre of robot {self.least_obstacle_distance_robot}{touched}'
+        ]
+
+
+def obstacle_distance(run: Run) -> ObstacleDistance | None:
+    """Return the least distance from the obstacles of a run; None without any."""
+    obstacles, table, models = obstacles_of(run), run.counted, models_of(run)
+    known = table.rows(np.isfinite(table.x + table.y))
+    points = np.stack([known.x, known.y])
+    inside = [obstacles.contain(x, y) for x, y in points.T.tolist()]
+    distances = np.where(inside, 0.0, np.inf)
+    for x, y, radius in obstacles.discs:
+        outside = np.maximum(np.hypot(points[0] - x, points[1] - y) - radius, 0.0)
+        distances = np.minimum(distances, outside)
+    for start, end in (side for polygon in obstacles.polygons for side in polygon.sides):
+        away = points - nearest_points(points, np.array(start), np.array(end))
+        distances = np.minimum(distances, np.hypot(*away))
+    if not np.isfinite(distances).any():
+        return None
+    nearest = int(np.argmin(distances))
+    least, robot = float(distances[nearest]), int(known.robot[nearest])
+    return ObstacleDistance(least, robot, least < _radius(models[robot]))
 
 
 @dataclass(frozen=True)

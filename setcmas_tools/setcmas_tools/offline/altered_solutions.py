@@ -43,7 +43,8 @@ _MAY_DIFFER = {Function.CONTROL: 0.03, Function.CONDITION: 0.001, Function.SI_TO
 """Share of calls that may differ, by the function: a right law may take its next waypoint a call
 earlier.
 """
-_SATURATED = 0.98  # from this share of the largest speed on
+SATURATED = 0.98
+"""Share of the largest speed from which on a velocity is saturated."""
 _PATH_M = 0.01  # between a run and its repetition
 
 
@@ -221,7 +222,12 @@ class Calls:
     @property
     def is_free(self) -> NDArray[np.bool_]:
         """Where, in addition, the submission is not saturated."""
-        return self.is_known & (_lengths(self.own) < _SATURATED * self.limit)
+        return self.is_known & (self.speeds < SATURATED * self.limit)
+
+    @property
+    def speeds(self) -> Floats:
+        """Lengths of the submission's answers."""
+        return _lengths(self.own)
 
     def of_robots(self, which: NDArray[np.bool_]) -> Calls:
         """Return the calls of some of the robots; which has the shape (N,)."""

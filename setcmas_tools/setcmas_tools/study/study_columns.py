@@ -86,7 +86,7 @@ COLUMNS = {
         'm/s', 'largest speed of all robots', 'robots', 'largest_speed_m_s', 'largest'
     ),
     'saturation': Column(
-        's', 'time at the speed limit, mean over the robots', 'robots',
+        's', 'time saturated at the speed limit, mean over the robots', 'robots',
         'time_in_saturation_s', 'mean',
     ),
     'dead_band': Column(

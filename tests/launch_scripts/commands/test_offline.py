@@ -254,3 +254,13 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
 
     assert result.returncode == 0, result.stderr
     assert read_fleet(tmp_path / 'gone' / 'out' / 'csv' / 'fleet.csv').x[-1] > 0
+
+
+@pytest.mark.parametrize(('wait', 'is_slow'), [(0.15, True), (0, False)])
+def test_a_law_that_is_slower_than_real_time_is_told(tmp_path, wait, is_slow):
+    (tmp_path / 'law.py').write_text(
+        f'import time\ndef control(i, n, p, t):\n    time.sleep({wait})\n    return 0.1, 0\n'
+    )
+    result = offline(tmp_path, '--algo', 'law.py', '--nb-robots', '2', '--duration', '1')
+
+    assert ('slower than real time: a call for 2 robots took 0.3' in result.stderr) == is_slow

@@ -79,7 +79,7 @@ def hints(tmp_path):
         (' / nbRobots', '', 'N times too large, where N is'),
         ('/ nbRobots', '/ (nbRobots - 1)', 'N/(N-1) times too large, where N is'),
         ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
-        ('v -= K', 'v -= 40 * K', 'always at the speed limit'),
+        ('v -= K', 'v -= 40 * K', 'always saturated at the speed limit'),
         ('v[0], v[1]', '0.4 * v[1], 0.4 * v[0]', 'With that corrected, your velocities have the'),
     ],
 )

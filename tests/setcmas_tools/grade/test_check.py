@@ -23,6 +23,8 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
     page = result._repr_html_()
     assert result.marks.score == 5.09
     assert '✓ 4/4  it follows the point: tracking_error 0.5 m' in str(result)
+    assert 'answer_error 111 % (wanted: at most 8 %)' in str(result)
+    assert '\nanswer_error: relative difference between' in str(result)
     assert 'Your velocity is KP (r - p) alone' in str(result)
     assert 'src="data:image/png;base64,' in page
     assert '&lt;' not in page

@@ -9,6 +9,7 @@ from setcmas_tools.measures.safety_metrics import (
     fleet_filtering,
     fleet_safety,
     fleet_separation,
+    obstacle_distance,
 )
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import Commands, Filtered, safety_record
@@ -104,3 +105,26 @@ def test_collisions_are_counted_and_the_first_are_listed():
     assert found.pairs_that_touched == 28
     assert len(found.first_collisions) == 3
     assert found.lines()[-1].endswith(', 25 more pairs later')
+
+
+@pytest.mark.parametrize(
+    ('obstacles', 'least', 'robot', 'touched'),
+    [
+        ('disc 0 -1.5 1', 0.5, 1, False),
+        ('disc 5 0 1; disc 0 0.5 0.15', 0.05, 2, True),
+        ('polygon -1 1.3 1 1.3 0 2', 1.0, 2, False),
+        ('polygon 0.5 -0.5 1.5 -0.5 1.5 0.5 0.5 0.5', 0.0, 1, True),
+    ],
+)
+def test_the_least_distance_from_an_obstacle_is_that_of_the_nearest_robot(
+    obstacles, least, robot, touched
+):
+    found = obstacle_distance(run_with_of_safety(None, obstacles=obstacles))
+
+    assert found.least_obstacle_distance_m == pytest.approx(least)
+    assert (found.least_obstacle_distance_robot, found.touched) == (robot, touched)
+    assert ('which touched it' in found.lines()[0]) == touched
+
+
+def test_a_run_without_obstacles_has_no_distance_from_one():
+    assert obstacle_distance(run_with_of_safety(None)) is None
