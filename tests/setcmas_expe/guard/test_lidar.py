@@ -1,0 +1,51 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_expe.guard.lidar import HALF_WIDTH_M, braking_distance, clearance
+
+STEP = math.radians(1.0)
+FREE = np.full(360, math.inf)
+
+
+def scan(*things):
+    """Return the ranges of a turn that sees things: middle in degrees, number of points, m."""
+    ranges = FREE.copy()
+    for middle, points, distance in things:
+        ranges[np.arange(middle - points // 2, middle + points - points // 2) % 360] = distance
+    return ranges
+
+
+@pytest.mark.parametrize(
+    ('things', 'V', 'nearest'),
+    [
+        ([], 0.2, math.inf),
+        ([(0, 9, 0.3)], 0.2, 0.3),
+        ([(0, 9, 0.3)], -0.2, math.inf),
+        ([(180, 9, 0.3)], -0.2, 0.3),
+        ([(0, 9, 0.3)], 0.0, math.inf),  # it only turns
+        ([(90, 9, 0.15)], 0.2, math.inf),  # beside it
+        ([(0, 2, 0.3)], 0.2, math.inf),  # dust
+        ([(0, 9, 0.5), (10, 9, 0.25)], 0.2, 0.25),
+        ([(0, 9, 0.0)], 0.2, math.inf),  # no measurement
+    ],
+)
+def test_what_is_in_the_way_is_near_in_the_direction_of_travel(things, V, nearest):
+    assert clearance(scan(*things), 0.0, STEP, V) == pytest.approx(nearest, rel=0.03)
+
+
+def test_the_way_is_a_strip_as_wide_as_the_robot():
+    beside = math.degrees(math.asin(HALF_WIDTH_M / 0.4))
+    assert clearance(scan((round(beside) - 4, 5, 0.4)), 0.0, STEP, 0.2) < 0.4
+    assert clearance(scan((round(beside) + 4, 5, 0.4)), 0.0, STEP, 0.2) == math.inf
+
+
+def test_nan_and_angles_from_minus_pi_are_understood():
+    ranges = scan((180, 9, 0.3))
+    ranges[:20] = math.nan
+    assert clearance(ranges, -math.pi, STEP, 0.2) == pytest.approx(0.3, rel=0.01)
+
+
+def test_a_fast_robot_needs_more_room():
+    assert braking_distance(0.21) > braking_distance(0.05) > 0.12
