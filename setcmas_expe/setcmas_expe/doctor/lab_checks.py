@@ -135,7 +135,7 @@ class RobotCheck:
     def _guard_state(self) -> str:
         if self.guard is None:
             return 'no'
-        if self.guard.stops:
+        if self.guard.state.stops:
             return self.guard.state.value
         return 'yes' if self.guard.private else 'open'
 
@@ -205,9 +205,9 @@ class RobotCheck:
             )
             yield PROBLEM, 'guard', 'not there', advice
             return
-        if self.guard.stops:
+        if self.guard.state.stops:
             advice = 'remove the cause; in an experiment, R twice releases an emergency stop'
-            yield NOTE, 'guard', self.guard.reason, advice
+            yield NOTE, 'guard', self.guard.decision.reason, advice
         if not self.guard.private:
             advice = (
                 f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab_setup.md): now every '

@@ -115,14 +115,15 @@ class EmulatedGuards:
         """Step all guards that do not hang; `now` is in s."""
         due = self._steps.due(now)
         for guard, until in zip(self._guards, self._hang_until, strict=True):
-            if now >= until and (due or guard.period < 1.0 / RATE_HZ):
-                guard.step(now)
+            if due and now >= until:
+                guard.time.begin_step(now)
+                guard.step()
 
     def _guard(self, robot: LabRobot) -> CmdVelGuard:
         """Return the guard of a robot; it logs only stops."""
         name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
         set_logger_level(name, LoggingSeverity.WARN)
-        return CmdVelGuard(self._options, robot.namespace, time.monotonic())
+        return CmdVelGuard(self._options, namespace=robot.namespace, has_services=False)
 
 
 _STEP_RATE_HZ = 50.0

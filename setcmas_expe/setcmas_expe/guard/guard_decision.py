@@ -1,129 +1,134 @@
-"""Decisions of a guard: which process it follows, whether its robot may move, and why not."""
+"""Decisions of a guard: what its robot may do, and why."""
 
 from __future__ import annotations
 
 import enum
-from collections.abc import Set as AbstractSet
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from setcmas_ctrl.experiment_pause import PauseReason
 
-NO_LISTENER = 'its base does not listen; is its bringup running?'
 
-
-class State(enum.Enum):
+class GuardState(enum.Enum):
     """What a guard lets its robot do."""
 
-    IDLE = 'idle'  # no process commands the robot
+    IDLE = 'idle'
     PAUSED = 'paused'
     FOLLOWING = 'following'
-    SILENT = 'silent'  # its commands ended or come late; it waits for a start
-    RIVAL = 'rival'  # a second process may command it; it waits for a start
-    HELD = 'held'  # it missed the pause that must come before a start
+    SILENT = 'silent'
+    CONTESTED = 'contested'
+    INTRUDED = 'intruded'
+    DEAF = 'deaf'
+    OBSTRUCTED = 'obstructed'
+    BLIND = 'blind'
+    UNCONNECTED = 'unconnected'
+    HELD = 'held'
     EMERGENCY = 'emergency'
 
+    @property
+    def stops(self) -> bool:
+        """Whether the robot stays stopped until a pause and a start."""
+        return self not in (GuardState.IDLE, GuardState.PAUSED, GuardState.FOLLOWING)
 
-class Source:
-    """Pins the process that commands a robot, by its DDS identifier.
 
-    rclpy does not say who sent a message, so the guard follows none of several. The pause node is
-    ready to command zero and does not count.
-
-    Attributes:
-        pinned: The process that the guard follows; empty if there is none.
-    """
-
-    def __init__(self) -> None:
-        self.pinned = b''
-
-    def conflict(self, found: AbstractSet[bytes], operator: bytes | None, free: bool) -> str:
-        """Return why the guard must follow no process; empty if there is one, or none.
-
-        Args:
-            found: The processes that publish commands.
-            operator: The process of the pause node; None if unknown.
-            free: Whether the robot may move now: then no process may replace another.
-        """
-        rest = found - {operator} if len(found) > 1 else found
-        if len(rest) > 1:
-            return 'several nodes command it'
-        now = next(iter(rest), b'')
-        if now and now != self.pinned and self.pinned and free:
-            return 'a different node than at the start commands it'
-        if now or not free:
-            self.pinned = now
-        return ''
+_TEXTS = {
+    GuardState.SILENT: 'its commands have ended',
+    GuardState.CONTESTED: '{} command it',
+    GuardState.INTRUDED: '{} commands it past its guard',
+    GuardState.DEAF: 'it does not obey zero: its motors are off',
+    GuardState.OBSTRUCTED: 'its lidar sees something {} m ahead',
+    GuardState.BLIND: 'its lidar is silent',
+    GuardState.UNCONNECTED: 'its base does not listen; is its bringup running?',
+    GuardState.EMERGENCY: 'a stop is held; R twice releases it',
+}
 
 
 @dataclass(frozen=True)
-class Situation:
+class GuardDecision:
+    """What a robot may do, and for people, why it is stopped; empty if it is not."""
+
+    state: GuardState
+    reason: str = ''
+
+
+def stopped(state: GuardState, detail: str = '') -> GuardDecision:
+    """Return the decision to stop a robot, with what is to be named in its reason."""
+    return GuardDecision(state, _TEXTS[state].format(detail))
+
+
+@dataclass(frozen=True)
+class GuardSituation:
     """What a guard knows at a moment.
 
     Attributes:
-        emergency: Whether an emergency stop is held.
-        intruder: Who else publishes to the base; empty if none.
-        conflict: Why the guard must follow no process; empty if it may.
+        emergency: Whether a person, or a node, has stopped all robots for good.
+        commanders: Names of the processes that command the robot, without the pause node's.
+        intruders: Names of those that publish to its base past the guard.
+        disobeys: Whether its wheels turn despite zero commands.
         base_listens: Whether the base listens.
-        is_commanded: Whether a process commands the robot.
         has_ended: Whether there is no command to follow.
-        ending: Why there is none.
+        clearance: Distance in m to what stands in the way within the braking distance; inf if
+            nothing does, NaN if the lidar is silent.
     """
 
     emergency: bool
-    intruder: str
-    conflict: str
+    commanders: Sequence[str]
+    intruders: Sequence[str]
+    disobeys: bool
     base_listens: bool
-    is_commanded: bool
     has_ended: bool
-    ending: str
+    clearance: float = math.inf
 
 
 class StartLatch:
-    """Keeps a robot stopped, whatever stopped it, until a pause and then a start.
-
-    Attributes:
-        is_free: Whether commands pass.
-    """
+    """Keeps a robot stopped, whatever stopped it, until a pause and then a start."""
 
     def __init__(self) -> None:
         """Start with a stopped robot."""
-        self._was = State.HELD
-        self._was_started = self.is_free = False
+        self._stop: GuardDecision | None
+        self.hold('it waits for a pause and a start')
 
-    def reason_to_wait(self, situation: Situation) -> str:
-        """Return why the robot must wait for a start from now on; empty if it need not."""
-        state, why = _trouble(situation)
-        if state is State.SILENT and not self._was_started:
-            return ''
-        if state is not None:  # an emergency stop is over once it is released
-            self._was = State.HELD if state is State.EMERGENCY else state
-        return why
+    def hold(self, why: str) -> None:
+        """Stop the robot until the next start."""
+        self._stop = GuardDecision(GuardState.HELD, why)
 
-    def decide(self, situation: Situation, paused: PauseReason | None) -> tuple[State, str]:
-        """Return the robot's new state and its reason, given the reason for a pause."""
-        state, reason = self._decided(situation, paused)
-        self._was_started, self.is_free = not paused, state is State.FOLLOWING
-        return state, reason
-
-    def _decided(self, situation: Situation, paused: PauseReason | None) -> tuple[State, str]:
-        state, why = _trouble(situation)
-        if state is not None and state is not State.SILENT:
-            return state, why
-        if not situation.is_commanded:
-            return State.IDLE, ''
-        if paused and paused.is_of_operator:
-            self._was = State.HELD
-            return State.PAUSED, ''
-        if paused:
-            return self._was, paused.text
-        return (state, why) if state else (State.FOLLOWING, '')
+    def decide(self, situation: GuardSituation, pause: PauseReason | None) -> GuardDecision:
+        """Return what the robot may do, given why robots are paused; None if they are not."""
+        if trouble := _trouble(situation):
+            self._stop = trouble
+            if trouble.state is GuardState.EMERGENCY:  # over once it is released
+                self.hold('a stop was released')
+            return trouble
+        if self._stop and not situation.commanders:
+            return GuardDecision(GuardState.IDLE)
+        if pause and pause.is_of_operator:
+            self._stop = None
+            return GuardDecision(GuardState.PAUSED)
+        held = GuardDecision(GuardState.HELD, pause.text) if pause else _danger(situation)
+        self._stop = self._stop or held
+        return self._stop or GuardDecision(GuardState.FOLLOWING)
 
 
-def _trouble(situation: Situation) -> tuple[State | None, str]:
+def _trouble(situation: GuardSituation) -> GuardDecision | None:
+    """Return what is wrong even with a robot that is paused."""
+    if situation.intruders:  # a person must know, because a stop may not hold the robot
+        return stopped(GuardState.INTRUDED, ' and '.join(situation.intruders))
     if situation.emergency:
-        return State.EMERGENCY, 'emergency stop'
-    if situation.intruder or situation.conflict:
-        return State.RIVAL, situation.intruder or situation.conflict
-    if not situation.base_listens:
-        return State.HELD, NO_LISTENER
-    return (State.SILENT, situation.ending) if situation.has_ended else (None, '')
+        return stopped(GuardState.EMERGENCY)
+    if situation.disobeys:
+        return stopped(GuardState.DEAF)
+    if len(situation.commanders) > 1:
+        return stopped(GuardState.CONTESTED, ' and '.join(situation.commanders))
+    return None if situation.base_listens else stopped(GuardState.UNCONNECTED)
+
+
+def _danger(situation: GuardSituation) -> GuardDecision | None:
+    """Return why a robot that is started may not move."""
+    if situation.has_ended:
+        return stopped(GuardState.SILENT)
+    if math.isnan(situation.clearance):
+        return stopped(GuardState.BLIND)
+    if situation.clearance < math.inf:
+        return stopped(GuardState.OBSTRUCTED, f'{situation.clearance:.2f}')
+    return None

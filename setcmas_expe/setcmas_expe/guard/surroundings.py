@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 from rclpy.node import Node
 
-from setcmas_expe.guard.guard_watch import PAST_GUARD
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.ros import cmd_vel_topics
-from setcmas_simu.ros.cmd_vel_topics import Endpoint, OnlySender
+from setcmas_simu.ros.cmd_vel_topics import Endpoint
 
 
 @dataclass(frozen=True)
@@ -51,45 +50,36 @@ class Surroundings:
 
     Attributes:
         cmd_vel: Full name of the topic of the bridge's commands.
-        guarded: Full name of the guard's own topic.
-        impostor: Who else publishes the robot's odometry; empty if none.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self.cmd_vel = node.resolve_topic_name(topics.CMD_VEL)
-        self.guarded = node.resolve_topic_name(topics.CMD_VEL_GUARDED)
-        self.impostor = ''
-        self._odometry = OnlySender(node, node.resolve_topic_name(topics.ODOM))
+        self.cmd_vel, self._guarded, self._odom = map(
+            node.resolve_topic_name, (topics.CMD_VEL, topics.CMD_VEL_GUARDED, topics.ODOM)
+        )
         self._own = cmd_vel_topics.own_participant(node)
         self._own_name = node.get_fully_qualified_name()
 
-    def commanders(self) -> set[bytes]:
-        """Return the other processes that publish commands."""
-        return cmd_vel_topics.participants(self._node, self.cmd_vel) - {self._own}
+    def commanders(self) -> list[str]:
+        """Return names of the other processes that publish commands.
 
-    def intruder(self) -> str:
-        """Return who else publishes to the base; empty if none."""
-        found = cmd_vel_topics.strangers(self._node, self.guarded, {self._own})
-        return f'{found[0]} {PAST_GUARD}' if found else ''
+        The pause node is ready to command zero in the bridge's place; it counts only if alone.
+        """
+        pause = cmd_vel_topics.participants(self._node, topics.PAUSED)
+        others = cmd_vel_topics.strangers(self._node, self.cmd_vel, {self._own})
+        return cmd_vel_topics.strangers(self._node, self.cmd_vel, {self._own, *pause}) or others
 
-    def stranger(self, known: Collection[bytes]) -> str:
-        """Return who commands the robot except these processes; empty if none."""
-        found = cmd_vel_topics.strangers(self._node, self.cmd_vel, {self._own, *known})
-        return f'{found[0]} commands it' if found else ''
-
-    def operator(self) -> bytes | None:
-        """Return the process of the pause node; None if there is none, or several."""
-        found = cmd_vel_topics.participants(self._node, topics.PAUSED)
-        return found.pop() if len(found) == 1 else None
+    def intruders(self) -> list[str]:
+        """Return names of the others that publish to the base."""
+        return cmd_vel_topics.strangers(self._node, self._guarded, {self._own})
 
     def base(self) -> Base:
-        """Return how the robot's base listens; an impostor does not change it."""
-        self.impostor = self._odometry.impostor()
+        """Return how the robot's base listens."""
         to_cmd_vel = [
             one
             for one in cmd_vel_topics.listeners(self._node, self.cmd_vel)
             if (one.participant, one.full_name) != (self._own, self._own_name)
         ]
-        to_guard = cmd_vel_topics.listeners(self._node, self.guarded)
-        return base_of(to_cmd_vel, to_guard, self._odometry.process)
+        to_guard = cmd_vel_topics.listeners(self._node, self._guarded)
+        robot = cmd_vel_topics.participants(self._node, self._odom)
+        return base_of(to_cmd_vel, to_guard, robot)

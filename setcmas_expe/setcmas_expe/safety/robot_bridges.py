@@ -147,8 +147,7 @@ class CmdVelBridge:
         self._wheels.take()
         self.guard.take(now)
         disobeys = self._obedience.update(*self._sent, now)
-        if disobeys == IGNORES_ZERO or self.guard.has_cut:
-            self.guard.has_cut = False
+        if disobeys == IGNORES_ZERO:
             self.cut_motors()
         elif self.guard.has_ended:  # its base keeps its last velocity
             self._motors.cut()

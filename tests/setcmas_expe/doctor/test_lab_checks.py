@@ -10,8 +10,8 @@ from setcmas_expe.doctor.lab_checks import (
     arrival_statistics,
     other_presets,
 )
-from setcmas_expe.guard.guard_decision import State
-from setcmas_expe.guard.guard_watch import GuardReport, Power
+from setcmas_expe.guard.guard_decision import GuardDecision, GuardState, stopped
+from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 
@@ -59,7 +59,7 @@ def test_bodies_that_another_preset_would_receive_are_named():
     assert same == ['natnet or nokov or optitrack would receive Red, tb3_1']
 
 
-GUARDED = GuardReport(State.IDLE, '', True, Power.UNKNOWN, '')
+GUARDED = GuardReport(GuardDecision(GuardState.IDLE), private=True)
 LAB = load_lab(DEFAULT_FILE, 1)
 GOOD = RobotCheck(
     robot=LabRobot.numbered(1),
@@ -93,7 +93,7 @@ def test_a_robot_that_is_well():
         ({'rival': '/joy also commands it'}, PROBLEM, '/joy also commands it'),
         ({'guard': None}, PROBLEM, 'cmd_vel_guard'),
         ({'guard': replace(GUARDED, private=False)}, NOTE, 'cmd_vel_guarded'),
-        ({'guard': replace(GUARDED, state=State.EMERGENCY)}, NOTE, 'R twice'),
+        ({'guard': replace(GUARDED, decision=stopped(GuardState.EMERGENCY))}, NOTE, 'R twice'),
         ({'battery': 20.0}, NOTE, '20 %'),
         ({'battery': 5.0}, PROBLEM, '5 %'),
     ],

@@ -1,74 +1,86 @@
+import math
 from dataclasses import replace
 
 import pytest
 
 from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
-from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
+from setcmas_expe.guard.guard_decision import GuardSituation, GuardState, StartLatch
 
-OPERATOR, SILENT, NOT_STARTED = (
+PAUSED, SILENT, NOT_STARTED = (
     PauseReason(cause, cause.value)
     for cause in (PauseCause.OPERATOR, PauseCause.SILENT, PauseCause.NOT_STARTED)
 )
-BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
-
-
-def test_the_bridge_is_followed_with_the_pause_node_and_no_node_with_a_rogue():
-    source = Source()
-    assert source.conflict({BRIDGE, PAUSE}, PAUSE, free=False) == ''
-    assert source.pinned == BRIDGE
-    assert source.conflict({BRIDGE, PAUSE, ROGUE}, PAUSE, free=True) == 'several nodes command it'
-    assert source.conflict({BRIDGE, ROGUE}, None, free=True)
-
-
-def test_no_node_replaces_the_bridge_while_the_robot_may_move():
-    source = Source()
-    source.conflict({BRIDGE}, None, free=False)
-    assert source.conflict({ROGUE}, None, free=True)
-    assert source.pinned == BRIDGE
-
-    assert source.conflict({ROGUE}, None, free=False) == ''
-    assert source.pinned == ROGUE
-    source.conflict(set(), None, free=False)
-    assert source.pinned == b''
-
-
-WELL = Situation(
+GO = None
+WELL = GuardSituation(
     emergency=False,
-    intruder='',
-    conflict='',
+    commanders=['/bridge'],
+    intruders=[],
+    disobeys=False,
     base_listens=True,
-    is_commanded=True,
     has_ended=False,
-    ending='ended',
 )
 
 
 @pytest.mark.parametrize(
-    ('changes', 'paused', 'state'),
+    ('changes', 'pause', 'state'),
     [
-        ({}, None, State.FOLLOWING),
-        ({}, OPERATOR, State.PAUSED),
-        ({}, SILENT, State.HELD),
-        ({}, NOT_STARTED, State.HELD),
-        ({'is_commanded': False, 'has_ended': True}, SILENT, State.IDLE),
-        ({'has_ended': True}, None, State.SILENT),
-        ({'base_listens': False}, OPERATOR, State.HELD),
-        ({'conflict': 'two'}, OPERATOR, State.RIVAL),
-        ({'intruder': 'rogue'}, OPERATOR, State.RIVAL),
-        ({'emergency': True, 'intruder': 'rogue'}, None, State.EMERGENCY),
+        ({}, GO, GuardState.FOLLOWING),
+        ({}, PAUSED, GuardState.PAUSED),
+        ({}, SILENT, GuardState.HELD),
+        ({}, NOT_STARTED, GuardState.HELD),
+        ({'has_ended': True}, GO, GuardState.SILENT),
+        ({'clearance': 0.2}, GO, GuardState.OBSTRUCTED),
+        ({'clearance': 0.2}, PAUSED, GuardState.PAUSED),
+        ({'clearance': math.nan}, GO, GuardState.BLIND),
+        ({'base_listens': False}, PAUSED, GuardState.UNCONNECTED),
+        ({'disobeys': True}, PAUSED, GuardState.DEAF),
+        ({'commanders': ['/bridge', '/rogue']}, PAUSED, GuardState.CONTESTED),
+        ({'intruders': ['/rogue']}, PAUSED, GuardState.INTRUDED),
+        ({'emergency': True, 'intruders': ['/rogue']}, GO, GuardState.INTRUDED),
+        ({'emergency': True}, PAUSED, GuardState.EMERGENCY),
     ],
 )
-def test_what_a_robot_is_let_do(changes, paused, state):
+def test_what_a_robot_that_was_paused_may_do(changes, pause, state):
     latch = StartLatch()
-    situation = replace(WELL, **changes)
-    assert latch.decide(situation, paused)[0] is state
-    assert latch.is_free is (state is State.FOLLOWING)
+    latch.decide(WELL, PAUSED)
+    assert latch.decide(replace(WELL, **changes), pause).state is state
 
 
-def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
+STOPS = [
+    {'has_ended': True},
+    {'clearance': 0.2},
+    {'clearance': math.nan},
+    {'base_listens': False},
+    {'disobeys': True},
+    {'commanders': ['/bridge', '/rogue']},
+    {'intruders': ['/rogue']},
+    {'emergency': True},
+]
+
+
+@pytest.mark.parametrize('changes', STOPS, ids=[next(iter(one)) for one in STOPS])
+def test_whatever_stopped_a_robot_keeps_it_stopped_until_a_pause_and_then_a_start(changes):
     latch = StartLatch()
-    latch.decide(WELL, None)
-    assert latch.reason_to_wait(replace(WELL, has_ended=True)) == 'ended'
-    assert latch.decide(WELL, PauseReason(PauseCause.LATCHED, 'ended')) == (State.SILENT, 'ended')
-    latch.decide(WELL, OPERATOR)
-    assert latch.decide(WELL, NOT_STARTED)[0] is State.HELD
+    latch.decide(WELL, PAUSED)
+    assert latch.decide(WELL, GO).state is GuardState.FOLLOWING
+    latch.decide(replace(WELL, **changes), GO)
+
+    for pause in (GO, SILENT, NOT_STARTED, GO):
+        assert latch.decide(WELL, pause).state.stops
+    latch.decide(WELL, PAUSED)
+    assert latch.decide(WELL, GO).state is GuardState.FOLLOWING
+
+
+def test_a_robot_that_nobody_commands_is_idle_and_then_waits_for_a_start():
+    latch, alone = StartLatch(), replace(WELL, commanders=[], has_ended=True)
+    assert latch.decide(alone, SILENT).state is GuardState.IDLE
+    latch.decide(WELL, PAUSED)
+    latch.decide(WELL, GO)
+    latch.decide(alone, GO)
+    assert latch.decide(alone, GO).state is GuardState.IDLE
+    assert latch.decide(WELL, GO).state is GuardState.SILENT
+
+
+def test_a_reason_names_who_commands_the_robot():
+    both = replace(WELL, commanders=['/bridge', '/rogue'])
+    assert StartLatch().decide(both, GO).reason == '/bridge and /rogue command it'
