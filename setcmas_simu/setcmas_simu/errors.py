@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import difflib
 import sys
+import sysconfig
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
 
 
 class SetcmasError(Exception):
@@ -15,9 +18,25 @@ class SetcmasError(Exception):
     """
 
 
+_IN_A_WORKSPACE = (
+    'PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths src --ignore-src -y '
+    '(docs/ros.md lists what rosdep does not know)'
+)
+
+
 def install_command(extra: str) -> str:
-    """Return the command that installs the packages of an extra, such as 'study'."""
-    return f"pip install 'setcmas[{extra}]'"
+    """Return the command that installs the packages of an extra, such as 'study'.
+
+    In a workspace built by colcon, rosdep installs them. A Python of the system refuses pip
+    without an option (PEP 668).
+    """
+    try:
+        metadata.distribution('setcmas')
+    except metadata.PackageNotFoundError:
+        return _IN_A_WORKSPACE
+    managed = Path(sysconfig.get_path('stdlib'), 'EXTERNALLY-MANAGED').is_file()
+    option = '--break-system-packages ' if managed and sys.prefix == sys.base_prefix else ''
+    return f"pip install {option}'setcmas[{extra}]'"
 
 
 @contextmanager

@@ -5,8 +5,10 @@ import multiprocessing
 import pickle
 import pkgutil
 import sys
+import sysconfig
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,7 @@ from launch_scripts.cli import main
 from launch_scripts.processes.child_process import ChildDiedError
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.scripts.script_errors import ControlError
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError, install_command, needs
 from setcmas_simu.options.group import ClashError
 from setcmas_simu.plugins import PluginError
 from setcmas_simu.reports.script_calls import Function
@@ -110,3 +112,22 @@ def test_an_error_of_another_process_is_raised_here_whole():
             crossed.result()
         assert raised.value.typed == '--ctc needs --event-triggered; add it'
         assert pool.submit(len, 'still alive').result()
+
+
+def test_in_a_workspace_nobody_is_sent_to_pip(monkeypatch):
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, 'distribution', missing)
+
+    assert install_command('study').startswith('PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install')
+
+
+def test_a_python_of_the_system_needs_an_option_of_pip(monkeypatch, tmp_path):
+    (tmp_path / 'EXTERNALLY-MANAGED').touch()
+    monkeypatch.setattr(sysconfig, 'get_path', lambda _: str(tmp_path))
+    assert install_command('study') == "pip install 'setcmas[study]'"  # here it is a virtual one
+
+    monkeypatch.setattr(sys, 'prefix', sys.base_prefix)
+
+    assert install_command('study') == "pip install --break-system-packages 'setcmas[study]'"

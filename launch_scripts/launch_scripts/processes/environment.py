@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import socket
 import sys
@@ -10,8 +9,9 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 
+from launch_scripts.processes.installed_ros import check_ros
 from launch_scripts.terminal.terminal import LOG_FORMAT
-from setcmas_simu.errors import SetcmasError, install_command
+from setcmas_simu.errors import SetcmasError
 
 
 def clean_environment() -> None:
@@ -28,7 +28,6 @@ def clean_environment() -> None:
         del os.environ['MPLBACKEND']
 
 
-_ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
 _LARGEST_DOMAIN = 101  # above, ports collide with those that systems assign
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -41,20 +40,14 @@ _LEAVING = (
 """Variables through which topics may leave this machine despite the discovery range."""
 
 
-def missing_ros() -> str:
-    """Return the first missing Python package of ROS 2; '' if all are installed."""
-    missing = (name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None)
-    return next(missing, '')
-
-
 def require_ros(without: str = '') -> None:
-    """Check that ROS 2's Python packages are installed and the ROS domain is valid.
+    """Check that ROS 2 works here and that the ROS domain is valid.
 
     Args:
         without: What the user can do without ROS, for the message; may be empty.
 
     Raises:
-        SetcmasError: A package is missing (the message has the install command), or
+        SetcmasError: ROS 2 is missing (the message says how to get it) or does not work, or
             ROS_DOMAIN_ID is invalid.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
@@ -68,11 +61,7 @@ def require_ros(without: str = '') -> None:
             f"RMW_IMPLEMENTATION is '{middleware}', but PyPI only has {_MIDDLEWARE}: "
             'unset RMW_IMPLEMENTATION'
         )
-    if missing := missing_ros():
-        raise SetcmasError(
-            f'ROS 2 Jazzy is missing ({missing}): {without}{install_command("ros")} '
-            'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
-        )
+    check_ros(without)
 
 
 def local_environment() -> dict[str, str]:

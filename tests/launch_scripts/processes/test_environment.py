@@ -51,15 +51,6 @@ def test_a_static_peer_that_does_not_exist_is_reported_in_one_line(monkeypatch, 
         experiment_environment(lab, emulated=False)
 
 
-def test_without_ros_a_verb_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: None)
-
-    with pytest.raises(
-        SetcmasError, match=r"ROS 2 Jazzy is missing.*pip install 'setcmas\[ros\]'"
-    ):
-        environment.require_ros()
-
-
 def test_an_empty_entry_of_pythonpath_is_left_out(monkeypatch):
     monkeypatch.setenv('PYTHONPATH', ':/somewhere:.')
 
@@ -81,7 +72,6 @@ def test_where_signals_are_missing_the_commands_can_be_imported():
 
 @pytest.mark.parametrize('domain', ['abc', '-1', '300', '1.5'])
 def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
-    monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: True)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
 
     with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to 101"):
