@@ -127,7 +127,7 @@ def read_submission(packed: Packed) -> Submission:
     neighbours = {
         path.relative_to(script.parent).as_posix(): content
         for path, content in files.items()
-        if path.is_relative_to(script.parent)
+        if path.is_relative_to(script.parent) and not isinstance(content, Unread)
     }
     is_whole = PurePosixPath(top).suffix in ('.py', '.ipynb')
     sources = [content for name, content in neighbours.items() if name.endswith('.py')]

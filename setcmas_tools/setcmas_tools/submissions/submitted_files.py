@@ -168,12 +168,12 @@ def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
         yield from _read([str(here / 'all')], lambda *_, reason=reason: reason)
 
 
-def _of_disk(place: Path, name: str, path: PurePosixPath) -> bytes | None:
-    """Return the content of a file; None if it is none, such as a symbolic link."""
+def _of_disk(place: Path, name: str, path: PurePosixPath) -> bytes:
+    """Return the content of a file, or why it is not read."""
     try:
         status = (place / name).lstat()
         if not stat.S_ISREG(status.st_mode):
-            return None
+            return Unread.because(f'{path.name} is a symbolic link or no file; put a copy there')
         if status.st_nlink > 1:  # it may be any file of the teacher's disk
             return _Linked.because(
                 f'{path.name} is a hard link, perhaps to a file of another person; check it, '
@@ -217,31 +217,32 @@ def _limited(file: IO[bytes], path: PurePosixPath, size: int) -> bytes:
 
 
 def _read(
-    names: list[str], content: Callable[[str, PurePosixPath], bytes | None]
+    names: list[str], content: Callable[[str, PurePosixPath], bytes]
 ) -> Iterator[tuple[PurePosixPath, bytes]]:
     """Yield the paths of a student's files, and their content, from their names.
 
-    A path has '/' between folders, composed accents (NFC) as Python's imports, and an ending in
-    small letters without '.txt' after '.py', unless another file has that name.
+    A path has '/' between folders, no '..', composed accents (NFC) as Python's imports, and an
+    ending in small letters without '.txt' after '.py', unless another file has that name.
     """
     taken = {*names}
     for name in names:
-        text = normalize('NFC', name.replace('\\', '/'))
+        folders = normalize('NFC', name.replace('\\', '/')).split('/')
+        text = '/'.join(one for one in folders if one not in ('', '.', '..'))
         text = text.encode(errors='backslashreplace').decode()  # whatever bytes it has
         plain = _ENDING.sub(lambda found: found[1].lower(), text)
         path = PurePosixPath(text if plain in taken else plain)
         taken.add(str(path))
-        folders = path.parts[: -1 if is_empty(path) else None]
-        sizes = [len(one.encode()) for one in folders]
-        if any(one in _IGNORED or one.startswith(('.', '/')) for one in folders):
+        parts = path.parts[: -1 if is_empty(path) else None]
+        sizes = [len(one.encode()) for one in parts]
+        if not parts or any(one in _IGNORED or one.startswith('.') for one in parts):
             continue
-        if len(folders) > _DEEPEST or sum(sizes) > _LONGEST_PATH or max(sizes) > _LONGEST_NAME:
+        if len(parts) > _DEEPEST or sum(sizes) > _LONGEST_PATH or max(sizes) > _LONGEST_NAME:
             reason = f'the path of {path.name[:_DEEPEST]} is too long'
-            yield PurePosixPath(folders[0][:_DEEPEST], 'too long'), Unread.because(reason)
+            yield PurePosixPath(parts[0][:_DEEPEST], 'too long'), Unread.because(reason)
         elif is_empty(path):
             yield path, b''
-        elif (found := content(name, path)) is not None:
-            yield path, found
+        else:
+            yield path, content(name, path)
 
 
 def unpacked(files: Files, name: str) -> Files:

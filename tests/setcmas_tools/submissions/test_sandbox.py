@@ -232,6 +232,12 @@ def test_a_file_that_attacks_whoever_unpacks_it_costs_its_student_alone(name):
     assert read.student.name == 'Ada'
 
 
+def test_what_cannot_be_read_beside_a_law_is_left_out():
+    read = read_apart(packed('a.zip', archive({'law.py': STILL, 'old.zip': 'no zip file'})))
+
+    assert (read.problem, read.files.keys()) == ('', {'law.py'})
+
+
 def test_a_symbolic_link_in_a_zip_file_is_not_followed(place):
     read = read_apart(packed('link.zip', with_link(str(place / 'rubric.yaml'))))
 

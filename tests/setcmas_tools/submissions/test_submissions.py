@@ -114,6 +114,7 @@ ACCENTED = 'from régulateur import f\n'.encode() + LAW
         ('tp/régulateur.py', ''),
         (normalize('NFD', 'tp/régulateur.py'), ''),
         ('C:\\tp\\régulateur.PY.txt', ''),
+        ('/../../régulateur.py', ''),
         ('tp/r@@gulateur.py', 'é'.encode()),  # of macOS, which does not say that it is UTF-8
         ('tp/re@@gulateur.py', normalize('NFD', 'é').encode()[1:]),
         ('tp/r@@gulateur.py', b'\x82'),  # of Windows
@@ -228,10 +229,12 @@ def test_links_are_not_followed(tmp_path):
         (tmp_path / 'class' / student).mkdir(parents=True)
     (tmp_path / 'class/ada/secret.py').symlink_to(tmp_path / 'rubric.yaml')
     (tmp_path / 'class/cid/secret.py').hardlink_to(tmp_path / 'rubric.yaml')
+    (tmp_path / 'class/dan.py').symlink_to(tmp_path / 'rubric.yaml')
 
     submissions = found(tmp_path, {'ada/law.py': LAW})
 
     assert submissions['ada'].files.keys() == {'law.py'}
+    assert submissions['dan.py'].problem.startswith('dan.py is a symbolic link or no file')
     assert submissions['cid'].problem.startswith('secret.py is a hard link')
 
 
