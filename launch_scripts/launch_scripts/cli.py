@@ -32,6 +32,7 @@ VERBS = {
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path lengths, separation, settling times, task errors',
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
+    'explain': 'explain a run, from single integrators to what was recorded',
     'identify': 'identify gain, lag and delay of robots from a run, for --model',
     'report': 'write a run as one page to hand in: replay, plots and script',
     'site': 'write a web page that runs laws, with nothing to install',

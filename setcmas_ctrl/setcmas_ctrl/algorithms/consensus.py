@@ -21,6 +21,7 @@ from setcmas_ctrl.control.saturation import dead_band
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 
 def control(robotNo, nbRobots, poses, t):
@@ -30,7 +31,7 @@ def control(robotNo, nbRobots, poses, t):
     gaps = positions[:, robotNo - 1, None] - positions
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K / (1 + weights.sum()) * gaps @ weights
-    return dead_band(vx, vy)
+    return dead_band(vx, vy, SLOW)
 
 
 def predict(conditions):

@@ -21,6 +21,7 @@ task = 'consensus'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
 NUMBERS = []  # of robots 1, 2, ...; further robots draw theirs between 0 and 1
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 leader = ()  # number, robot and place (m) of the leader, as far as this robot has received
 
@@ -35,7 +36,7 @@ def control(robotNo, nbRobots, poses, t):
     for message in network.received().values():
         leader = max(leader, tuple(message.value))
     network.send(leader)
-    return dead_band(K * (leader[2] - x), K * (leader[3] - y))
+    return dead_band(K * (leader[2] - x), K * (leader[3] - y), SLOW)
 
 
 def doubts(conditions):

@@ -24,6 +24,7 @@ REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)
 KF = 0.5  # gain of the followers (1/(m^2 s))
 D = 3.0  # desired distance between robots (m)
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 current = 0  # index of the leader's waypoint; every robot keeps its own
 
@@ -40,8 +41,8 @@ def control(robotNo, nbRobots, poses, t):
         rviz_marker.publish_marker(
             waypoint[0], waypoint[1], 0, robotNo, [1, 1, 0], 0.3, 'wp_ref', alpha=0.5
         )
-        return dead_band(*leader_velocity)
+        return dead_band(*leader_velocity, SLOW)
     towards_me = poses[:2, robotNo - 1, None] - poses[:2]
     stretch = np.sum(towards_me**2, axis=0) - D**2
     vx, vy = leader_velocity - KF / nbRobots * towards_me @ stretch
-    return dead_band(vx, vy)
+    return dead_band(vx, vy, SLOW)

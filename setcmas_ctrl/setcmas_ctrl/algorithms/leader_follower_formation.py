@@ -23,6 +23,7 @@ REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)
 KF = 1.5  # gain of the followers (1/s)
 PLACES = [(-1.5, 0.866), (-1.5, -0.866), (1.5, -0.866), (1.5, 0.866)]  # of robots 2 to 5 (m)
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 current = 0  # index of the leader's waypoint; every robot keeps its own
 place = None  # place of this robot relative to the leader (m)
@@ -53,8 +54,8 @@ def control(robotNo, nbRobots, poses, t):
         current = (current + 1) % len(WPL)  # from the next call on
     if robotNo == 1:
         rviz_marker.publish_marker(*waypoint, 0, robotNo, [1, 1, 0], 0.3, 'wp_ref')
-        return dead_band(*leader_velocity)
+        return dead_band(*leader_velocity, SLOW)
     if place is None:
         place = places_of(nbRobots - 1)[robotNo - 2]
     vx, vy = -KF * ((poses[:2, robotNo - 1] - leader) - place) + leader_velocity
-    return dead_band(vx, vy)
+    return dead_band(vx, vy, SLOW)

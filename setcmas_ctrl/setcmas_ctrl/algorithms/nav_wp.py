@@ -20,6 +20,7 @@ task = 'waypoints'  # selects its metrics and plots
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 current = 0  # index of the current waypoint
 
@@ -35,4 +36,4 @@ def control(robotNo, nbRobots, poses, t):
     if np.linalg.norm(to_waypoint) < REACHED:
         current = (current + 1) % len(WPL)  # from the next call on
     vx, vy = KP * to_waypoint
-    return dead_band(vx, vy)
+    return dead_band(vx, vy, SLOW)

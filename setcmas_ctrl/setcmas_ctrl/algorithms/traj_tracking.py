@@ -19,6 +19,7 @@ task = 'tracking'  # selects its metrics and plots
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)
 KP = 0.8  # gain (1/s)
+SLOW = 0.01  # speed (m/s) below which robots stop
 
 start = None  # time of the first call (s)
 
@@ -35,4 +36,4 @@ def control(robotNo, nbRobots, poses, t):
         reference[0], reference[1], 0, robotNo, [1, 1, 0], 0.1, 'traj_ref', alpha=0.5
     )
     vx, vy = KP * (reference - poses[:2, robotNo - 1]) + reference_velocity
-    return dead_band(vx, vy)
+    return dead_band(vx, vy, SLOW)
