@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -12,6 +13,8 @@ from std_msgs.msg import Bool
 
 from fault_kinds.kind import Kind, Place, falls_silent, sends
 from setcmas_simu.ros import qos
+
+LIDAR_LAB = str(Path(__file__).parents[2] / 'tests' / 'data' / 'lidar_lab.yaml')
 
 
 def _release(r: Rehearsal) -> None:
@@ -69,6 +72,9 @@ KINDS = {
         _space_bar_at_a_crawl, 'does not obey zero', options=('--vnom', '0.02'), moving=False
     ),
     'guard hung': Kind(lambda r: r.fault('unguarded 1 4'), 'cmd_vel_guard is silent'),
+    'a person steps in front of its lidar': Kind(
+        lambda r: r.fault('person 1 2'), 'its lidar sees something', options=('--lab', LIDAR_LAB)
+    ),
     'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),
     'another node reports as the guard': Kind(
         lambda r: sends(r, '/tb3_1/guard_state', DiagnosticStatus()),

@@ -143,7 +143,10 @@ class RobotCheck:
         """Return all problems and notes; `bodies` are the names that motion capture sends."""
         name = robot_name(self.robot.number)
         remarks = itertools.chain(
-            self._of_mocap(lab, bodies), self._of_commands(lab), self._of_guard(), self._of_power()
+            self._of_mocap(lab, bodies),
+            self._of_commands(lab),
+            self._of_guard(lab),
+            self._of_power(),
         )
         return [
             Finding(level, f'{part} of {name}', found, advice)
@@ -197,17 +200,20 @@ class RobotCheck:
             )
             yield PROBLEM, 'cmd_vel', self.rival, advice
 
-    def _of_guard(self) -> Iterator[_Remark]:
+    def _of_guard(self, lab: Lab) -> Iterator[_Remark]:
         if self.guard is None:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '
-                'cmd_vel_guard on the robots (docs/lab_setup.md), or start with --without-guard'
+                'cmd_vel_guard on it (docs/lab_setup.md)'
             )
             yield PROBLEM, 'guard', 'not there', advice
             return
         if self.guard.state.stops:
             advice = 'remove the cause; in an experiment, R twice releases an emergency stop'
             yield NOTE, 'guard', self.guard.decision.reason, advice
+        if lab.lidar_stop and not self.guard.lidar:
+            advice = 'start it with --lidar, or set safety.lidar_stop: false in the lab file'
+            yield PROBLEM, 'guard', 'it does not watch the lidar', advice
         if not self.guard.private:
             advice = (
                 f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab_setup.md): now every '

@@ -21,6 +21,7 @@ from std_msgs.msg import String
 
 from setcmas_expe.emulation import faults
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
+from setcmas_expe.emulation.emulated_lidar import LIDAR_RATE_HZ, ranges
 from setcmas_expe.emulation.emulated_mocap import EmulatedMocap, Sighting
 from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3, fill_odometry
 from setcmas_expe.emulation.emulation_options import (
@@ -131,6 +132,8 @@ _LONGEST_STEP_S = 0.1  # so that robots do not jump after a stall
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
 _REQUESTS_HZ = 10.0
+_PERSON_AHEAD_M, _PERSON_RADIUS_M = 0.5, 0.15
+_ROBOT_RADIUS_M = 0.07
 
 
 class EmulatedLab(FleetNode):
@@ -166,9 +169,10 @@ class EmulatedLab(FleetNode):
             for index, robot in enumerate(lab.robots)
         ]
         self._robot_guards = EmulatedGuards(
-            lab.robots if lab.guarded else (), GuardOptions(limits=model)
+            lab.robots if lab.guarded else (), GuardOptions(limits=model, lidar=lab.lidar_stop)
         )
         self._off_until = [0.0] * lab.nb_robots
+        self._people: dict[int, tuple[float, float, float]] = {}  # x, y in m, until when
         self._truth = Odometry()
         self._truth.header.frame_id = topics.WORLD_FRAME
         self._truth_publishers = [
@@ -181,6 +185,7 @@ class EmulatedLab(FleetNode):
         self._frames = Schedule(options.mocap_rate)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
+        self._lidars = Schedule(LIDAR_RATE_HZ) if lab.lidar_stop else None
         self._requests = Schedule(_REQUESTS_HZ)
         self._stepped = time.monotonic()
         robots = f'{lab.nb_robots} TurtleBot3{"s" if lab.nb_robots > 1 else ""}'
@@ -232,9 +237,20 @@ class EmulatedLab(FleetNode):
             ):
                 if not off:
                     robot.publish_odometry(stamp, pose, V, omega)
+        if self._lidars and self._lidars.due(now):
+            self._publish_scans(stamp, now)
         if self._batteries.due(now):
             for robot, percent in zip(self._robots, self._fleet.battery.tolist(), strict=True):
                 robot.publish_battery(stamp, percent)
+
+    def _publish_scans(self, stamp: Time, now: float) -> None:
+        """Publish what the lidar of each robot sees of people and of the other robots."""
+        people = [(x, y, _PERSON_RADIUS_M) for x, y, until in self._people.values() if now < until]
+        robots = [(x, y, _ROBOT_RADIUS_M) for x, y in self._fleet.poses[:2].T.tolist()]
+        for index, (robot, off) in enumerate(zip(self._robots, self._off_until, strict=True)):
+            discs = np.array([*people, *robots[:index], *robots[index + 1 :]]).reshape(-1, 3).T
+            if not off:
+                robot.publish_scan(stamp, ranges(self._fleet.poses[:, index], discs))
 
     def _on_fault(self, message: String) -> None:
         try:
@@ -263,6 +279,10 @@ class EmulatedLab(FleetNode):
             self._fleet.push_outwards(index, self._middle, fault.duration)
         elif fault.kind in (faults.STALLED, faults.DEAF, faults.BLOCKED):
             self._fleet.fail(fault.kind, index, fault.duration)
+        elif fault.kind == faults.PERSON:
+            x, y, theta = self._fleet.poses[:, index].tolist()
+            ahead = _PERSON_AHEAD_M * math.cos(theta), _PERSON_AHEAD_M * math.sin(theta)
+            self._people[index] = x + ahead[0], y + ahead[1], now + fault.duration
         elif fault.kind == faults.LIFT:
             self._fleet.fail(faults.BLOCKED, index, fault.duration)
 

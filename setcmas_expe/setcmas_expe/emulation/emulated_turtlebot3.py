@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import BatteryState, LaserScan
 from std_srvs.srv import SetBool
 
+from setcmas_expe.emulation.emulated_lidar import NB_POINTS
 from setcmas_expe.lab.lab import LabRobot
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import FleetNode
@@ -49,6 +53,10 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom = Odometry(child_frame_id='base_footprint')
         self._odom.header.frame_id = 'odom'
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
+        step = 2.0 * math.pi / NB_POINTS
+        self._scan = LaserScan(angle_increment=step, range_min=0.12, range_max=3.5)
+        self._scan.header.frame_id = 'base_scan'
+        self._scan_publisher = self.create_publisher(LaserScan, topics.SCAN, qos.SENSOR)
         self._battery = BatteryState(present=True, design_capacity=1.8)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
         self.commands = PolledTopic(
@@ -62,6 +70,12 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom.header.stamp = stamp
         fill_odometry(self._odom, pose, V, omega)
         self._odom_publisher.publish(self._odom)
+
+    def publish_scan(self, stamp: Time, ranges: Floats) -> None:
+        """Publish the distances (m) of a turn of its lidar."""
+        self._scan.header.stamp = stamp
+        self._scan.ranges = ranges.tolist()
+        self._scan_publisher.publish(self._scan)
 
     def publish_battery(self, stamp: Time, percent: float) -> None:
         """Publish the charge, from 0 to 100 as the real robot does."""

@@ -28,6 +28,7 @@ STALLED = 'stalled'
 OFF = 'off'
 UNGUARDED = 'unguarded'
 DEAF = 'deaf'
+PERSON = 'person'
 
 PURPOSES = {
     DROPOUT: 'motion capture sends nothing for the robot',
@@ -50,10 +51,11 @@ PURPOSES = {
     UNGUARDED: 'its guard hangs',
     DEAF: 'its base takes no commands, and keeps the last one',
     PUSH: 'the robot is pushed out of the arena',
+    PERSON: 'a person steps in front of it; its lidar sees that if the lab has a lidar stop',
 }
 """What happens in each fault, by name."""
 
-OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED, DEAF}
+OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED, DEAF, PERSON}
 """Faults of motion capture; the others are of the robot itself."""
 
 DEFAULT_S = 3.0

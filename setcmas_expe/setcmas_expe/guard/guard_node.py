@@ -191,8 +191,8 @@ class CmdVelGuard(RobotNode):
         if self.time.now - self._scanned > lidar.SILENT_AFTER_S:
             return math.nan
         V, _ = self.limits.scaled_down(*self.commands.newest(self.time.now))
-        first, step = self._scan.angle_min, self._scan.angle_increment
-        found = lidar.clearance(self._scan.ranges, first, step, V)
+        scan, width = self._scan, self.limits.wheel_separation
+        found = lidar.clearance(scan.ranges, scan.angle_min, scan.angle_increment, V, width)
         return found if found < lidar.braking_distance(V) else math.inf
 
     def _switch_motors(self, before: GuardState, state: GuardState) -> None:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-HALF_WIDTH_M = 0.12
-"""Half the width in m of the strip in which a robot moves: a Burger's is 0.089 m."""
+BESIDE_WHEELS_M = 0.04
+"""How far (m) the strip in which a robot moves reaches beyond the middle of its wheels."""
 
-FRONT_M = 0.12
-"""Longest distance in m from a TurtleBot3's lidar to its outline."""
+FRONT_M = 0.14
+"""Largest distance in m from a TurtleBot3's lidar to its front: a Waffle's; a Burger's is 0.07."""
 
 MARGIN_M = 0.05
 """Distance in m that is left to what a robot has stopped for."""
@@ -34,7 +34,9 @@ def braking_distance(V: float) -> float:
     return FRONT_M + MARGIN_M + abs(V) * REACTION_S + V * V / (2.0 * BRAKING_M_S2)
 
 
-def clearance(ranges: Sequence[float], first: float, step: float, V: float) -> float:
+def clearance(
+    ranges: Sequence[float], first: float, step: float, V: float, wheel_separation: float
+) -> float:
     """Return the distance (m) of the nearest thing in the way of a robot; inf if there is none.
 
     Args:
@@ -42,12 +44,14 @@ def clearance(ranges: Sequence[float], first: float, step: float, V: float) -> f
         first: Angle of the first of them in rad, from straight ahead to the left.
         step: Angle between two of them in rad.
         V: Forward speed in m/s; backwards if negative. A robot that only turns meets nothing.
+        wheel_separation: Distance in m between its wheels.
     """
     distances = np.asarray(ranges, dtype=float)
     angles = first + step * np.arange(len(distances))
     seen = np.isfinite(distances) & (distances > 0.0)
     ahead = math.copysign(1.0, V) * distances[seen] * np.cos(angles[seen])
-    is_in_the_way = np.abs(distances[seen] * np.sin(angles[seen])) <= HALF_WIDTH_M
+    beside = np.abs(distances[seen] * np.sin(angles[seen]))
+    is_in_the_way = beside <= 0.5 * wheel_separation + BESIDE_WHEELS_M
     found = np.sort(ahead[is_in_the_way & (ahead > 0.0)])
     if V == 0.0 or len(found) < _FEWEST_POINTS:
         return math.inf

@@ -107,6 +107,7 @@ class Lab:
         accel: Largest increase of their forward speed, in m/s^2; inf is no limit.
         timeouts: When robots stop for lack of messages.
         checks_motion: Whether robots must be seen to move as commanded.
+        lidar_stop: Whether every guard must watch the lidar of its robot.
         guarded: Whether every robot must have a cmd_vel_guard.
         cmd_vel_type: 'twist_stamped', 'twist', or 'auto': as each robot subscribes.
         joystick_button: Index of the button that starts, from 0.
@@ -124,6 +125,7 @@ class Lab:
     accel: float
     timeouts: Timeouts
     checks_motion: bool
+    lidar_stop: bool
     guarded: bool
     cmd_vel_type: str
     joystick_button: int
@@ -203,6 +205,7 @@ class Lab:
             'filter': (self.filter == bounds.filter or bounds.filter == NONE, bounds.filter),
             'limits': (slower, f'at most {bounds.limits.V_max:g} m/s, and no faster in turns'),
             'accel': (self.accel <= bounds.accel, f'at most {bounds.accel:g} m/s^2'),
+            'lidar_stop': (self.lidar_stop or not bounds.lidar_stop, 'true'),
             'without_guard': (self.guarded or not bounds.guarded, 'false'),
             'without_motion_check': (self.checks_motion or not bounds.checks_motion, 'false'),
         }

@@ -28,7 +28,7 @@ _GROUPS = {
     'mocap': ('preset', 'topic', 'type', 'y_up'),
     'arena': ('x', 'y'),
     'timeouts': ('pose', 'command', 'pause'),
-    'safety': ('motion_check',),
+    'safety': ('motion_check', 'lidar_stop'),
     'joystick': ('button', 'topic'),
     'network': ('static_peers',),
 }
@@ -73,6 +73,7 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
             *(float(_TIMEOUT.of(groups['timeouts'][key])) for key in _GROUPS['timeouts'])
         ),
         checks_motion=groups['safety']['motion_check'].flag(),
+        lidar_stop=groups['safety']['lidar_stop'].flag(),
         guarded=True,
         cmd_vel_type=OneOf((AUTO, *CMD_VEL_TYPES)).of(chosen['cmd_vel_type']),
         joystick_button=Whole().of(groups['joystick']['button']),

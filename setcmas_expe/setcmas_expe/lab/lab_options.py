@@ -99,6 +99,10 @@ class LabOptions(LabChoice):
             checks_motion=lab.checks_motion and not self.without_motion_check,
             **{name: value for name, value in given.items() if value is not None},
         )
+        if chosen.lidar_stop and not chosen.guarded:
+            raise SetcmasError(
+                '--without-guard: the lab file sets lidar_stop, for which robots need their guards'
+            )
         missing = [robot.number for robot in chosen.robots if not robot.start]
         if chosen.mocap.source.from_start and missing:
             raise SetcmasError(

@@ -128,7 +128,7 @@ class CmdVelBridge:
         odometry, battery = robot.topic(topics.ODOM), robot.topic(topics.BATTERY)
         self._odometry = OnlySender(node, odometry)
         self._impostor = ''
-        self._demands_guard = lab.guarded
+        self._demands_guard, self._demands_lidar = lab.guarded, lab.lidar_stop
         self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
         self.cmd_vel = robot_commands(node, robot, lab)
         self._commands = PolledTopic(
@@ -153,7 +153,7 @@ class CmdVelBridge:
             self._motors.cut()
         self._motors.step(now)
         self.fault = (
-            self.guard.trouble(self._demands_guard)
+            self.guard.trouble(self._demands_guard, self._demands_lidar)
             or (
                 ''
                 if self.robot_listens

@@ -107,6 +107,15 @@ def test_problems_are_reported(changes, level, text):
     assert len(check.row()) == len(COLUMNS)
 
 
+def test_a_guard_that_does_not_watch_the_lidar_that_the_lab_asks_for():
+    lab = replace(LAB, lidar_stop=True)
+    (finding,) = GOOD.findings(lab, [])
+
+    assert finding.level == PROBLEM
+    assert '--lidar' in finding.advice
+    assert replace(GOOD, guard=replace(GUARDED, lidar=True)).findings(lab, []) == []
+
+
 def test_a_type_that_the_lab_file_forbids():
     (finding,) = GOOD.findings(replace(LAB, cmd_vel_type='twist'), [])
 

@@ -3,9 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.guard.lidar import HALF_WIDTH_M, braking_distance, clearance
+from setcmas_expe.guard.lidar import BESIDE_WHEELS_M, braking_distance, clearance
 
 STEP = math.radians(1.0)
+WHEELS_M = 0.16
 FREE = np.full(360, math.inf)
 
 
@@ -32,19 +33,19 @@ def scan(*things):
     ],
 )
 def test_what_is_in_the_way_is_near_in_the_direction_of_travel(things, V, nearest):
-    assert clearance(scan(*things), 0.0, STEP, V) == pytest.approx(nearest, rel=0.03)
+    assert clearance(scan(*things), 0.0, STEP, V, WHEELS_M) == pytest.approx(nearest, rel=0.03)
 
 
 def test_the_way_is_a_strip_as_wide_as_the_robot():
-    beside = math.degrees(math.asin(HALF_WIDTH_M / 0.4))
-    assert clearance(scan((round(beside) - 4, 5, 0.4)), 0.0, STEP, 0.2) < 0.4
-    assert clearance(scan((round(beside) + 4, 5, 0.4)), 0.0, STEP, 0.2) == math.inf
+    beside = math.degrees(math.asin((0.5 * WHEELS_M + BESIDE_WHEELS_M) / 0.4))
+    assert clearance(scan((round(beside) - 4, 5, 0.4)), 0.0, STEP, 0.2, WHEELS_M) < 0.4
+    assert clearance(scan((round(beside) + 4, 5, 0.4)), 0.0, STEP, 0.2, WHEELS_M) == math.inf
 
 
 def test_nan_and_angles_from_minus_pi_are_understood():
     ranges = scan((180, 9, 0.3))
     ranges[:20] = math.nan
-    assert clearance(ranges, -math.pi, STEP, 0.2) == pytest.approx(0.3, rel=0.01)
+    assert clearance(ranges, -math.pi, STEP, 0.2, WHEELS_M) == pytest.approx(0.3, rel=0.01)
 
 
 def test_a_fast_robot_needs_more_room():

@@ -77,3 +77,14 @@ def test_a_scenario_tightens_what_a_lab_sets_and_never_loosens_it(changes, messa
     )
     with pytest.raises(SetcmasError, match=message):
         loose.check_tightens(bounds)
+
+
+def test_a_lidar_stop_needs_the_guards(tmp_path):
+    lab = tmp_path / 'lab.yaml'
+    lab.write_text('safety: {lidar_stop: true}\n')
+
+    assert LabOptions(lab=lab).chosen().lidar_stop
+    with pytest.raises(SetcmasError, match='--without-guard: the lab file sets lidar_stop'):
+        LabOptions(lab=lab, without_guard=True).chosen()
+    with pytest.raises(SetcmasError, match='lidar_stop of the scenario loosens'):
+        LabOptions().chosen().check_tightens(LabOptions(lab=lab).chosen())

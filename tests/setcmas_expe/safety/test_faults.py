@@ -7,6 +7,7 @@ They go at 0.1 m/s here, so that a busy machine has twice the time for the same 
 
 import itertools
 import sys
+from pathlib import Path
 
 import pytest
 from processes import TIMEOUT_S
@@ -127,6 +128,22 @@ def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_pa
         experiment.press_until(lambda: 'names swapped' in experiment.output())
         since = [truth for robot, at in begin.items() for truth in experiment.truth[robot][at:]]
     assert max(truth.rolls for truth in since) < 0.06  # both crawled
+
+
+@pytest.mark.nightly
+def test_a_person_steps_in_front_of_a_robot_with_a_lidar(peer, tmp_path):
+    lab = str(Path(__file__).parents[2] / 'data' / 'lidar_lab.yaml')
+    with Rehearsal(peer, tmp_path, '--lab', lab, '--without-motion-check') as experiment:
+        experiment.let_go()
+        fault = experiment.fault('person 1 3')
+        stops = [experiment.wait_for_stop(fault, robot) for robot in (1, 2)]
+        peer.wait_for(lambda: 'its lidar sees something' in experiment.output())
+        stands = len(experiment.truth[1])
+        peer.spin(4.0)  # until the person has gone again, and longer
+        assert {truth.rolls for truth in experiment.truth[1][stands:]} == {0.0}
+        experiment.let_go()
+
+    assert stops[0].metres < 0.28  # from the front of the robot to the person
 
 
 @pytest.mark.nightly
