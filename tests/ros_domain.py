@@ -2,7 +2,7 @@
 
 import contextlib
 import random
-import tempfile
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,14 +20,12 @@ def domains_in_use() -> set[int]:
 @contextlib.contextmanager
 def reserved_domain() -> Iterator[int]:
     """Reserve a domain for as long as the context lasts."""
-    import fcntl  # other tests can do without
-
     for number in random.sample(DOMAINS, len(DOMAINS)):
-        path = Path(tempfile.gettempdir()) / f'setcmas_test_domain_{number}.lock'
-        with path.open('w') as lock:
+        # Not a file: test suites with other temporary folders see it, too.
+        with socket.socket(socket.AF_UNIX) as lock:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+                lock.bind(f'\0setcmas_test_domain_{number}')
+            except OSError:
                 continue
             if number in domains_in_use():
                 continue
