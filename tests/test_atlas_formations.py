@@ -51,21 +51,11 @@ def test_a_distance_formation_keeps_its_centre_and_gets_its_size(nb_robots, sett
     options = {'random_poses': 'box=6x6,distance=1', 'seed': 2, 'set': {'SLOW': 0.0} | settings}
     run = simulate('distance_formation', nb_robots, 60.0, **options, **THEORY)
     metrics = run.metrics()
-    figures = metrics['prediction'].figures
 
-    assert len(figures) == 3
-    for one in figures.values():
+    assert len(metrics['prediction'].figures) == 2
+    for one in metrics['prediction'].figures:
         assert one.measured == pytest.approx(one.predicted, rel=0.001, abs=1e-6)
     assert metrics['distances'].distance_error_final_largest_m < 0.001
-
-
-def test_the_size_of_a_formation_that_is_not_rigid_or_not_over_is_not_predicted():
-    for options in ({'graph': 'ring', 'duration': 60.0}, {'duration': 1.0}):
-        figures = simulate('distance_formation', 5, **options, **THEORY).metrics()['prediction']
-        assert [*figures.figures] == [f'consensus.final_centre_{axis}_m' for axis in 'xy']
-    found = simulate('distance_formation', 4, graph='directed_ring').metrics()['prediction']
-    assert not found.figures
-    assert 'not rigid' in '\n'.join(found.lines())
 
 
 def test_a_bearing_formation_ends_at_the_projection_of_its_starts(tmp_path):
@@ -77,7 +67,6 @@ def test_a_bearing_formation_ends_at_the_projection_of_its_starts(tmp_path):
     scale = np.sum((starts[:2] - centre) * shape) / np.sum(shape**2)
 
     assert run.poses[-1, :2] == pytest.approx(centre + scale * shape, abs=1e-3)
-    assert run.metrics()['prediction'].figures['distance_from_predicted_end_m'].measured < 1e-6
     early = slice(0, len(run.t) // 2)
     rate = decay(run.t[early], (run.poses[early, :2] - centre - scale * shape).reshape(-1, 8))
     assert rate == pytest.approx(0.2 * (2 - np.sqrt(2)), rel=0.01)
@@ -112,8 +101,7 @@ def test_coverage_ends_in_the_centroids_of_the_cells(options):
         centroid = points[:, cell == robot].mean(axis=1)
         assert run.poses[-1, :2, robot] == pytest.approx(centroid, abs=0.1)
     if options:
-        rise = found['prediction'].figures['coverage.largest_rise_percent']
-        assert (rise.measured, rise.predicted) == (0.0, 0.0)
+        assert found['coverage'].largest_rise_percent == 0.0
         costs = [nearest(run, k)[2].mean() for k in range(0, len(run.t), 100)]
         assert np.diff(costs).max() < 1e-3
     assert found['coverage'].cost_at_end_m4 < 0.4 * found['coverage'].cost_at_start_m4

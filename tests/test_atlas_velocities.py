@@ -10,12 +10,14 @@ from setcmas_tools import simulate
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 EXACT = {**THEORY, 'set': {'SLOW': 0.0}}
 LAWS = ('velocity_alignment', 'second_order_consensus', 'kuramoto')
-APART = 'distance_from_predicted_end_m'
 RATE, LAG = 'alignment.convergence_rate_1_s', 'alignment.spread_of_directions_at_end_rad'
+
+UNLINKED = 'the graph at the start leaves differences between robots that never decay'
+OSCILLATES = 'with calls every 0.2 s, oscillations do not decay: the gain is too large'
 
 
 def figures(run):
-    return run.metrics()['prediction'].figures
+    return run.metrics()['prediction']
 
 
 @pytest.mark.parametrize(('graph', 'count'), [('path', 4), ('ring', 8), ('complete', 5)])
@@ -45,15 +47,20 @@ def test_unicycles_keep_the_mean_velocity_and_drive_in_parallel():
         ('path', 4, EXACT),
         ('directed_ring', 5, EXACT),
         ('complete', 3, EXACT),
-        ('ring', 4, {**EXACT, 'rate': 5.0, 'robot_rate': 10.0}),
+        ('ring', 4, {**EXACT, 'rate': 5.0, 'robot_rate': 10.0, 'random_poses': 'auto'}),
     ],
 )
-def test_second_order_robots_end_where_their_linear_law_predicts(graph, count, options):
-    found = figures(simulate('second_order_consensus', count, 60.0, graph=graph, **options))
-    rate = found['consensus.convergence_rate_1_s']
+def test_second_order_robots_meet_at_the_rate_of_their_slowest_mode(graph, count, options):
+    run = simulate('second_order_consensus', count, 200.0, graph=graph, **options)
+    deltas = run.poses[:, :2] - run.poses[:, :2].mean(axis=2, keepdims=True)
+    sizes = np.linalg.norm(deltas, axis=(1, 2))
+    peaks = np.maximum.accumulate(sizes[::-1])[::-1] / sizes[0]  # from now on
+    counted = (peaks > 1e-7) & (peaks < 0.1) & (run.t < 190.0)
+    rate = -np.polyfit(run.t[counted], np.log(peaks[counted]), 1)[0]
+    found = figures(run).figures[0]
 
-    assert found[APART].measured < 1e-6
-    assert rate.measured == pytest.approx(rate.predicted, rel=0.01)
+    assert found.metric.endswith('.convergence_rate_1_s')
+    assert rate == pytest.approx(found.predicted, rel=0.03)
 
 
 @pytest.mark.parametrize('damping', [0.2, 0.3, 0.315, 0.5])
@@ -71,7 +78,7 @@ def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(da
 
     assert growth == pytest.approx(expected, rel=0.01)
     assert (growth > 0) == (damping < least)
-    assert ('G must exceed 0.308 1/s' in capsys.readouterr().out) == (damping < least)
+    assert ('oscillations do not decay' in capsys.readouterr().out) == (damping < least)
 
 
 def test_second_order_unicycles_meet():
@@ -92,23 +99,13 @@ def test_two_circling_robots_lock_with_the_predicted_lag(options, difference):
         assert np.ptp(run.poses[-1, 2]) == pytest.approx(lag.predicted, rel=0.02)
 
 
-@pytest.mark.parametrize(('count', 'difference'), [(3, 0.2), (5, 0.1), (8, 0.3), (6, 0.35)])
-def test_more_robots_lock_with_the_lags_of_theory(count, difference):
-    run = simulate('kuramoto', count, 200.0, set={'DW': difference}, **THEORY)
-    lag = figures(run)[LAG]
-
-    assert lag.measured == pytest.approx(lag.predicted, rel=0.01)
-
-
 @pytest.mark.parametrize(('graph', 'count', 'least'), [('complete', 2, 0.1), ('path', 3, 0.15)])
 @pytest.mark.parametrize('share', [0.95, 1.05])
-def test_circling_robots_lock_from_the_least_coupling_on(graph, count, least, share, capsys):
+def test_circling_robots_lock_from_the_least_coupling_on(graph, count, least, share):
     run = simulate('kuramoto', count, 300.0, graph=graph, set={'K': share * least})
     phases = np.array([one.value for one in run.messages]).reshape(-1, count)
     turned = phases[-1] - phases[-250]  # in 50 s
-    warned = f'this graph needs K = {least:g} 1/s at least' in capsys.readouterr().out
 
-    assert warned == (share < 1)
     assert (np.ptp(turned) < 0.01) == (share > 1)
 
 
@@ -135,7 +132,7 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
     if law in LAWS:
         late = np.abs(run.velocities[run.control_t > 1.9]).max()
         assert (late == 0.0) == (options['nb_robots'] != 2)
-    assert said == []
+    assert [one for one in said if UNLINKED not in one] == []
     run.metrics()
     assert 'failed' not in capsys.readouterr().out
 
@@ -143,56 +140,38 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
 @pytest.mark.parametrize(
     ('law', 'options', 'line'),
     [
-        ('laplacian_consensus', {'set': {'K': 3}}, 'too large for a sampling period of 0.2 s'),
-        ('laplacian_consensus', {'graph': 'two.yaml'}, 'no directed spanning tree'),
-        ('containment', {'graph': 'two.yaml'}, 'no leader reaches robots [4]'),
-        ('containment', {'set': {'K': 5}}, 'too large for a sampling period of 0.2 s'),
-        ('cyclic_pursuit', {'nb_robots': 2}, 'needs at least three robots'),
-        ('cyclic_pursuit', {'graph': 'path'}, 'robots [4] do not receive the robot that they'),
-        ('finite_time_consensus', {'graph': 'directed_ring'}, 'the graph is directed'),
-        ('finite_time_consensus', {'graph': 'two.yaml'}, 'at the start is not connected'),
-        ('finite_time_consensus', {'set': {'K': 2}}, 'robots stay about 0.64 m apart'),
-        ('resilient_consensus', {'graph': 'ring'}, 'a robot has fewer than 3 neighbours'),
-        ('resilient_consensus', {'set': {'K': 6}}, 'K must be 5 1/s at most'),
-        ('leader_election', {'graph': 'two.yaml'}, 'the graph is not strongly connected'),
-        ('leader_election', {'set': {'K': 12}}, 'too large for a sampling period of 0.2 s'),
-        ('rendezvous', {}, 'a link is longer than D'),
-        ('laplacian_consensus', {'set': {'DELAY': 4.0}}, 'positions that are 4 s old'),
-        ('distributed_optimisation', {'graph': 'two.yaml'}, 'no directed spanning tree'),
-        ('distributed_optimisation', {'set': {'BETA': 5}}, 'too large for a sampling period'),
-        ('dynamic_average', {'graph': 'two.yaml'}, 'the graph is not balanced and connected'),
-        ('dynamic_average', {'set': {'K': 6}}, 'too large for a sampling period of 0.2 s'),
-        ('distance_formation', {'graph': 'ring'}, 'the graph at the start is not rigid'),
-        ('distance_formation', {'nb_robots': 1}, 'the graph at the start is not rigid'),
-        ('distance_formation', {'set': {'K': 1}}, 'too large for a sampling period of 0.2 s'),
-        ('bearing_formation', {'graph': 'ring'}, 'the graph at the start is not bearing rigid'),
-        ('bearing_formation', {'nb_robots': 1}, 'the graph at the start is not bearing rigid'),
-        ('bearing_formation', {'set': {'K': 9}}, 'too large for a sampling period of 0.2 s'),
-        ('coverage', {'graph': 'path'}, 'may have overlapping cells'),
-        ('coverage', {'set': {'K': 12}}, 'too large for a sampling period of 0.2 s'),
-        ('velocity_alignment', {'set': {'K': 3}}, 'too large for a sampling period of 0.2 s'),
-        ('velocity_alignment', {'graph': 'two.yaml'}, 'no directed spanning tree'),
-        ('second_order_consensus', {'set': {'G': 9}}, 'too large for a sampling period'),
-        ('second_order_consensus', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+        ('laplacian_consensus', {'set': {'K': 3}}, OSCILLATES),
+        ('laplacian_consensus', {'graph': 'two.yaml'}, UNLINKED),
+        ('laplacian_consensus', {'set': {'K': -0.1}}, 'the robots drive away, ever faster'),
         (
-            'second_order_consensus',
-            {'graph': 'directed_ring', 'set': {'G': 0.2}},
-            'G must exceed 0.224 1/s in this graph',
+            'laplacian_consensus',
+            {'set': {'DELAY': 4.0}},
+            'own positions 4 s old, the robots drive',
         ),
-        ('kuramoto', {'set': {'DW': 0.5}}, 'this graph needs K = 0.5 1/s at least'),
-        ('kuramoto', {'set': {'K': 15}}, 'too large for a sampling period of 0.2 s'),
-        ('kuramoto', {'graph': 'two.yaml'}, 'no directed spanning tree'),
+        ('consensus', {'graph': 'two.yaml'}, UNLINKED),
+        ('containment', {'graph': 'two.yaml'}, UNLINKED),
+        ('containment', {'set': {'K': 5}}, OSCILLATES),
+        ('distributed_optimisation', {'graph': 'two.yaml'}, UNLINKED),
+        ('distributed_optimisation', {'set': {'BETA': 5}}, OSCILLATES),
+        ('dynamic_average', {'set': {'K': 6}}, OSCILLATES),
+        ('bearing_formation', {'graph': 'ring'}, UNLINKED),
+        ('bearing_formation', {'set': {'K': 9}}, OSCILLATES),
+        ('velocity_alignment', {'set': {'K': 3}}, OSCILLATES),
+        ('velocity_alignment', {'graph': 'two.yaml'}, UNLINKED),
+        ('second_order_consensus', {'set': {'G': 9}}, OSCILLATES),
+        ('second_order_consensus', {'graph': 'directed_ring', 'set': {'G': 0.2}}, OSCILLATES),
+        ('kuramoto', {'set': {'K': 15}}, OSCILLATES),
     ],
 )
-def test_a_broken_assumption_is_one_line(tmp_path, monkeypatch, capsys, law, options, line):
+def test_a_law_that_cannot_do_what_it_should_is_one_line(
+    tmp_path, monkeypatch, capsys, law, options, line
+):
     (tmp_path / 'two.yaml').write_text('edges: [1 - 2, 2 - 3]\n')
     monkeypatch.chdir(tmp_path)
     run = simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
-    printed = capsys.readouterr().out.splitlines()
 
-    assert sum(line in one for one in printed) == 1
+    assert capsys.readouterr().out.count(line) == 1
     assert line in str(run.metrics())
-    assert law not in (*LAWS, 'leader_election') or len(printed) == 1
 
 
 @pytest.mark.parametrize('law', LAWS)

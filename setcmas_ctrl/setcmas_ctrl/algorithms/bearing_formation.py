@@ -17,7 +17,6 @@ approach, IEEE Transactions on Control of Network Systems 4(3), 2017.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 K = 0.2  # gain (1/s)
@@ -43,24 +42,3 @@ def normals(nbRobots):
     x, y = points[:, :nbRobots, None] - points[:, None, :nbRobots]
     lengths = np.hypot(x, y)
     return np.array([-y, x]) / np.where(lengths > 0, lengths, 1)
-
-
-def laplacian(adjacency):
-    """Return the bearing Laplacian B, for x of all robots, then y; shape (2 N, 2 N)."""
-    normal = normals(len(adjacency))
-    weights = adjacency * normal[:, None] * normal  # (2, 2, N, N)
-    blocks = np.eye(len(adjacency)) * weights.sum(axis=-1)[..., None] - weights
-    return np.block([list(row) for row in blocks])
-
-
-def doubts(conditions):
-    """Yield why robots may form another shape."""
-    links = conditions.adjacency + conditions.adjacency.T
-    if np.linalg.matrix_rank(laplacian(links)) < max(2 * len(links) - 3, 1):
-        yield 'the graph at the start is not bearing rigid: robots may form another shape'
-    yield from predict(conditions).doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together."""
-    return LinearLaw(K * laplacian(conditions.adjacency), 'K B', mixes_axes=True)

@@ -15,7 +15,6 @@ neighbor rules, IEEE Transactions on Automatic Control 48(6), 2003.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -32,9 +31,3 @@ def control(robotNo, nbRobots, poses, t):
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K / (1 + weights.sum()) * gaps @ weights
     return dead_band(vx, vy, SLOW)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together."""
-    weights = conditions.adjacency.sum(axis=1)
-    return LinearLaw(K * conditions.laplacian / (1 + weights)[:, None], 'K inv(I + D) L')

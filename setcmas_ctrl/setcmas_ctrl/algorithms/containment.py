@@ -11,7 +11,6 @@ Transactions on Automatic Control 53(8), 2008.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 K = 0.3  # gain (1/s)
@@ -28,19 +27,3 @@ def control(robotNo, nbRobots, poses, t):
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K * gaps @ weights
     return dead_band(vx, vy, SLOW)
-
-
-def doubts(conditions):
-    """Yield which robots no leader reaches, and why robots may overshoot."""
-    reached = network.reachable(conditions.adjacency)
-    leaders = [leader - 1 for leader in LEADERS if leader <= len(reached)]
-    apart = [i + 1 for i in range(len(reached)) if not reached[i, leaders].any()]
-    if apart:
-        yield f'no leader reaches robots {apart}: they may not converge to the leaders'
-    yield from predict(conditions).doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together."""
-    moves = ~np.isin(np.arange(1, len(conditions.adjacency) + 1), LEADERS)
-    return LinearLaw(K * moves[:, None] * conditions.laplacian, 'K [L_FF L_FL; 0 0]')

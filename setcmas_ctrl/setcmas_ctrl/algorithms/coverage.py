@@ -15,7 +15,6 @@ Transactions on Robotics and Automation 20(2), 2004.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'coverage'  # selects its metrics and plots
@@ -61,35 +60,3 @@ def centroid(corners):
     after = following(corners)
     areas = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
     return areas @ (corners + after) / (3 * areas.sum())
-
-
-def is_complete(adjacency):
-    """Return whether all robots receive from each other."""
-    return (adjacency + np.eye(len(adjacency)) > 0).all()
-
-
-def doubts(conditions):
-    """Yield why cells may overlap, or robots overshoot."""
-    if not is_complete(conditions.adjacency):
-        yield 'robots that do not receive from each other may have overlapping cells'
-    yield from LinearLaw(K * np.eye(1), 'K').doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return the linear law of robots on a line in a flat box; otherwise that H never rises."""
-    x, y = conditions.starts[:2]
-    if not is_complete(conditions.adjacency) or not 0 < K * conditions.period <= 1:
-        return {}
-    (left, bottom), (right, top) = BOX
-    is_stable = (top - bottom) * len(x) < np.sqrt(3) * (right - left)  # robots stay on a line
-    is_inside = left <= x.min() and x.max() <= right and len(np.unique(x)) == len(x)
-    if np.ptp(y) > 0 or not is_stable or not is_inside:
-        formula = 'dH/dt = -2 K sum_i m_i |C_i - p_i|^2 with the areas m_i of the cells'
-        return {'coverage.largest_rise_percent': Predicted(0.0, formula)}
-    order = np.argsort(np.argsort(x))
-    near = np.abs(order[:, None] - order) == 1
-    along = (np.diag(4 - near.sum(axis=1)) - near) / 4
-    matrix = K * np.block([[along, 0 * along], [0 * along, np.eye(len(x))]])
-    places = left + (2 * order + 1) / (2 * len(x)) * (right - left)
-    centres = np.array([places, np.full(len(x), (bottom + top) / 2)])
-    return LinearLaw(matrix, 'K tridiag(-1, 2, -1)/4 with corners 3/4', centres, mixes_axes=True)

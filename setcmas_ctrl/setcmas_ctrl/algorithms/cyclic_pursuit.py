@@ -14,7 +14,6 @@ Francis, Formations of vehicles in cyclic pursuit, IEEE Transactions on Automati
 
 import numpy as np
 
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 K = 0.05  # gain (1/s)
@@ -32,27 +31,3 @@ def control(robotNo, nbRobots, poses, t):
 def turned(nbRobots):
     """Return the gain as a complex number that turns by ALPHA."""
     return K * np.exp(1j * (np.pi / nbRobots if ALPHA is None else ALPHA))
-
-
-def links(adjacency):
-    """Return whether each robot receives the next one, shape (N,)."""
-    return np.diagonal(np.roll(adjacency, -1, axis=1)) > 0
-
-
-def doubts(conditions):
-    """Yield why robots may not end on a circle."""
-    apart = (np.flatnonzero(~links(conditions.adjacency)) + 1).tolist()
-    if len(conditions.adjacency) < 3:
-        yield 'cyclic pursuit on a circle needs at least three robots'
-    elif apart:
-        yield f'robots {apart} do not receive the robot that they pursue at the start'
-    two = abs(K) * (np.eye(2) - np.eye(2)[::-1])
-    yield from LinearLaw(two, 'K (I - P)').doubts(conditions.period)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together; those without a link do not move."""
-    count = len(conditions.adjacency)
-    pursued = np.roll(np.eye(count), 1, axis=1)
-    moves = links(conditions.adjacency)[:, None]
-    return LinearLaw(turned(count) * moves * (np.eye(count) - pursued), 'K R(alpha) (I - P)')

@@ -14,7 +14,6 @@ multi-robot networks, International Journal of Control 82(3), 2009.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'distances'  # selects its metrics and plots
@@ -46,35 +45,3 @@ def shape(nbRobots):
 def references(nbRobots):
     """Return the shape, whose distances the metrics compare with those of the robots."""
     return {'D': shape(nbRobots).tolist()}
-
-
-def stiffness(adjacency):
-    """Return R'R of the rigidity matrix R of the shape, shape (2 N, 2 N)."""
-    ends = np.eye(len(adjacency))[np.argwhere(np.triu(adjacency + adjacency.T))]
-    incidence = ends[:, 0] - ends[:, 1]
-    rows = incidence[:, :, None] * (incidence @ shape(len(adjacency)))[:, None]
-    return np.tensordot(rows, rows, (0, 0)).reshape(2 * len(adjacency), -1)
-
-
-def doubts(conditions):
-    """Yield why robots may form another shape."""
-    stiff = stiffness(conditions.adjacency)
-    if np.linalg.matrix_rank(stiff) < max(len(stiff) - 3, 1):
-        yield 'the graph at the start is not rigid: robots may form another shape'
-    yield from LinearLaw(2 * K * stiff, "2 K R'R").doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return the centre in an undirected graph, and the size of the shape if it is rigid."""
-    adjacency, points = conditions.adjacency, shape(len(conditions.adjacency))
-    if len(points) < 2 or (adjacency != adjacency.T).any():
-        return {}
-    found = {
-        f'consensus.final_centre_{axis}_m': Predicted(place, 'sum_i v_i = 0')
-        for axis, place in zip('xy', conditions.starts[:2].mean(axis=1), strict=True)
-    }
-    rates = 2 * K * np.linalg.eigvalsh(stiffness(adjacency))
-    if rates[3] * conditions.duration > 10 and rates[-1] * conditions.period < 2:
-        largest = np.linalg.norm(points[:, None] - points, axis=-1).max()
-        found['separation.largest_distance_at_end_m'] = Predicted(largest, 'the shape P')
-    return found

@@ -14,7 +14,6 @@ to distributed optimization, Allerton Conference on Communication, Control, and 
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -44,22 +43,3 @@ def control(robotNo, nbRobots, poses, t):
     rise = MEMORY * ALPHA * pull
     vx, vy = -ALPHA * Q[(robotNo - 1) % len(Q)] * (position - centre) - pull - memory
     return dead_band(vx, vy, SLOW)
-
-
-def doubts(conditions):
-    """Yield why the robots may not meet at the minimiser."""
-    if MEMORY and np.abs(conditions.laplacian.sum(axis=0)).max() > 1e-9:
-        yield 'the graph is not balanced: the robots do not meet at the minimiser'
-    yield from predict(conditions).doubts(conditions.period, meet=MEMORY)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together: positions, and then memories."""
-    starts, count = conditions.starts[:2], len(conditions.laplacian)
-    own, pull = ALPHA * np.diag(np.resize(Q, count)), BETA * conditions.laplacian
-    matrix, formula = own + pull, 'alpha Q + beta L'
-    if MEMORY:
-        matrix = np.block([[own + pull, np.eye(count)], [-ALPHA * pull, 0 * pull]])
-        formula = '[alpha Q + beta L, I; -alpha beta L, 0]'
-    push = np.hstack([starts @ own, np.zeros((2, len(matrix) - count))])
-    return LinearLaw(matrix, formula, push @ np.linalg.pinv(matrix).T)

@@ -18,7 +18,6 @@ import numpy as np
 import rviz_marker
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -48,32 +47,3 @@ def control(robotNo, nbRobots, poses, t):
     rviz_marker.publish_marker(*target, 0, robotNo, [1, 0.6, 0], 0.3, 'target')
     vx, vy = KP * (estimate - position) + rise
     return dead_band(vx, vy, SLOW)
-
-
-def keeps_mean(adjacency):
-    """Return whether a graph is balanced and connected."""
-    balanced = np.allclose(adjacency.sum(axis=0), adjacency.sum(axis=1))
-    return balanced and network.reachable(adjacency).all()
-
-
-def doubts(conditions):
-    """Yield why robots may lose the mean."""
-    if not keeps_mean(conditions.adjacency):
-        yield 'the graph is not balanced and connected: robots lose the mean of all targets'
-    law = LinearLaw(K * conditions.laplacian, 'K L')
-    yield from law.doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return the distance from the mean in the long run, and the mean at the end."""
-    count = len(conditions.adjacency)
-    if count < 2 or list(doubts(conditions)):
-        return {}
-    drifts = np.resize(DRIFTS, (count, 2))
-    apart = np.linalg.norm(np.linalg.pinv(K * conditions.laplacian) @ drifts) / np.sqrt(count)
-    x, y = (conditions.starts[:2] + conditions.duration * drifts.T).mean(axis=1)
-    return {
-        'consensus.disagreement_at_end_m': Predicted(apart, "errors of ramps, pinv(K L) Pi r'"),
-        'consensus.final_centre_x_m': Predicted(x, 'the mean of the targets'),
-        'consensus.final_centre_y_m': Predicted(y, 'the mean of the targets'),
-    }

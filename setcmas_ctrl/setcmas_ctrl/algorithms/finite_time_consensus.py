@@ -14,7 +14,6 @@ Transactions on Automatic Control 55(4), 2010.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -33,31 +32,3 @@ def control(robotNo, nbRobots, poses, t):
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = K * (np.sign(gaps) * np.abs(gaps) ** ALPHA) @ weights
     return dead_band(vx, vy, SLOW)
-
-
-def doubts(conditions):
-    """Yield why robots may not meet at their mean by the predicted time."""
-    L, h = conditions.laplacian, conditions.period
-    if not 0 < ALPHA < 1:
-        return
-    if (L != L.T).any():
-        yield 'the graph is directed: robots may miss their mean and the predicted time'
-    elif not network.reachable(conditions.adjacency).all():
-        yield 'the graph at the start is not connected: robots do not all meet'
-    swing = max(h * K * np.linalg.norm(L, 2) / 2, 0) ** (1 / (1 - ALPHA))
-    known = conditions.starts[:2, np.isfinite(conditions.starts[0])]
-    if swing > 0.02 * np.ptp(known, axis=1).max():
-        yield f'K is too large for calls every {h:g} s: robots stay about {swing:.2g} m apart'
-
-
-def predict(conditions):
-    """Return a bound of the settling time, for an undirected connected graph."""
-    places, weights = conditions.starts[:2], conditions.adjacency
-    if len(weights) < 2 or not 0 < ALPHA < 1 or K <= 0 or list(doubts(conditions)):
-        return {}
-    weights = weights ** (2 / (1 + ALPHA))
-    second = np.linalg.eigvalsh(np.diag(weights.sum(axis=1)) - weights)[1]
-    V = np.sum((places - places.mean(axis=1)[:, None]) ** 2, axis=1).max() / 2
-    bound = 4 * V ** ((1 - ALPHA) / 2) / (K * (1 - ALPHA) * (4 * second) ** ((1 + ALPHA) / 2))
-    formula = 'the upper bound T <= 4 V^((1-alpha)/2) / (K (1-alpha) (4 lambda_2)^((1+alpha)/2))'
-    return {'consensus.settling_time_2_percent_s': Predicted(bound, formula)}

@@ -17,7 +17,6 @@ Chertkov and Bullo, Synchronization in complex oscillator networks and smart gri
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 
 task = 'alignment'  # selects its metrics and plots
 
@@ -43,29 +42,3 @@ def control(robotNo, nbRobots, poses, t):
     network.send(phase)
     speed = SPEED if received or (t < WAIT and network.neighbours()) else 0.0
     return speed * np.cos(phase), speed * np.sin(phase)
-
-
-def doubts(conditions):
-    """Yield why robots may not fall into step."""
-    L, count = conditions.laplacian, len(conditions.laplacian)
-    lags = count * np.linalg.pinv(L, rcond=1e-9) @ np.linspace(-DW / 2, DW / 2, count)
-    least = np.abs(lags[:, None] - lags)[L < 0].max(initial=0.0)
-    if least > K:
-        yield f'robots may not fall into step: this graph needs K = {least:.3g} 1/s at least'
-    yield from LinearLaw(K / count * L, 'K L / N').doubts(conditions.period)
-
-
-def predict(conditions):
-    """Return the rate of a complete graph with DW = 0; otherwise its lags, if robots lock."""
-    count, h = len(conditions.adjacency), conditions.period
-    if count < 2 or (conditions.adjacency != 1 - np.eye(count)).any() or not 0 < h * K < 1:
-        return {}
-    if DW == 0:
-        return {'alignment.convergence_rate_1_s': Predicted(-np.log(1 - h * K) / h, 'K, sampled')}
-    sines, r = np.linspace(-DW, DW, count) / (2 * K), 1.0
-    for _ in range(200):
-        if np.max(sines) > r:  # they do not lock
-            return {}
-        r = np.mean(np.sqrt(1 - (sines / r) ** 2))
-    lag = Predicted(2 * np.arcsin(abs(DW) / (2 * K * r)), 'lags asin((w_i - W) / (K r))')
-    return {'alignment.spread_of_directions_at_end_rad': lag}

@@ -18,7 +18,6 @@ IEEE Transactions on Automatic Control 50(5), 2005.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -42,17 +41,3 @@ def control(robotNo, nbRobots, poses, t):
     gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K * gaps @ weights
     return dead_band(vx, vy, SLOW)
-
-
-def doubts(conditions):
-    """Return why the robots may not meet."""
-    law = LinearLaw(K * conditions.laplacian, 'K L', own_delay=DELAY)
-    return law.doubts(conditions.period)
-
-
-def predict(conditions):
-    """Return the linear law of all robots together."""
-    if DELAY < 0:
-        return {}
-    late = np.ceil(DELAY / conditions.period - 1e-9) * conditions.period
-    return LinearLaw(K * conditions.laplacian, 'K L', own_delay=late)

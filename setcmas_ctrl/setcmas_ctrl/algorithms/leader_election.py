@@ -14,7 +14,6 @@ Source: FloodMax in Lynch, Distributed Algorithms, Morgan Kaufmann, 1996, sectio
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -37,25 +36,3 @@ def control(robotNo, nbRobots, poses, t):
         leader = max(leader, tuple(message.value))
     network.send(leader)
     return dead_band(K * (leader[2] - x), K * (leader[3] - y), SLOW)
-
-
-def doubts(conditions):
-    """Yield why robots may elect several leaders, or miss the place."""
-    count = len(conditions.adjacency)
-    if 0 < len(NUMBERS) < count:
-        yield f'NUMBERS has {len(NUMBERS)} of {count} numbers: other robots draw theirs'
-    if not network.reachable(conditions.adjacency).all():
-        yield 'the graph is not strongly connected: robots may elect several leaders'
-    yield from LinearLaw(K * np.eye(1), 'K').doubts(conditions.period, meet=False)
-
-
-def predict(conditions):
-    """Return a bound of the time of agreement, if every state is sent and arrives at once."""
-    links = (conditions.adjacency > 0) + np.eye(len(conditions.adjacency))
-    if conditions.delay or conditions.threshold or not network.reachable(links).all():
-        return {}
-    reached, diameter = np.eye(len(links)), 0
-    while not reached.all():
-        reached, diameter = np.minimum(reached @ links, 1.0), diameter + 1
-    bound = Predicted(diameter * conditions.period, 'the upper bound h times the diameter')
-    return {'messages.agreement_time_s': bound}

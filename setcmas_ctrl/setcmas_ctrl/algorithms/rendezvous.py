@@ -13,7 +13,6 @@ connectedness, IEEE Transactions on Robotics 23(4), 2007.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band, saturate
 
 task = 'consensus'  # selects its metrics and plots
@@ -39,23 +38,3 @@ def control(robotNo, nbRobots, poses, t):
     velocity = dead_band(*(-K * np.nansum(weights * gaps, axis=1)), SLOW)
     left = np.min(D - lengths[lengths < D], initial=np.inf)
     return saturate(velocity, left / (2 * max(period, 1e-9)))
-
-
-def longest(conditions):
-    """Return the length of the longest link at the start, in m, as far as it is known."""
-    places = conditions.starts[:2]
-    lengths = np.hypot(*(places[:, :, None] - places[:, None]))
-    return np.nanmax(lengths[conditions.adjacency > 0], initial=0.0)
-
-
-def doubts(conditions):
-    """Yield why links may break."""
-    if longest(conditions) >= D:
-        yield f'a link is longer than D: add --range {D:g}, or set D to the range'
-
-
-def predict(conditions):
-    """Return that no link breaks if all are shorter than D, which is in range."""
-    if conditions.period > H or longest(conditions) >= D or conditions.range < D:
-        return {}
-    return {'messages.broken_links': Predicted(0.0, 'the limit (D - l)/(2 h) of speeds')}

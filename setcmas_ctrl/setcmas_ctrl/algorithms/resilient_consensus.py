@@ -14,7 +14,6 @@ IEEE Journal on Selected Areas in Communications 31(4), 2013.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import Predicted
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'resilience'  # selects its metrics and plots
@@ -41,20 +40,3 @@ def mean_of_trusted(gaps):
     above, below = np.sort(gaps[gaps > 0]), np.sort(gaps[gaps < 0])
     left = [*above[: max(len(above) - F, 0)], *below[F:], *gaps[gaps == 0]]
     return sum(left) / (1 + len(left))
-
-
-def doubts(conditions):
-    """Yield why honest robots may not agree, or leave the interval of their starts."""
-    if len(REBELS) > F:
-        yield f'F = {F}, but robots {REBELS} disobey: the others may not agree'
-    if (conditions.adjacency > 0).sum(axis=1).min() < 2 * F + 1:
-        yield f'a robot has fewer than {2 * F + 1} neighbours: the others may not agree'
-    if (h := conditions.period) * K > 1:  # then a step ends beyond the mean of trusted values
-        yield f'K must be {1 / h:.3g} 1/s at most: honest robots may leave their interval'
-
-
-def predict(conditions):
-    """Return that honest robots stay in the interval of their starts, if at most F disobey."""
-    if len(REBELS) > F or K * conditions.period > 1 or conditions.noise:
-        return {}
-    return {'honest.largest_exit_m': Predicted(0.0, 'convex combinations of trusted values')}

@@ -15,7 +15,6 @@ dynamical systems, Automatica 46(6), 2010.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw
 from setcmas_ctrl.control.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
@@ -42,20 +41,3 @@ def control(robotNo, nbRobots, poses, t):
     velocity = velocity + h * pull if received or t < WAIT else np.zeros(2)
     network.send(velocity)
     return dead_band(*velocity, SLOW)
-
-
-def doubts(conditions):
-    """Yield why robots may not meet."""
-    mu = np.linalg.eigvals(conditions.laplacian)
-    mu = mu[np.abs(mu) > 1e-9]
-    least = np.sqrt(abs(K) * (mu.imag**2 / (mu.real * np.abs(mu) ** 2)).max(initial=0.0))
-    if least >= G:
-        yield f'G must exceed {least:.3g} 1/s in this graph; otherwise oscillations grow'
-    yield from predict(conditions).doubts(conditions.period)
-
-
-def predict(conditions):
-    """Return the linear law of positions and velocities; a new velocity uses new positions."""
-    L, h = conditions.laplacian, conditions.period
-    rows = [[0 * L, -np.eye(len(L))], [K * L, (G + h * K) * L]]
-    return LinearLaw(np.block(rows), '[0 -I; K L, (G + h K) L]')

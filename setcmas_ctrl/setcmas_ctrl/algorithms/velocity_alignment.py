@@ -13,7 +13,6 @@ Flocking for multi-agent dynamic systems: algorithms and theory, the same journa
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import LinearLaw, Predicted
 
 task = 'alignment'  # selects its metrics and plots
 
@@ -42,20 +41,3 @@ def starts(count):
     """Return the velocities at the start: rows vx and vy in m/s, shape (2, count)."""
     angles = np.linspace(-SPREAD / 2, SPREAD / 2, count)
     return SPEED * np.array([np.cos(angles), np.sin(angles)])
-
-
-def doubts(conditions):
-    """Return why the robots may not agree."""
-    return LinearLaw(K * conditions.laplacian, 'K L').doubts(conditions.period)
-
-
-def predict(conditions):
-    """Return the rate and the mean velocity, for an undirected connected graph."""
-    laplacian, h = conditions.laplacian, conditions.period
-    factor = np.abs(1 - h * K * np.linalg.eigvalsh(laplacian)[1:]).max(initial=0)
-    if (laplacian != laplacian.T).any() or not 0 < factor < 1 - 1e-9:
-        return {}
-    values = [-np.log(factor) / h, *starts(len(laplacian)).mean(axis=1)]
-    names = 'convergence_rate_1_s', 'final_mean_vx_m_s', 'final_mean_vy_m_s'
-    by = 'w(k+1) = w(k) - h K L w(k), slowest mode K lambda_2'
-    return {f'alignment.{n}': Predicted(v, by) for n, v in zip(names, values, strict=True)}

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.prediction import DOUBTS, Conditions, Doubts, texts_of
 from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
@@ -39,9 +38,6 @@ class ControlLaw:
         names: Its top-level names and their values.
     """
 
-    _doubts: Doubts | None = None  # still to be printed
-    _first: tuple[float, Floats] | None = None  # time and poses of the first call
-
     def __init__(
         self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
     ) -> None:
@@ -57,8 +53,6 @@ class ControlLaw:
         self._module = load_script(path, robot, settings=settings)
         self.names: Mapping[str, Any] = vars(self._module)
         self._control = checked_function(self.names.get('control'), path)
-        if robot == 1 and callable(doubts := self.names.get(DOUBTS)):
-            self._doubts = doubts
 
     @property
     def files(self) -> list[Path]:
@@ -97,8 +91,6 @@ class ControlLaw:
         """
         before = network.begin_call(self.robot, self._nb_robots, adjacency)
         try:
-            if self._doubts:
-                self._print_doubts(self._doubts, poses, t)
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
         except (StopCall, ControlError):  # ControlError: from another law
             raise
@@ -124,13 +116,3 @@ class ControlLaw:
                 failure.message += unknown_robots_note(self.robot, poses)
             raise failure from error
         return vx, vy
-
-    def _print_doubts(self, doubts: Doubts, poses: Floats, t: float) -> None:
-        """Print why the law may not do what it should, at the second call: it shows the period."""
-        start, starts = self._first = self._first or (t, poses.copy())
-        if t > start:
-            self._doubts = None
-            period = max(round(t - start, 3), 0.001)  # over ROS calls are not evenly spaced
-            conditions = Conditions(starts, network.adjacency(), period, inf)
-            for doubt in texts_of(doubts, conditions):
-                print(f'{self.path.stem}: {doubt}')

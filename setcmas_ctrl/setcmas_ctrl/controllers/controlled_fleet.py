@@ -39,6 +39,7 @@ from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses, offered_profile
 from setcmas_ctrl.network_links import FleetNetwork
+from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.scripts.call_watch import CallWatch
@@ -125,6 +126,9 @@ class ControlledFleet:
         if scripts:
             self._loader = self._law_loader(scripts)
             laws = self._loader.load()
+            loaded = {one.path: one.names for one in laws}
+            for text in doubts_at_start(loaded, self._communication, 1.0 / law.rate):
+                self.warn(text)
         if options.nb_robots and not options.experiment:  # laws load before there is a fleet
             self._found_fleet()
         self._of_nodes: dict[str, Any] = {

@@ -12,7 +12,7 @@ Formula to implement
 
 What to observe
     1. Plot the disagreement: on a logarithmic scale, is it still a straight line?
-    2. Compare the settling time with the bound that `setcmas metrics` predicts (--graph ring).
+    2. How does the settling time change with ALPHA (--graph ring --set ALPHA=0.8)?
     3. Why do robots oscillate at the end? Compare --rate 5 and --rate 50.
 
 Commands

@@ -19,7 +19,7 @@ Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
 
 
 _UNITS = {
-    '1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 's': 's', 'rad_s': 'rad/s', 'rad': 'rad', 'percent': '%',
+    '1_s': '1/s', 'm_s': 'm/s', 'm': 'm', 'rad_s': 'rad/s', 's': 's', 'rad': 'rad', 'percent': '%',
 }  # fmt: skip
 
 

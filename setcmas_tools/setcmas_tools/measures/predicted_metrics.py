@@ -1,282 +1,163 @@
-"""Measured against predicted: the figures that a law predicts for a run, next to its metrics."""
+"""Measured against predicted: what theory says of the law of a run, next to its metrics."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from types import ModuleType
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
-from setcmas_ctrl.control.prediction import (
-    DOUBTS,
-    PREDICT,
-    LinearLaw,
-    Predicted,
-    RunConditions,
-    texts_of,
-)
+from setcmas_ctrl.predictions.conditions import Conditions, Departure, of_all_links
+from setcmas_ctrl.predictions.prediction import doubts, predicted, predicted_law
 from setcmas_ctrl.scripts.loader import ALGORITHMS, load_script
-from setcmas_simu.arrays import Floats
+from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
-from setcmas_tools.measures.consensus_metrics import CONSENSUS, ConsensusMetrics, consensus
 from setcmas_tools.measures.metric import Measured, words_and_unit
 from setcmas_tools.measures.motion_metrics import largest_speed
+from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run, channel_of, models_of
 
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
-_FAR_M = 1e6  # where a law is unstable
-_MOST_ROBOTS, _MOST_CALLS = 250, 100_000  # a few seconds; a run may come from a stranger
-_APART = 'distance_from_predicted_end_m'
-_RATE, _CENTRE = 'convergence_rate_1_s', ('final_centre_x_m', 'final_centre_y_m')
-_SPREAD = f'{CONSENSUS}.disagreement_rms_second_half_m'
-_AT_END = f'{CONSENSUS}.disagreement_at_end_m'
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure that was predicted, and measured if its metric applies to the run.
+    """A predicted figure, and the measured one if its metric applies to the run.
 
-    `predicted` is None for a distance from the prediction, which has a measured value only.
+    Attributes:
+        metric: Such as 'consensus.convergence_rate_1_s'.
     """
 
+    metric: str
     measured: float | None
-    predicted: float | None
+    predicted: float
     formula: str
+
+    def line(self) -> str:
+        """Return both values, and where the predicted one comes from."""
+        words, unit = words_and_unit(self.metric.rpartition('.')[2])
+        measured = '' if self.measured is None else f', measured {_number(self.measured)}'
+        value = f'{_number(self.predicted)} {unit}'.rstrip()
+        return f'theory: {words} {value} ({self.formula}){measured}'
 
 
 @dataclass(frozen=True)
 class Comparison(Measured):
-    """Figures that a law predicts.
+    """What theory says of a run.
 
     Attributes:
-        figures: By the names of their metrics, such as 'consensus.convergence_rate_1_s'.
-        differs: What the theory leaves out, and this run has.
-        doubts: What the law needs, and these conditions do not give.
+        figures: The predicted figures; the last one of a metric is the closest to the run.
+        departures: What the theory leaves out and this run has, with a detail or ''.
+        doubts: Why robots may not get where they should.
     """
 
-    figures: Mapping[str, Figure]
-    differs: tuple[str, ...]
+    figures: tuple[Figure, ...]
+    departures: Mapping[Departure, str]
     doubts: tuple[str, ...] = ()
 
+    def __getitem__(self, metric: str) -> Figure:
+        """Return the last figure of a metric; KeyError if there is none."""
+        return {one.metric: one for one in self.figures}[metric]
+
+    @property
+    def differs(self) -> list[str]:
+        """What the theory leaves out, as texts."""
+        return [
+            f'{one.value} ({detail})' if detail else one.value
+            for one, detail in self.departures.items()
+        ]
+
     def lines(self) -> list[str]:
-        """Return the figures under their formula, and what the theory leaves out."""
-        lines, formula = [f'theory: {doubt}' for doubt in self.doubts], ''
-        for name, one in self.figures.items():
-            if one.formula != formula:
-                formula = one.formula
-                lines.append(f'predicted by {formula}:')
-            predicted = '' if one.predicted is None else f', predicted {_number(one.predicted)}'
-            words, unit = words_and_unit(name.rpartition('.')[2])
-            unit = f' {unit}' if unit else ''
-            lines.append(f'  {words} {_number(one.measured, unit)}{predicted}')
+        """Return doubts and figures, and what the theory leaves out."""
+        lines = [f'theory: {doubt}' for doubt in self.doubts]
+        lines += [one.line() for one in self.figures]
         if not lines:
-            lines.append('theory: the law predicts nothing for these conditions')
-        if self.figures and self.differs:
-            lines.append(f'  the theory leaves out: {"; ".join(self.differs)}')
-        return lines
+            return ['theory: the law predicts nothing for these conditions']
+        left_out = [f'the theory leaves out: {"; ".join(self.differs)}'] if self.differs else []
+        return lines + left_out
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the predicted values, the distance from them, and what the theory leaves out."""
-        values = {
-            name.replace('.', '_'): one.measured if one.predicted is None else one.predicted
-            for name, one in self.figures.items()
-        }
-        formulas = list(dict.fromkeys(one.formula for one in self.figures.values()))
+        """Return the predicted values, and what the theory leaves out."""
         return {
-            **values,
-            'formulas': formulas,
-            'left_out': list(self.differs),
+            **{one.metric.replace('.', '_'): _rounded(one.predicted) for one in self.figures},
+            'formulas': list(dict.fromkeys(one.formula for one in self.figures)),
+            'left_out': self.differs,
             'doubts': list(self.doubts),
         }
 
 
-def _number(value: float | None, unit: str = '') -> str:
-    return 'unknown' if value is None else f'{round(value, _DIGITS) + 0.0:.3g}{unit}'
+def _number(value: float) -> str:
+    return f'{_rounded(value):.3g}'
+
+
+def _rounded(value: float) -> float:
+    return round(value, _DIGITS) + 0.0
 
 
 def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
-    """Return the figures that the law of a run predicts for its metrics; None if there are none.
+    """Return what theory says of the law of a run and its metrics; None if it says nothing.
 
-    Only laws of installed packages predict, because this runs their code: a script of the run
-    counts as such a law if it has the same text.
-
-    Raises:
-        InvalidPluginError: The run's settings do not fit its law, or `predict` returns something
-            else.
-    """
-    found = _law(run)
-    conditions = found and conditions_of(run)
-    if not (found and conditions):
-        return None
-    law, title = found
-    result = getattr(law, PREDICT)(conditions)
-    if isinstance(result, LinearLaw):
-        figures = _of_linear(run, result, conditions, parts)
-    elif isinstance(result, Mapping) and all(isinstance(v, Predicted) for v in result.values()):
-        figures = _figures(result, parts)
-    else:
-        raise InvalidPluginError(
-            f'{PREDICT} of {title} must return a LinearLaw or values Predicted by metric'
-        )
-    delay_counts = isinstance(result, LinearLaw) and conditions.delay > 0.0
-    theirs = {'delay': delay_counts, 'noise': _SPREAD in figures}
-    differs = left_out(run, {name for name, known in theirs.items() if known})
-    return Comparison(figures, tuple(differs), tuple(_doubts(run, law, result, conditions)))
-
-
-def _doubts(run: Run, law: ModuleType, result: object, conditions: RunConditions) -> list[str]:
-    """Return what the law needs, and these conditions do not give.
-
-    Where the graph changes, that at the start decides nothing about a linear law.
-    """
-    own, changes = getattr(law, DOUBTS, None), _graph_changes(run)
-    if isinstance(result, LinearLaw) and (changes or not own):
-        return result.doubts(conditions.period, _is_consensus(run) and not changes)
-    return texts_of(own, conditions) if own else []
-
-
-def _law(run: Run) -> tuple[ModuleType, str] | None:
-    """Return the run's law if it predicts, and its name.
+    Only laws of installed packages are predicted, because this runs their code: a script of the
+    run counts as such a law if it has the same text.
 
     Raises:
-        InvalidPluginError: The run's settings do not fit its law.
+        SetcmasError: The prediction cannot be imported.
+        InvalidPluginError: The run's settings do not fit its law, or the prediction fails.
     """
-    scripts = [one for one in run.inputs if one.option == 'algo']
-    if len(scripts) != 1:
+    scripts = [one.contents[0] for one in run.inputs if one.option == 'algo']
+    name = predicted_law(scripts[0]) if len(scripts) == 1 else None
+    if name is None or not (conditions := conditions_of(run)):
         return None
-    for name in ALGORITHMS.plugins():
-        try:
-            path = ALGORITHMS.file(name)
-        except SetcmasError:  # that of another package is damaged
-            continue
-        if path.read_bytes() == scripts[0].contents[0]:
-            law = _loaded(path, run.parameters.get('set') or {})
-            return (law, name) if callable(getattr(law, PREDICT, None)) else None
-    return None
-
-
-def _loaded(path: Path, settings: object) -> ModuleType:
-    """Load a law with settings from the file of a run, which may be edited."""
+    settings = run.parameters.get('set') or {}
     if not isinstance(settings, Mapping):
         raise InvalidPluginError(f"skipped: the run's settings are {settings!r}, no mapping")
     try:
-        return load_script(path, 1, settings=settings)
+        law = vars(load_script(ALGORITHMS.file(name), 1, settings=settings))
     except SetcmasError as error:
         raise InvalidPluginError(f'skipped: {error}') from error
+    found, left_out = predicted(name, law, conditions), departures(run)
+    if found.linear and conditions.delay:
+        left_out.pop(Departure.DELAY)
+    theorems = [*(found.linear.theorems(conditions) if found.linear else ()), *found.theorems]
+    figures = [
+        Figure(one.metric, _measured(parts, one.metric), one.value, one.formula)
+        for one in theorems
+        if not one.excludes & left_out.keys()
+    ]
+    is_constant = Departure.CHANGES not in left_out
+    return Comparison(tuple(figures), left_out, tuple(doubts(found, conditions, is_constant)))
 
 
-def conditions_of(run: Run) -> RunConditions | None:
-    """Return the conditions of a run; None if they are unknown, or the run is too large."""
-    grid, rate = run.counted_grid, float(run.parameters.get('rate') or 0.0)
-    if not rate > 0.0 or not len(grid.t) or not np.isfinite(grid.x[:, 0]).all():
-        return None
-    count = len(grid.robots)
-    duration = float(grid.t[-1] - grid.t[0])
-    if count > _MOST_ROBOTS or duration * rate > _MOST_CALLS:
+def conditions_of(run: Run) -> Conditions | None:
+    """Return the conditions of a run; None if they are unknown.
+
+    Robots start at their last poses at or before the first command.
+    """
+    grid, given = run.counted_grid, run.parameters
+    rate, count = float(given.get('rate') or 0.0), len(grid.robots)
+    starts = held_poses(run.table, 0.0, grid.robots)
+    if not 0.0 < rate < np.inf or not len(grid.t) or not np.isfinite(starts).all():
         return None
     adjacency = 1.0 - np.eye(count)
     if run.record:
         adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
         if len(adjacency) != count:
             return None
-    starts = np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]])
-    given, channel = run.parameters, channel_of(run, count)
-    delay, noise = (
-        _of_all(getattr(channel, name), adjacency) if channel else 0.0
-        for name in ('delay', 'noise')
-    )
+    channel = channel_of(run, count)
+    delay = of_all_links(channel.delay, adjacency) if channel else 0.0
     if robot_rate := float(given.get('robot_rate') or 0.0):  # only whole steps are sent
         delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
     threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
-    holds_own = bool(given.get('event_triggered')) and given.get('own_state') == HELD
-    reach = float(given.get('range') or np.inf)
-    return RunConditions(
-        starts, adjacency, 1.0 / rate, duration, delay, noise, threshold, holds_own, reach
-    )
-
-
-def _of_all(values: Floats, adjacency: Floats) -> float:
-    """Return the value of all links; 0 if they differ."""
-    found = np.unique(values[adjacency > 0])
-    return float(found[0]) if len(found) == 1 else 0.0
-
-
-def _of_linear(
-    run: Run, law: LinearLaw, conditions: RunConditions, parts: Mapping[str, Measured]
-) -> dict[str, Figure]:
-    """Return the positions at the end, and of consensus its rate, centre and spread."""
-    t, positions = law.positions(conditions)
-    if not np.abs(positions[-1]).max() < _FAR_M:
-        return {}
-    formula = (
-        f'z(k+1) = z(k) - h M {"z(k)" if np.all(law.offsets == 0.0) else "(z(k) - offsets)"}, '
-        f'M = {law.formula}, h = {conditions.period:g} s'
-    )
-    ages = {'received': conditions.delay, 'own': law.own_delay}
-    late = [f'{name} positions {age:g} s old' for name, age in ages.items() if age]
-    formula = ', '.join([formula, *late])
-    end = run.counted_grid
-    apart = np.hypot(end.x[:, -1] - positions[-1, 0], end.y[:, -1] - positions[-1, 1])
-    figures = {_APART: Figure(float(np.sqrt(np.mean(apart**2))), None, formula)}
-    if not _is_consensus(run):
-        return figures
-    paths = positions.transpose(1, 2, 0)  # at the measured times: fits of oscillations need them
-    x, y = np.array([[np.interp(end.t - end.t[0], t, one) for one in own] for own in paths])
-    found = consensus(replace(end, x=x, y=y), np.zeros(len(x)))
-    if not late:
-        formula += f', slowest mode {law.slowest_rate:.3g} 1/s'
-    for field in _CENTRE if law.own_delay else (_RATE, *_CENTRE):  # oscillations have no rate
-        name, value = f'{CONSENSUS}.{field}', getattr(found, field, None)
-        if value is not None:
-            figures[name] = Figure(_measured(parts, name), round(value, _DIGITS) + 0.0, formula)
-    figures = {name: replace(one, formula=formula) for name, one in figures.items()}
-    if found and not late and len(law.matrix) == len(x):
-        figures |= _figures(_spreads(law, conditions, found), parts)
-    return figures
-
-
-def _spreads(
-    law: LinearLaw, conditions: RunConditions, found: ConsensusMetrics
-) -> dict[str, Predicted]:
-    """Return the disagreement that noise causes, and a bound of that which events cause."""
-    spreads = {}
-    if conditions.noise:
-        spread = np.hypot(law.spread_by_noise(conditions), found.disagreement_rms_second_half_m)
-        formula = f"P = B P B' + S, the covariance under noise of {conditions.noise:g} m"
-        spreads[_SPREAD] = Predicted(float(spread), formula)
-    if conditions.threshold:
-        own = 'as sent, too (Seyboth et al., 2013)' if conditions.holds_own else 'exact'
-        formula = (
-            f'the upper bound for positions within {conditions.threshold:g} m of those sent, own '
-            f'positions {own}'
-        )
-        spreads[_AT_END] = Predicted(law.spread_by_events(conditions), formula)
-    return spreads
-
-
-def _figures(found: Mapping[str, Predicted], parts: Mapping[str, Measured]) -> dict[str, Figure]:
-    return {
-        name: Figure(_measured(parts, name), one.value, one.formula)
-        for name, one in found.items()
-        if np.isfinite(one.value)
-    }
-
-
-def _is_consensus(run: Run) -> bool:
-    return run.references is not None and run.references.task == CONSENSUS
-
-
-def _graph_changes(run: Run) -> bool:
-    return run.record is not None and len(np.unique(run.record.changes[:, 0])) > 1
+    komega = float(given.get('komega') or KOMEGA) if _turns(run) else 0.0
+    duration = float(grid.t[-1] - grid.t[0])
+    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, threshold, komega)
 
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
@@ -285,31 +166,33 @@ def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
     return None if value is None else float(value)
 
 
-def left_out(run: Run, known: Collection[str] = ()) -> list[str]:
-    """Return what the theory of points without limits leaves out, and this run has.
+def _turns(run: Run) -> bool:
+    """Return whether robots turn before they drive."""
+    return any(motion_of(model) is not Motion.FREE for model in models_of(run).values())
 
-    `known` are the properties of messages, 'delay' or 'noise', that it includes.
-    """
-    found = []
-    if any(motion_of(model) is not Motion.FREE for model in models_of(run).values()):
-        found.append('turning before driving')
-    if run.commands is not None:
-        t, speeds = run.commands.t, np.hypot(run.commands.vx, run.commands.vy)
+
+def departures(run: Run) -> dict[Departure, str]:
+    """Return what a run has and points without limits have not, each with a detail or ''."""
+    given, commands, record = run.parameters, run.commands, run.record
+    channel, is_triggered = channel_of(run, len(run.robots)), bool(given.get('event_triggered'))
+    found: dict[Departure, str | bool] = {Departure.TURNING: _turns(run)}
+    if commands is not None:
+        t, speeds = commands.t, np.hypot(commands.vx, commands.vy)
         if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():
-            found.append(f'the speed limit (reached until {t[fast].max():.1f} s)')
-        drive = np.isin(run.commands.robot, np.unique(run.commands.robot[speeds > 0.0]))
+            found[Departure.SPEED_LIMIT] = f'reached until {t[fast].max():.1f} s'
+        drive = np.isin(commands.robot, np.unique(commands.robot[speeds > 0.0]))
         if (stopped := drive & (speeds == 0.0) & (t > t[0])).any():  # a memory may begin at 0
-            found.append(f'robots at rest (from {t[stopped].min():.1f} s)')
-    if run.record:
-        if lost := sum(one.lost for one in run.record.links.values()):
-            found.append(f'{lost:,} lost messages')
-        if run.record.is_event_triggered:
-            found.append('event-triggered communication')
-        if _graph_changes(run):
-            found.append('changes of the graph')
-    if channel := channel_of(run, len(run.robots)):
-        ignored = [name for name in ('delay', 'noise') if name not in known]
-        found += [f'{name} of messages' for name in ignored if getattr(channel, name).any()]
-    if run.commands is not None and run.commands.allowed is not None:
-        found.append('the safety filter')
-    return found
+            found[Departure.REST] = f'from {t[stopped].min():.1f} s'
+        found[Departure.FILTER] = commands.allowed is not None
+    if record:
+        lost = sum(one.lost for one in record.links.values())
+        found[Departure.LOSS] = f'{lost:,}' if lost else False
+        found[Departure.EVENTS] = record.is_event_triggered
+        found[Departure.CHANGES] = len(np.unique(record.changes[:, 0])) > 1
+    if channel:
+        found[Departure.DELAY] = bool(channel.delay.any())
+        found[Departure.NOISE] = bool(channel.noise.any())
+    found[Departure.OWN_EXACT] = is_triggered and given.get('own_state') != HELD
+    found[Departure.OWN_CONDITION] = is_triggered and bool(given.get('ctc'))
+    found[Departure.RATES] = is_triggered and given.get('rate') != given.get('robot_rate')
+    return {one: '' if detail is True else detail for one, detail in found.items() if detail}

@@ -20,6 +20,7 @@ from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.references import References, references_of_fleet
+from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
@@ -178,6 +179,9 @@ class Simulation:
         self.conversions = script_conversions(
             self._found.law.si_to_uni, robots, self._conversion_reports, time, _noted_call
         )
+        loaded = {law.path: law.names for law in self.laws}
+        for text in doubts_at_start(loaded, self.communication, 1.0 / self.scenario.law.rate):
+            self.warn(text)
         scripts = [(law.names, law.path) for law in self.laws]
         self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 

@@ -235,6 +235,16 @@ class FleetGrid:
         return FleetGrid(self.t[k], self.robots, self.x[:, k], self.y[:, k], self.theta[:, k])
 
 
+def held_poses(table: FleetTable, t: float, robots: Sequence[int]) -> Floats:
+    """Return the last poses of robots at or before a time (s), shape (3, N); NaN without one."""
+    poses = np.full((3, len(robots)), np.nan)
+    for column, robot in enumerate(robots):
+        rows = Track(table.of(robot)).rows
+        if last := int(np.searchsorted(rows.t, t + SAME_TIME_S)):
+            poses[:, column] = rows.x[last - 1], rows.y[last - 1], rows.theta[last - 1]
+    return poses
+
+
 def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
     """Interpolate a table with rows linearly at multiples of 1/rate (Hz), but over no gap."""
     first, last = np.ceil(table.t[0] * rate), np.floor(table.t[-1] * rate)

@@ -1,0 +1,1 @@
+"""Predictions: what theory says of the built-in laws."""

@@ -1,0 +1,191 @@
+"""Linear laws: what follows from their matrix, and how late all poses may be.
+
+A law v = -K (p - goal) turns a unicycle by omega = komega e with the heading error e. Far away the
+direction of the goal hardly changes: e' = -komega e(t - tau). Near it, at a speed of K times the
+distance, that direction turns by K sin(e), so e' = K e - komega e(t - tau). Commands that are held
+for a period h are old by h/2 on average. All arguments are in 1/s and s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from math import acos, log, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.predictions.conditions import Conditions, Departure, Theorem
+from setcmas_simu.arrays import Floats
+
+_NOTHING = 1e-7  # rounding leaves 1e-8 of a double eigenvalue 0
+_MOST_ROWS = 600  # of a matrix whose eigenvalues take half a second
+_MEETING_POINT = {
+    'consensus': ('final_centre_x_m', 'final_centre_y_m'),
+    'alignment': ('final_mean_vx_m_s', 'final_mean_vy_m_s'),
+}
+"""Metrics by the names of tasks."""
+
+
+class Doubt(Enum):
+    """Why robots may not get where a law should bring them."""
+
+    UNLINKED = 'the graph at the start leaves differences between robots that never decay'
+    OSCILLATES = 'oscillations do not decay: the gain is too large'
+    DIVERGES = 'the robots drive away, ever faster'
+
+
+@dataclass(frozen=True)
+class LinearLaw:
+    """A law z' = -M z of the positions of all robots, or of values that they send each other.
+
+    Called every h s it is the sampled model z(k + 1) = z(k) - h M z(k), in which what robots
+    receive, and perhaps their own position, is late.
+
+    Attributes:
+        matrix: M in 1/s, shape (N, N), or a multiple with memories of robots 1, 2, ...; a complex
+            M acts on x + i y, and also turns.
+        formula: M in the terms of the law, such as 'K L'.
+        task: Task whose metrics measure the agreement, 'consensus' or 'alignment'; '' if none do.
+        kept: Number of modes that the law keeps: of consensus one, the meeting point.
+        own_delay: Age of the own position that a robot uses, in s.
+        starts: Values at the start, if they are no positions: a row per coordinate of their mean,
+            shape (2, N), or none, shape (0, N).
+    """
+
+    matrix: NDArray[Any]
+    formula: str
+    task: str = ''
+    kept: int = 1
+    own_delay: float = 0.0
+    starts: Floats | None = None
+
+    def slowest_factor(self, conditions: Conditions) -> complex | None:
+        """Return the factor with the largest modulus by which a mode changes from call to call.
+
+        It is an eigenvalue of the companion matrix, which acts on z(k), z(k - 1), ...; those of
+        the kept modes, which are 1, do not count. None if that matrix is too large.
+        """
+        h, size = conditions.period, len(self.matrix)
+        robot = np.arange(size) % len(conditions.adjacency)
+        received = np.where(robot[:, None] != robot, self.matrix, 0.0)
+        parts = (self.matrix - received, self.own_delay / h), (received, conditions.delay / h)
+        steps = [(part, *divmod(round(age, 6), 1.0)) for part, age in parts if part.any()]
+        longest = max((int(age) + (share > 0.0) for _, age, share in steps), default=0)
+        if size * (longest + 1) > _MOST_ROWS:
+            return None
+        rows = np.zeros((size, longest + 2, size), self.matrix.dtype)
+        rows[:, 0] = np.eye(size)
+        for part, age, share in steps:  # between two calls robots move evenly
+            rows[:, int(age)] -= h * (1.0 - share) * part
+            rows[:, int(age) + 1] -= h * share * part
+        companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
+        companion[:size] = rows[:, : longest + 1].reshape(size, -1)
+        factors = np.linalg.eigvals(companion)
+        decaying = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
+        return complex(max(decaying, key=abs, default=0.0))
+
+    def doubt(self, conditions: Conditions) -> Doubt | None:
+        """Return why robots do not get where they should; None if they do, or if it is unknown."""
+        factor = self.slowest_factor(conditions)
+        if factor is None or abs(factor) < 1.0 - _NOTHING:
+            return None
+        if np.sum(np.abs(np.linalg.eigvals(self.matrix)) < _NOTHING) > self.kept:
+            return Doubt.UNLINKED
+        is_real = factor.real > 0.0 and abs(factor.imag) < _NOTHING
+        return Doubt.DIVERGES if is_real else Doubt.OSCILLATES
+
+    def theorems(self, conditions: Conditions) -> Iterator[Theorem]:
+        """Yield rates, the meeting point, how late poses may be, and the bound of events."""
+        h, values = conditions.period, np.linalg.eigvals(self.matrix)
+        factor = self.slowest_factor(conditions)
+        if factor is None or not _NOTHING < abs(factor) < 1.0 - _NOTHING:
+            return
+        of_robots = len(values) == len(conditions.adjacency)
+        is_late = bool(conditions.delay or self.own_delay)
+        swings = abs(factor.imag) > _NOTHING and (is_late or not of_robots)  # errors rise and fall
+        metric = f'{"modes" if swings else self.task or "modes"}.convergence_rate_1_s'
+        values = values[np.argsort(np.abs(values))][self.kept :]
+        if not is_late and self.kept == 1 and h * np.abs(values).max() < 1.0:
+            yield Theorem(metric, float(values.real.min()), f'lambda_2 of {self.formula}')
+        if conditions.delay == self.own_delay:  # else the meeting point moves, too
+            rho = f'sampled model, h = {h:g} s: -ln(rho)/h'
+            yield Theorem(metric, -log(abs(factor)) / h, rho)
+        if self.kept == 1 and self.task and of_robots:
+            yield from self._meeting_point(conditions)
+        if of_robots and not is_late and self.starts is None:
+            yield from self._delay_margins(values, conditions)
+            if conditions.threshold and np.allclose(self.matrix, self.matrix.T):
+                yield self._event_bound(conditions)
+
+    def _meeting_point(self, conditions: Conditions) -> Iterator[Theorem]:
+        """Yield the place, or the value, on which robots agree.
+
+        With w' M = 0 the sum of w' z and w' M_received times what is on its way is constant.
+        """
+        values, vectors = np.linalg.eig(self.matrix.T)
+        late = conditions.delay - self.own_delay
+        w = vectors[:, np.abs(values).argmin()].real * (1.0 + late * self.matrix.diagonal().real)
+        formula = "w_i (1 + tau M_ii), w' M = 0" if late else "w, w' M = 0"
+        starts = conditions.starts if self.starts is None else self.starts
+        for name, places in zip(_MEETING_POINT[self.task], starts, strict=False):
+            by = f'mean of the starts with weights {formula}'
+            yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
+
+    def _delay_margins(self, values: NDArray[Any], conditions: Conditions) -> Iterator[Theorem]:
+        """Yield how late all poses may be, from the eigenvalues of M that are not kept.
+
+        Unicycles need headings that are not too late, either, and meet with less delay.
+        """
+        h, K, komega = conditions.period, np.abs(values), conditions.komega
+        margin = float(((pi / 2 - np.abs(np.angle(values))) / K).min()) - h / 2
+        formula = '(pi/2 - |arg lambda|)/|lambda| - h/2'
+        if komega and (turns := stable_delay(komega, h)) < margin:
+            margin, formula = turns, 'pi/(2 komega) - h/2'
+        excludes = frozenset({Departure.CHANGES, Departure.EVENTS})
+        name = 'delay.bearable_delay_of_all_poses_s'
+        yield Theorem(name, max(margin, 0.0), formula, excludes)
+        if komega and (meets := meeting_delay(K.max(), komega, h)) < margin:
+            formula = 'acos(K/komega)/sqrt(komega^2 - K^2) - h/2'
+            name = 'delay.largest_delay_with_which_robots_meet_s'
+            yield Theorem(name, meets, formula, excludes)
+
+    def _event_bound(self, conditions: Conditions) -> Theorem:
+        """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
+
+        It tends to |L| c / lambda_2, Seyboth, Dimarogonas and Johansson, Automatica 49(1), 2013,
+        theorem 3.1, here of the sampled model and with what is left of the start.
+        """
+        h, starts = conditions.period, conditions.starts[:2]
+        values = np.linalg.eigvalsh(self.matrix)
+        shrinks = float(np.abs(1.0 - h * values[1:]).max())
+        left = np.linalg.norm(starts - starts.mean(axis=1)[:, None]) / np.sqrt(len(values))
+        bound = h * values[-1] * conditions.threshold / (1.0 - shrinks)
+        bound += shrinks ** (conditions.duration / h) * left
+        return Theorem(
+            'consensus.disagreement_at_end_m',
+            float(bound),
+            f'the upper bound |L| c / lambda_2, c = {conditions.threshold:g} m',
+            frozenset(Departure) - {Departure.EVENTS},
+        )
+
+
+def stable_delay(gain: float, period: float) -> float:
+    """Return the delay in s up to which z' = -gain z(t - tau) does not grow: pi / (2 gain) - h/2.
+
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004. Of unicycles the
+    loop that binds first decides: position with the gain K, or heading with komega.
+    """
+    return max(pi / (2 * gain) - period / 2, 0.0)
+
+
+def meeting_delay(K: float, komega: float, period: float) -> float:
+    """Return the delay in s up to which robots meet; with a larger one they circle, if stable.
+
+    s = K - komega exp(-s tau) has its first root on the imaginary axis at i sqrt(komega^2 - K^2).
+    """
+    if komega <= K:
+        return 0.0
+    return max(acos(K / komega) / sqrt(komega**2 - K**2) - period / 2, 0.0)

@@ -1,0 +1,117 @@
+"""Predictions of laws: functions of a law and of conditions, found by the name of the law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.predictions.conditions import Conditions, Theorem, of_all_links
+from setcmas_ctrl.predictions.linear_law import Doubt, LinearLaw
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What theory says of a run.
+
+    Attributes:
+        linear: The law of all robots together, if it is linear.
+        theorems: Further figures.
+    """
+
+    linear: LinearLaw | None = None
+    theorems: tuple[Theorem, ...] = ()
+
+
+Predict = Callable[[Any, Conditions], Prediction]
+"""Predicts runs of a law: gets its script, such as `law.K`, and the conditions."""
+
+
+def _function(thing: object) -> Predict:
+    if not callable(thing):
+        raise InvalidPluginError(
+            f'it is a {type(thing).__name__}; it must be a function of a law and of conditions'
+        )
+    return thing
+
+
+PREDICTIONS = PluginGroup('setcmas.predictions', 'prediction', _function)
+"""Predictions of the laws of installed packages, by the name of the law."""
+
+
+@cache
+def predicted_law(script: bytes) -> str | None:
+    """Return the name of the law of a package with this text; None if it has no predictions."""
+    for name in PREDICTIONS.plugins():
+        try:
+            if ALGORITHMS.file(name).read_bytes() == script:
+                return name
+        except SetcmasError:  # that of another package is damaged
+            continue
+    return None
+
+
+def predicted(name: str, law: Mapping[str, Any], conditions: Conditions) -> Prediction:
+    """Return what theory says of a run.
+
+    Args:
+        name: Name of the law.
+        law: The top-level names of its loaded script, with their values.
+        conditions: Those of the run.
+
+    Raises:
+        SetcmasError: The prediction cannot be imported.
+        InvalidPluginError: It returns something else.
+    """
+    result = PREDICTIONS.get(name)(SimpleNamespace(**law), conditions)
+    if not isinstance(result, Prediction):
+        raise InvalidPluginError(
+            f'of {PREDICTIONS.plugin(name).title} returned a {type(result).__name__}; it must '
+            'return a Prediction'
+        )
+    return result
+
+
+def doubts(found: Prediction, conditions: Conditions, is_constant: bool) -> list[str]:
+    """Return why robots may not get where their law should bring them, as texts.
+
+    In a graph that is not constant, links at the start decide nothing.
+    """
+    if not found.linear:
+        return []
+    doubt, own_delay = found.linear.doubt(conditions), found.linear.own_delay
+    if doubt is Doubt.UNLINKED:
+        return [doubt.value] if is_constant else []
+    late = f' and own positions {own_delay:g} s old' if own_delay else ''
+    return [f'with calls every {conditions.period:g} s{late}, {doubt.value}'] if doubt else []
+
+
+def doubts_at_start(
+    scripts: Mapping[Path, Mapping[str, Any]], communication: Communication, period: float
+) -> list[str]:
+    """Return the doubts of a run to come, from its loaded scripts and their top-level names.
+
+    The period between two calls of the laws is in s. Robots with several laws have none.
+    """
+    graph = communication.graph
+    adjacency = graph.segment(0.0).adjacency
+    delay = of_all_links(communication.channel.delay, adjacency)
+    conditions = Conditions(np.zeros((3, len(adjacency))), adjacency, period, delay=delay)
+    for path, law in scripts.items() if len(scripts) == 1 else ():
+        with suppress(Exception):  # a function has no file; what a plugin raises, metrics report
+            if name := predicted_law(path.read_bytes()):
+                found = predicted(name, law, conditions)
+                return [
+                    f'{path.stem}: {one}' for one in doubts(found, conditions, graph.is_constant)
+                ]
+    return []
