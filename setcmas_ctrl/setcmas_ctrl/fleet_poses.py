@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import State, state_of
-from setcmas_simu.ros.polling import PolledTopic, suited_to
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 Listener = Callable[[State], None]
@@ -30,12 +28,7 @@ class FleetPoses:
         now: Time in s of the last `take`.
     """
 
-    def __init__(
-        self,
-        sources: Mapping[int, tuple[FleetNode, str]],
-        nb_robots: int,
-        profile: QoSProfile = qos.STATE,
-    ) -> None:
+    def __init__(self, sources: Mapping[int, tuple[FleetNode, str]], nb_robots: int) -> None:
         """Subscribe to the odometry of robots: their sources are a node and a topic for it."""
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
@@ -43,7 +36,9 @@ class FleetPoses:
         self._faults: dict[int, str] = {}
         self._listeners: dict[int, list[Listener]] = {robot: [] for robot in sources}
         self.topics = {
-            robot: PolledTopic(node, Odometry, topic, partial(self._on_odometry, robot), profile)
+            robot: PolledTopic(
+                node, Odometry, topic, partial(self._on_odometry, robot), qos.NEWEST_STATE
+            )
             for robot, (node, topic) in sources.items()
         }
 
@@ -69,12 +64,6 @@ class FleetPoses:
         """Return why a robot's last odometry cannot be used; '' if it can, or none came."""
         return self._faults.get(robot, '')
 
-    def accept_best_effort(self, robots: Iterable[int]) -> None:
-        """Subscribe to the odometry of these robots as it is offered, reliable or not."""
-        for robot in robots:
-            if robot in self.topics:
-                self.topics[robot].accept_best_effort()
-
     def age(self, robot: int) -> float:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
@@ -89,8 +78,3 @@ class FleetPoses:
         self._received[robot - 1] = self.now
         for listener in self._listeners[robot]:
             listener(state)
-
-
-def offered_profile(node: Node, topic: str) -> QoSProfile:
-    """Return the quality of service for newest states, best effort if a publisher is."""
-    return QoSProfile(depth=1, reliability=suited_to(node, topic, 1).reliability)

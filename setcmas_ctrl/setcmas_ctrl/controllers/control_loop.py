@@ -18,7 +18,6 @@ from setcmas_simu.robot_node import stepping
 
 _POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
-_OFFERED_WITHIN_S = 0.5  # a reliable driver has usually published by then
 _LISTENERS_WAIT_S = 2.0
 _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
 
@@ -54,8 +53,6 @@ def _wait_until_ready(fleet: ControlledFleet) -> None:
         StopCall: The process was asked to stop meanwhile.
     """
     process, poses, graph = fleet.process, fleet.poses, fleet.graph
-    process.spin_until(lambda: not _taken(fleet, poses.missing), _OFFERED_WITHIN_S)
-    poses.accept_best_effort(poses.missing())
     _wait_for(fleet, 'odometry', poses.missing, poses.topic_of, partial(_odometry_hint, fleet))
     if fleet.controllers:
         state_of = partial(topics.robot_topic, topic=topics.TRIG_ODOM)
@@ -97,7 +94,6 @@ def _wait_for(
 
 
 def _odometry_hint(fleet: ControlledFleet, robots: list[int]) -> str:
-    fleet.poses.accept_best_effort(robots)
     for robot in robots:
         if fault := fleet.poses.fault(robot):
             return f'robot {robot} sends invalid odometry: {fault}'

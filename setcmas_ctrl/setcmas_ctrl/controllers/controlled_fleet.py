@@ -37,7 +37,7 @@ from setcmas_ctrl.controllers.robot_models import DrivenModels
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses, offered_profile
+from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.network_links import FleetNetwork
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
@@ -52,7 +52,6 @@ from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import model_names
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
@@ -232,9 +231,7 @@ class ControlledFleet:
 
     def _subscribed_poses(self) -> FleetPoses:
         """Return the poses of all robots that the laws, their links or the filter need."""
-        profile, topic_of = qos.STATE, self._topic_of
-        if not (self.options.experiment or self._announced.robots):  # robots of others
-            profile = offered_profile(self.node, topic_of(self.robots[0]))
+        topic_of = self._topic_of
         sources: dict[int, tuple[FleetNode, str]] = {}
         needs_all = self.controllers and self._communication.needs_all_poses
         needs_all = needs_all or any(sender.broadcast.measures for sender in self.senders)
@@ -244,7 +241,7 @@ class ControlledFleet:
         sources |= {one.robot: (one, one.odom_topic) for one in self.senders}
         sources |= {one.robot: (one, one.odom_topic) for one in self.si_to_unis}
         sources |= {one.robot: (one, one.odom_topic) for one in self.controllers}
-        return FleetPoses(sources, self._nb_robots, profile)
+        return FleetPoses(sources, self._nb_robots)
 
     def load_conversions(self) -> None:
         """Let robots be driven by the user's own si_to_uni, if there is one.

@@ -11,7 +11,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
 from setcmas_ctrl.controllers.fleet_discovery import robots_with_odometry
-from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
@@ -151,8 +151,6 @@ class GraphWatch:
             self._mixed[robot] = cmd_vel.mixed
         elif not connected:
             self._unconnected.add(robot)
-        if self._poses.age(robot) > POSE_TIMEOUT_S:  # its driver may have restarted
-            self._poses.accept_best_effort([robot])
         # A killed process stays in the graph for a while.
         is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
         if is_due and (names := cmd_vel.other_commanders(self._own)):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -54,19 +53,9 @@ class PolledTopic:
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
-        self._subscribe = partial(
-            node.create_subscription, kind, name, on_message, callback_group=POLLED
+        self.subscription = node.create_subscription(
+            kind, name, on_message, profile, callback_group=POLLED
         )
-        self._profile = profile
-        self.subscription = self._subscribe(profile)
-
-    def accept_best_effort(self) -> None:
-        """Subscribe anew if a publisher is best effort: a reliable subscription gets nothing."""
-        offered = suited_to(self._node, self.subscription.topic_name, self._depth)
-        if offered.reliability != self._profile.reliability == ReliabilityPolicy.RELIABLE:
-            self._profile = offered
-            self.close()
-            self.subscription = self._subscribe(offered)
 
     def take(self) -> None:
         """Pass on pending messages."""

@@ -8,6 +8,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 STATE = QoSProfile(depth=1)
 """States of robots: reliable; only the newest matters."""
 
+NEWEST_STATE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""For receivers of states: a lost one comes again only when a newer one is there anyway."""
+
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Measurements of drivers: compatible with publishers of any reliability."""
 
