@@ -75,7 +75,6 @@ class VirtualRobot(RobotNode):
 
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)
-        self.fleet_reset = self.newest(Empty, topics.FLEET_RESET, qos.EVENT)
         shape = shape_of(self.model_name)
         self.odom = StatePublisher(self, self.robot, frame, own_frame, shape)
 
@@ -93,7 +92,7 @@ class VirtualRobot(RobotNode):
         """Follow the newest command for one period, and publish the new state."""
         if message := self.cmd_vel():
             self.command, self.heard = self.command_in(message), self.time.now
-        if any([self.reset(), self.fleet_reset()]):  # both are taken
+        if self.reset():
             self.restart()
         if self.has_started:  # the first step only publishes the start
             is_new = self.time.now - self.heard <= self.timeout

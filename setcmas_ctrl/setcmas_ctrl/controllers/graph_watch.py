@@ -19,7 +19,7 @@ from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
-_MOST_CHECKS = 8  # robots checked per step
+_MOST_CHECKS = 2  # robots checked per step
 _PATIENCE_S = 2.0  # time without a listener before a warning
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from setcmas_simu.fleet import topics
@@ -24,7 +25,7 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
-from setcmas_simu.ros.polling import RequestWait
+from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulation_options import SimulationOptions
@@ -124,6 +125,7 @@ class Simulator:
             node, [robot.robot for robot in robots], options.cmd_vel_type
         )
         node.create_service(Trigger, '~/reset', self._answer_reset)
+        self._reset = newest(node, Empty, topics.FLEET_RESET, qos.EVENT)
         parameters.check, parameters.on_change = self._check, self._follow
         self._clock = None
         if clock:
@@ -150,9 +152,11 @@ class Simulator:
         stepping(process, self.time, [self._robots], self.begin, self.end).run()
 
     def begin(self) -> None:
-        """Begin a step: publish its time if it is not that of the system."""
+        """Begin a step: publish its time if it is not that of the system; take a reset."""
         if self._clock:
             self._clock.publish(Clock(clock=self.time.stamp))
+        if self._reset():
+            self._restart()
 
     def end(self) -> None:
         """End a step: look for missed steps, and now and then for others in the graph."""
@@ -183,9 +187,12 @@ class Simulator:
             if robot is not self._node:
                 robot.parameters.follow(options)
 
-    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _restart(self) -> None:
         for robot in self._robots:
             robot.restart()
+
+    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._restart()
         response.success, response.message = True, 'all robots are back at their start poses'
         return response
 
