@@ -18,6 +18,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{name}']),
         (f'share/{name}', ['package.xml']),
         (f'share/{name}/rviz', ['rviz/experiment_8.rviz']),
+        (f'share/{name}/systemd', ['systemd/cmd_vel_guard@.service']),
     ],
     python_requires='>=3.10',
     zip_safe=False,

@@ -98,6 +98,8 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
         assert (tmp_path / 'install' / package / 'share' / path).is_file()
     for package, name in (('setcmas_simu', 'simulation_8'), ('setcmas_expe', 'experiment_8')):
         assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
+    service = 'install/setcmas_expe/share/setcmas_expe/systemd/cmd_vel_guard@.service'
+    assert (tmp_path / service).is_file()
 
     if not option:
         command = ['test', '--packages-select', 'setcmas_simu', '--return-code-on-test-failure']

@@ -3,7 +3,6 @@ import pytest
 pytest.importorskip('rclpy')
 
 import signal
-import socket
 import sys
 import time
 
@@ -17,22 +16,8 @@ from std_srvs.srv import SetBool
 
 from setcmas_expe.guard.guard_decision import GuardState
 from setcmas_expe.guard.guard_watch import GuardReport
-from setcmas_expe.guard.service_manager import notify
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
-
-pytestmark = pytest.mark.skipif(not hasattr(socket, 'AF_UNIX'), reason='no systemd')
-
-
-def test_the_guard_notifies_systemd(tmp_path, monkeypatch):
-    address = str(tmp_path / 'notify')
-    monkeypatch.setenv('NOTIFY_SOCKET', address)
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
-        systemd.bind(address)
-        notify('WATCHDOG=1')
-        assert systemd.recv(100) == b'WATCHDOG=1'
-    notify('WATCHDOG=1')  # it has ended: no harm
-
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node']
 NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
