@@ -26,7 +26,7 @@ from ros_domain import reserved_domain
 SETTLES_S = 4.0
 LAB, BRIDGES, GUARD = (
     [sys.executable, '-m', f'setcmas_expe.{module}']
-    for module in ('emulation.emulated_lab', 'safety.bridges', 'guard.guard_node')
+    for module in ('emulation.emulated_lab', 'bridges', 'guard.guard_node')
 )
 
 

@@ -5,8 +5,8 @@ import math
 import random
 from collections import deque
 
+from setcmas_expe.bridge.motion_check import MotionCheck
 from setcmas_expe.emulation.emulated_fleet import truncated
-from setcmas_expe.safety.motion_check import MotionCheck
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.robots.model import ROBOT_LIMITS
 
@@ -41,7 +41,7 @@ class DrivenRobot:
         self.measured = None
         self._delay = round((rng.uniform(0.02, 0.12) if delay is None else delay) / STEP_S)
         self._lag = rng.uniform(0.02, 0.12) if lag is None else lag
-        self._gain = rng.uniform(0.92, 1.02), rng.uniform(0.9, 1.05)
+        self.gain = rng.uniform(0.92, 1.02), rng.uniform(0.9, 1.05)
         self._offset = cmath.rect(rng.uniform(0, 0.03), rng.uniform(-3, 3))  # of the body
         self._latency = round(rng.uniform(0.01, 0.04) / STEP_S)
         self._frames = max(1, round(1 / rate / STEP_S))
@@ -73,9 +73,9 @@ class DrivenRobot:
 
     def _decide(self):
         x, y, heading, seen = self.measured
-        if self.wheels:
-            self.check.note_wheels(0.0 if self.blocked == 'stand' else self._speeds[0], self.now)
-        self.found = self.check.step((x, y, heading), seen, self.now, *2 * [self.crawls])
+        rolls = 0.0 if self.blocked == 'stand' else self._speeds[0]
+        wheels = rolls if self.wheels else None
+        self.found = self.check.step((x, y, heading), seen, self.now, wheels, *2 * [self.crawls])
         self.V, self.omega = BURGER.scaled_down(self.V, self.omega)
         self.check.command(self.V, self.omega, self.now)
 
@@ -86,7 +86,7 @@ class DrivenRobot:
         self._speeds = tuple(
             float(v + share * (w - v)) for v, w in zip(self._speeds, wanted, strict=True)
         )
-        V, omega = (speed * gain for speed, gain in zip(self._speeds, self._gain, strict=True))
+        V, omega = (speed * gain for speed, gain in zip(self._speeds, self.gain, strict=True))
         self.path += 0.0 if self.blocked == 'stand' else abs(V) * STEP_S
         if not self.blocked:
             self.heading += omega * STEP_S

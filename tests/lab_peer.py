@@ -12,7 +12,7 @@ from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 HZ = 20.0
 BRIDGES = [
-    sys.executable, '-m', 'setcmas_expe.safety.bridges', '--without-motion-check',
+    sys.executable, '-m', 'setcmas_expe.bridges', '--without-motion-check',
     '--without-guard',
 ]  # fmt: skip
 
@@ -57,9 +57,8 @@ class LabPeer:
         message = Odometry()
         x, y, theta = pose
         if (x, y) != (0.0, 0.0):
-            wobble = self.noise * math.sin(self.ticks)
-            message.pose.pose.position.z = 0.1 + wobble
-            z, w = quaternion_of_yaw(theta)
+            message.pose.pose.position.z = 0.1
+            z, w = quaternion_of_yaw(theta + self.noise * math.sin(self.ticks))
             message.pose.pose.orientation.z, message.pose.pose.orientation.w = z, w
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
         message.header.stamp = self.peer.node.get_clock().now().to_msg()

@@ -52,7 +52,7 @@ KINDS = {
     'mocap nan': _fault('nan', 'rejected'),
     'mocap frozen': _fault('frozen', 'frozen'),
     'mocap jump': _fault('jump', 'jumped'),
-    'mocap swapped names': _fault('swap', 'swapped'),
+    'mocap swapped names': _fault('swap', 'were names swapped'),
     'mocap late': _fault('late', 'no good pose'),
     'mocap drifts at 0.3 m/s': _fault('drift', 'robot 1'),
     'mocap glides at 2 m/s': _fault('glide', 'robot 1'),

@@ -37,10 +37,12 @@ class PauseReason:
     Attributes:
         cause: The kind of reason.
         text: The reason for people.
+        may_be_load: Whether an overloaded computer may have caused it.
     """
 
     cause: PauseCause
     text: str
+    may_be_load: bool = False
 
     @property
     def is_of_operator(self) -> bool:
@@ -99,10 +101,10 @@ class PauseWatch:
         is_sure = now - self._go_since >= SURE_AFTER_S
         return None if is_sure else _reason(PauseCause.OPERATOR)
 
-    def latch(self, why: str) -> None:
+    def latch(self, why: str, may_be_load: bool = False) -> None:
         """Pause until the pause node says pause and then go again."""
         self._may_go = False
-        self._held = PauseReason(PauseCause.LATCHED, why)
+        self._held = PauseReason(PauseCause.LATCHED, why, may_be_load)
 
     def forget(self) -> None:
         """Forget all messages, because this process was suspended."""
@@ -125,7 +127,7 @@ class PauseWatch:
 
 
 def _reason(cause: PauseCause) -> PauseReason:
-    return PauseReason(cause, cause.value)
+    return PauseReason(cause, cause.value, cause is PauseCause.SILENT)
 
 
 class EmergencyWatch:

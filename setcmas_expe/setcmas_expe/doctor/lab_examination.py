@@ -21,12 +21,13 @@ from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sample import Sample, fault_of
+from setcmas_expe.mocap.sample import Sample, fault_of, text_of
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
 from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.polling import PolledTopic, RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess
 
 _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -62,6 +63,7 @@ class LabWatch(FleetNode):
     Attributes:
         robots: Messages of each robot.
         mocap: Receiver of motion capture.
+        polled: Topics whose messages are to be taken when they come.
     """
 
     def __init__(self, lab: Lab) -> None:
@@ -75,9 +77,10 @@ class LabWatch(FleetNode):
         self._begin = time.time()
         takers = {one.robot.mocap_name: partial(self._on_mocap, one) for one in self.robots}
         self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
+        self.polled = [*self.mocap.polled]
         for watch in self.robots:
-            topic = watch.robot.topic(topics.BATTERY)
-            self.create_subscription(BatteryState, topic, partial(self._on_battery, watch), _BURST)
+            topic, callback = watch.robot.topic(topics.BATTERY), partial(self._on_battery, watch)
+            self.polled.append(PolledTopic(self, BatteryState, topic, callback, _BURST))
 
     def restart_statistics(self) -> None:
         """Forget the poses received so far."""
@@ -124,7 +127,8 @@ class LabWatch(FleetNode):
         watch.arrivals.append(time.time())
         watch.stamps.append(sample.stamp)
         watch.track.take(sample, time.monotonic())
-        watch.fault = fault_of(sample, self._arena) or watch.fault
+        if fault := fault_of(sample, self._arena):
+            watch.fault = text_of(fault, sample, self._arena)
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
         watch.battery = watch.scale.percent(message.percentage)
@@ -170,7 +174,7 @@ def _by_odometry(node: Node) -> dict[str, set[int]]:
 def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Finding]]:
     """Watch a lab for a while; return the rows of the table of robots, and the findings."""
     watch = LabWatch(lab)
-    process.add(watch)
+    process.requests = RequestWait([watch], watch.polled)
 
     def is_found() -> bool:
         return all(one.arrivals and watch.listeners(one.robot) for one in watch.robots)

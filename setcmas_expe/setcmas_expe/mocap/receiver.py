@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.polling import PolledTopic
 
 Take = Callable[[Sample], None]
 Reader = Callable[[Any], list[tuple[str, Sample]]]
@@ -35,7 +36,11 @@ class _Topic:
 
 
 class MocapReceiver:
-    """Subscribes to a source, and finds conflicts between senders."""
+    """Subscribes to a source, and finds conflicts between senders.
+
+    Attributes:
+        polled: Its topics.
+    """
 
     def __init__(
         self,
@@ -55,13 +60,19 @@ class MocapReceiver:
         self._y_up = y_up
         self._bodies = bodies
         self._topics: dict[str, _Topic] = {}  # by name; one for all bodies, or one for each
+        self.polled: list[PolledTopic] = []
         message_class = source.message_class()
         for body in bodies:
             name = source.topic_of(body)
             if name not in self._topics:
                 self._topics[name] = topic = _Topic()
                 callback = partial(self._on_message, topic, source.reader_of(body))
-                node.create_subscription(message_class, name, callback, profile)
+                self.polled.append(PolledTopic(node, message_class, name, callback, profile))
+
+    def take(self) -> None:
+        """Take new messages, unless a `RequestWait` already does when they come."""
+        for topic in self.polled:
+            topic.take()
 
     def look_around(self) -> None:
         """Check for senders of another type, and a second one: an emulated lab, a played bag."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from dataclasses import dataclass, replace
 
@@ -44,15 +45,24 @@ class VelocityFilter:
 
 Pose = tuple[float, float, float]
 
-NOT_FINITE = 'not a number'
-ZERO_POSE = 'exactly zero'
-NO_MEASUREMENT = 'a filler such as 9999999.999999'
-NO_ROTATION = 'orientation that is not a unit quaternion'
-TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
-FAR_AWAY = 'far outside the arena'
+
+class PoseFault(enum.Enum):
+    """Why a measurement is rejected; the values are texts for people."""
+
+    NOT_FINITE = 'not a number'
+    ZERO = 'exactly zero'
+    FILLER = 'a filler such as 9999999.999999'
+    NO_ROTATION = 'orientation that is not a unit quaternion'
+    TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
+    FAR_AWAY = 'far outside the arena'
+    JUMPED = 'it jumped (was it carried, or were names swapped? Pause for a second, then start)'
+    LIFTED = 'it was lifted'
+    STAMPS = 'its stamps do not change: correct the motion capture clock, or send no stamps'
+
 
 _FAR_M = 1.0  # from the arena
 _FILLER = 1e5  # m: no lab is that large
+_MILLIMETRES = 20.0  # m: a room is smaller
 _NORM_TOLERANCE = 0.02
 _LARGEST_TILT = math.radians(45)
 
@@ -85,20 +95,30 @@ class Sample:
         return (*self.position[:2], yaw_of_quaternion(*self.orientation))
 
 
-def fault_of(sample: Sample, arena: Arena) -> str | None:
-    """Return the fault of a measurement; None if it is good."""
+def fault_of(sample: Sample, arena: Arena) -> PoseFault | None:
+    """Return the fault of a measurement on its own; None if it is good."""
     x, y, _ = sample.position
     if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
-        return NOT_FINITE
+        return PoseFault.NOT_FINITE
     if not any(sample.position):
-        return ZERO_POSE
+        return PoseFault.ZERO
     if max(map(abs, sample.position)) > _FILLER:
-        return NO_MEASUREMENT
+        return PoseFault.FILLER
     if abs(math.hypot(*sample.orientation) - 1.0) > _NORM_TOLERANCE:
-        return NO_ROTATION
+        return PoseFault.NO_ROTATION
     if _tilt(sample.orientation) > _LARGEST_TILT:
-        return TILTED
-    return FAR_AWAY if arena.distance(x, y) > _FAR_M else None
+        return PoseFault.TILTED
+    return PoseFault.FAR_AWAY if arena.distance(x, y) > _FAR_M else None
+
+
+def text_of(fault: PoseFault, sample: Sample, arena: Arena) -> str:
+    """Return why a measurement is rejected, with numbers where they help."""
+    if fault is not PoseFault.FAR_AWAY:
+        return str(fault.value)
+    x, y, _ = sample.position
+    in_mm = arena.distance(x / 1000, y / 1000) == 0 and max(abs(x), abs(y)) > _MILLIMETRES
+    hint = '; does motion capture send millimetres? It must send metres' if in_mm else ''
+    return f'at x = {x:.1f} m, y = {y:.1f} m, {fault.value}{hint}'
 
 
 def _tilt(orientation: tuple[float, float, float, float]) -> float:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
+from setcmas_expe.bridge.decision import State
 from setcmas_expe.guard.machine_load import time_since_boot
-from setcmas_expe.safety.bridge_decision import State
 from setcmas_simu.reports.reports import LineDecoder, Message
 
 SILENT_AFTER_S = 0.5

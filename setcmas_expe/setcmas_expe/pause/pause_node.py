@@ -6,7 +6,6 @@ Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 import time
 
@@ -44,15 +43,13 @@ from setcmas_simu.ros.process import (
 )
 
 STOPPED = PauseCause.EMERGENCY.value
+"""Word for an emergency stop."""
+
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
 
 _TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
 _LATE_TICK_S = 0.15
-_DELAYS = re.compile(
-    'silent|stalled|disappeared|no command|no good pose|does not answer|late|ended'
-)
-"""Reasons of stops that an overloaded computer may cause."""
 _QUIET_S = 1.5  # `ros2 topic pub` without --once repeats once a second
 
 
@@ -101,16 +98,19 @@ class Pause(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
-    def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
-        """Pause or start the robots, and report it."""
-        if paused and not self.paused:
+    def set(
+        self, paused: bool, why: str, by_itself: bool = False, may_be_load: bool = False
+    ) -> None:
+        """Pause or start the robots, and report it; an overloaded computer may be the cause."""
+        is_stop = paused and not self.paused
+        if is_stop:
             now = time.monotonic()
             self._requests.note_pause(by_itself, now)
             self._held.note_pause(now)
-            if by_itself and self._load.is_overload and _DELAYS.search(why):
-                self.get_logger().warning(OVERLOADED)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
+        if is_stop and may_be_load and self._load.is_overload:
+            self.get_logger().warning(OVERLOADED)
         self.paused, self.why = paused, why
         self.publish()
 
@@ -212,12 +212,13 @@ class Pause(FleetNode):
         if self._keys:
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:
-            self.set(True, 'the pause node stalled', by_itself=True)
+            self.set(True, 'the pause node stalled', by_itself=True, may_be_load=True)
         # After a delay of this process, messages wait: they are taken before the next tick.
         late = now - self._ticked > _LATE_TICK_S and not self._was_late
         self._ticked, self._was_late = now, late
         if not late and self._joystick.disappeared() and not self.paused:
-            self.set(True, 'the joystick has disappeared', by_itself=True)
+            why = 'the joystick has disappeared'
+            self.set(True, why, by_itself=True, may_be_load=True)
         if not late and self._hold and not self.paused and self._held.released(now):
             self.set(True, 'key or button released')
         self._follow_bridge(now)
@@ -228,13 +229,14 @@ class Pause(FleetNode):
     def _follow_bridge(self, now: float) -> None:
         if self._bridge.ending:  # in case the bridge hangs
             self._bridge.command_zero()
-        if trouble := self._bridge.trouble(now, self.paused):
-            self.set(True, trouble, by_itself=True)
+        if trouble := self._bridge.trouble(now):
+            self.set(True, trouble.text, by_itself=True, may_be_load=trouble.may_be_load)
             self._bridge.command_zero()
-        if self._bridge.held == STOPPED:
+        held = self._bridge.held
+        if held and held.cause is PauseCause.EMERGENCY:
             self._take_over('held by the bridge')
-        elif self._bridge.held and not self.paused:  # until a person starts again
-            self.set(True, self._bridge.held, by_itself=True)
+        elif held and not self.paused:  # until a person starts again
+            self.set(True, held.text, by_itself=True, may_be_load=held.may_be_load)
 
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
         for request in keys.requests():
@@ -246,7 +248,8 @@ class Pause(FleetNode):
                 self._requests.hasty(time.monotonic())  # a press, too
             self._once(f'{refused}: the key press arrived too late')
         if keys.silent(now) and not self._bridge.ending and not self.paused:
-            self.set(True, 'the terminal does not answer', by_itself=True)
+            why = 'the terminal does not answer'
+            self.set(True, why, by_itself=True, may_be_load=True)
         # A hung bridge has no news, but the pause that follows is.
         robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
         if robots:

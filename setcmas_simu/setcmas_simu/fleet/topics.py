@@ -20,6 +20,8 @@ MOTOR_POWER = 'motor_power'
 BATTERY = 'battery_state'
 SCAN = 'scan'
 GUARD_STATE = 'guard_state'
+BRIDGE_STATE = 'bridge_state'
+POSE_STATE = 'pose_state'
 TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
 LINKS = 'links'
@@ -48,7 +50,6 @@ FLEET_TIME = '/fleet_time'
 PAUSED = '/paused'
 EMERGENCY_STOP = '/emergency_stop'
 EMERGENCY_STOPPED = '/emergency_stopped'
-BRIDGE_STATE = '/bridge_state'
 DIAGNOSTICS = '/diagnostics'
 ARENA = '/arena'
 OBSTACLES = '/obstacles'
@@ -74,6 +75,8 @@ RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""
 BRIDGES_NODE = 'bridges'
+MOCAP_BRIDGE = 'mocap_bridge'
+CMD_VEL_BRIDGE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]{0,3})/')
@@ -109,6 +112,11 @@ def odometry_topic(robot: int) -> str:
 def mocap_topic(robot: int) -> str:
     """Return the topic of a real robot's verified pose, such as `/mocap/tb3_2/odom`."""
     return f'/mocap/{robot_name(robot)}/{ODOM}'
+
+
+def pose_state_topic(robot: int) -> str:
+    """Return the topic that says why poses of a robot are rejected."""
+    return f'/mocap/{robot_name(robot)}/{POSE_STATE}'
 
 
 def truth_topic(robot: int) -> str:

@@ -32,9 +32,15 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
-_COMMANDS = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
-_COMMANDS_OF_FLEETS = (
+_COMMANDS = (
+    topics.PAUSE,
+    topics.RESET,
+    topics.PAUSED.strip('/'),
+    topics.GUARD_STATE,
     topics.BRIDGE_STATE,
+    topics.POSE_STATE,
+)
+_COMMANDS_OF_FLEETS = (
     topics.EMERGENCY_STOP,
     topics.EMERGENCY_STOPPED,
     topics.EMULATED_FAULT,

@@ -4,8 +4,8 @@ import pytest
 from rich.console import Console
 
 from launch_scripts.terminal.status_display import StatusDisplay, picture
+from setcmas_expe.bridge.decision import State
 from setcmas_expe.pause.console import RobotStatus, Status
-from setcmas_expe.safety.bridge_decision import State
 
 REASON = 'closer than 0.35 m to robots 2-4; only motion apart is let through'
 

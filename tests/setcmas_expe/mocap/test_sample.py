@@ -5,15 +5,11 @@ import numpy as np
 import pytest
 
 from setcmas_expe.mocap.sample import (
-    FAR_AWAY,
-    NO_MEASUREMENT,
-    NO_ROTATION,
-    NOT_FINITE,
-    TILTED,
-    ZERO_POSE,
+    PoseFault,
     Sample,
     VelocityFilter,
     fault_of,
+    text_of,
 )
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.arena import Arena
@@ -73,26 +69,40 @@ def sample(x=0.5, y=0.2, yaw=0.3, z=0.1):
     ('bad', 'fault'),
     [
         (sample(), None),
-        (sample(x=math.nan), NOT_FINITE),
-        (sample(z=math.inf), NOT_FINITE),
-        (replace(sample(), orientation=(0.0, 0.0, math.nan, 1.0)), NOT_FINITE),
-        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), ZERO_POSE),
-        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), ZERO_POSE),
+        (sample(x=math.nan), PoseFault.NOT_FINITE),
+        (sample(z=math.inf), PoseFault.NOT_FINITE),
+        (replace(sample(), orientation=(0.0, 0.0, math.nan, 1.0)), PoseFault.NOT_FINITE),
+        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), PoseFault.ZERO),
+        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), PoseFault.ZERO),
         (sample(x=0.0, y=0.0), None),  # at the origin, but measured
-        (sample(x=9999999.999999, y=9999999.999999), NO_MEASUREMENT),
-        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.0)), NO_ROTATION),
-        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.9)), NO_ROTATION),
+        (sample(x=9999999.999999, y=9999999.999999), PoseFault.FILLER),
+        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.0)), PoseFault.NO_ROTATION),
+        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.9)), PoseFault.NO_ROTATION),
         (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.99)), None),
-        (replace(sample(), orientation=(1.0, 0.0, 0.0, 0.0)), TILTED),  # on its back
-        (replace(sample(), orientation=(0.0, 0.6, 0.0, 0.8)), TILTED),  # turned, with a wrong y_up
+        (replace(sample(), orientation=(1.0, 0.0, 0.0, 0.0)), PoseFault.TILTED),  # on its back
+        (
+            replace(sample(), orientation=(0.0, 0.6, 0.0, 0.8)),
+            PoseFault.TILTED,
+        ),  # turned, with a wrong y_up
         (replace(sample(), orientation=(0.2, 0.0, 0.0, math.sqrt(0.96))), None),
         (sample(x=2.5), None),  # outside, but to be believed: it must be stopped
-        (sample(x=3.5), FAR_AWAY),
-        (sample(y=-2.5), FAR_AWAY),
+        (sample(x=3.5), PoseFault.FAR_AWAY),
+        (sample(y=-2.5), PoseFault.FAR_AWAY),
     ],
 )
 def test_what_is_wrong_with_a_measurement_by_itself(bad, fault):
     assert fault_of(bad, ARENA) == fault
+
+
+def test_poses_in_millimetres_are_named_with_numbers_and_units():
+    far, in_mm = sample(x=8.0), sample(x=1500.0, y=-700.0)
+
+    assert (
+        text_of(PoseFault.FAR_AWAY, far, ARENA) == 'at x = 8.0 m, y = 0.2 m, far outside the arena'
+    )
+    text = text_of(PoseFault.FAR_AWAY, in_mm, ARENA)
+    assert text.startswith('at x = 1500.0 m, y = -700.0 m, far outside the arena; does motion')
+    assert 'millimetres' in text
 
 
 def test_y_up_systems_are_turned_with_their_orientation():

@@ -7,13 +7,16 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from ros_peer import Peer
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_expe.bridge.bridge_report import report_values
+from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason
 from setcmas_expe.guard.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.operator_joystick import REACTION_S
@@ -27,13 +30,11 @@ class Bridge:
     """Says what a bridge process says, until it is silenced."""
 
     def __init__(self, peer):
-        self.held = 'paused'  # what it says while robots are paused
-        self.obeys = True
+        self.unready = ''  # what it lacks to start
+        self.held = ''  # why it pauses the robots itself
         self.silent = False
-        self.topic = '/tb3_1/cmd_vel'
         self._paused = True
-        self._publisher = peer.node.create_publisher(DiagnosticArray, '/bridge_state', 1)
-        self._played = peer.node.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        self._publisher = peer.node.create_publisher(DiagnosticStatus, '/tb3_1/bridge_state', 1)
         peer.node.create_subscription(Bool, '/paused', self._on_paused, 1)
         peer.node.create_timer(0.1, self.publish)
 
@@ -41,19 +42,17 @@ class Bridge:
         self._paused = message.data
 
     def publish(self):
-        paused = self._paused or not self.obeys
-        state = 'paused' if paused else 'moving'
-        said = {'state': state, 'speed': '0.1', 'held': '' if self.obeys else self.held}
-        values = [KeyValue(key=key, value=value) for key, value in said.items()]
-        status = DiagnosticStatus(
-            name='tb3_1',
-            message=self.held if paused else '',
-            hardware_id=self.topic,
-            values=values,
-        )
-        self._played.publish(DiagnosticArray(status=[status]))  # as from a recording
+        pause, why = None, StopReason(Cause.UNSEEN) if self.unready else None
+        if self.held:
+            pause = PauseReason(PauseCause.LATCHED, self.held)
+        elif self._paused:
+            pause = PauseReason(PauseCause.OPERATOR, 'paused')
+        decision = Decision(0.1, 0.0, State.PAUSED if pause else State.MOVING, why, pause)
+        pairs = (report_values(decision) | {'speed': '0.1'}).items()
+        values = [KeyValue(key=key, value=value) for key, value in pairs]
         if not self.silent:
-            self._publisher.publish(DiagnosticArray(status=[status]))
+            message = DiagnosticStatus(name='tb3_1', message=decision.text, values=values)
+            self._publisher.publish(message)
 
 
 @pytest.fixture
@@ -132,7 +131,7 @@ def operate(domain, peer):
 
 def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
-    bridge.held = 'paused; not seen yet'  # before the node can have heard anything else
+    bridge.unready = 'not seen yet'  # before the node can have heard anything else
     operator = operate()
     wish = peer.publisher(Bool, '/pause')
     operator.wait_for('')
@@ -144,7 +143,7 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
-    bridge.held = 'paused'
+    bridge.unready = ''
     operator.press_until('start', lambda: goes(paused))
     wish.publish(Bool(data=True))
     operator.wait_for('by /pause')
@@ -226,9 +225,9 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     buttons[7] = 0
     operator.wait_for('key or button released')
     operator.press_until(hold, lambda: goes(paused))
-    bridge.obeys, bridge.held = False, 'paused: robot 1: no command for 0.5 s'
+    bridge.held = 'robot 1: no command for 0.5 s'
     peer.wait_for(lambda: is_paused(paused))
-    bridge.obeys, bridge.held = True, 'paused'
+    bridge.held = ''
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
@@ -266,12 +265,12 @@ def test_robots_that_the_bridge_holds_stay_paused_and_a_silent_bridge_is_replace
     operator = operate()
     operator.press_until('start', lambda: goes(paused))
     held = 'robot 1: no command for 0.5 s'
-    bridge.obeys, bridge.held = False, f'paused: {held}'
+    bridge.held = held
     # Again, if a busy machine has held the node up: that is a pause, too.
     operator.press_until('start', lambda: operator.status and held in operator.status.why)
     peer.wait_for(lambda: is_paused(paused))
 
-    bridge.obeys, bridge.held = True, 'paused'
+    bridge.held = ''
     operator.press_until('start', lambda: goes(paused))
     assert commands == []
     bridge.silent = True
@@ -303,20 +302,9 @@ def test_who_plays_the_bridge_pauses_all_robots(operate, peer, bridge, domain):
     operator = operate()
     operator.press_until('start', lambda: goes(paused))
     with Peer(domain) as other:  # a process of its own, as DDS sees it
-        other.publisher(DiagnosticArray, '/bridge_state', qos=1)
-        operator.wait_for('2 processes send /bridge_state')
+        other.publisher(DiagnosticStatus, '/tb3_1/bridge_state', qos=1)
+        operator.wait_for('2 nodes send /tb3_1/bridge_state')
         peer.wait_for(lambda: is_paused(paused))
-
-
-def test_robots_of_others_are_not_those_of_the_bridge(operate, peer, bridge):
-    bridge.topic = ''
-    paused = peer.listen(Bool, '/paused')
-    operator = operate()
-    peer.wait_for_new(paused, 3)
-    operator.request('go')
-    peer.wait_for_new(paused, 5)
-
-    assert all(message.data for message in paused)
 
 
 def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, bridge):

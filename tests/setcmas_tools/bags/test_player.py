@@ -217,7 +217,7 @@ COMMANDS = [
     ('/tb3_1/guard_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
     ('/tb3_2/reset', 'std_msgs/msg/Empty'),
     ('/emulated_lab/fault', 'std_msgs/msg/String'),
-    ('/bridge_state', 'diagnostic_msgs/msg/DiagnosticArray'),
+    ('/tb3_1/bridge_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
     ('/fleet_time', 'sensor_msgs/msg/TimeReference'),
     ('/joy', 'sensor_msgs/msg/Joy'),
 ]

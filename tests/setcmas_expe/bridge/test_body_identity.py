@@ -2,7 +2,7 @@ import itertools
 
 import pytest
 
-from setcmas_expe.safety.body_identity import (
+from setcmas_expe.bridge.body_identity import (
     CRAWL_M_S,
     PROOF_M,
     PROOF_RAD,

@@ -7,88 +7,134 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_expe.bridge.decision import (
+    HOLD_S,
+    Cause,
+    FleetView,
+    RobotView,
+    State,
+    StopReason,
+    decide,
+)
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
-from setcmas_expe.safety.bridge_decision import HOLD_S, Situation, State, decide
 from setcmas_simu.robots.arena import Arena, Obstacles
 
 LAB = replace(load_lab(DEFAULT_FILE, 3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
-FREE = Situation(
+NOW = 100.0
+FREE = RobotView(
+    1,
     pose=(0.0, 0.0, 0.0),
-    pose_age=0.01,
-    pose_fault='',
-    V=0.1,
-    omega=0.2,
-    command_age=0.1,
-    paused='',
-    rival='',
-    fault='',
-    unseen=(),
-    others={2: (1.5, 0.5, 0.0), 3: (-1.5, 0.5, 0.0)},
+    measured=NOW - 0.01,
+    received=NOW,
+    same_since=NOW,
+    height=0.1,
+    wanted=(0.1, 0.2),
+    commanded=NOW - 0.1,
+    driven_since=NOW - 5.0,
 )
+OTHERS = {2: (1.5, 0.5, 0.0), 3: (-1.5, 0.5, 0.0)}
+PAUSED = {'pause': PauseReason(PauseCause.OPERATOR, 'paused')}
+SILENT = {'pause': PauseReason(PauseCause.SILENT, 'no message')}
+LATCHED = {'pause': PauseReason(PauseCause.LATCHED, 'robot 1: no command')}
+RIVAL = {'trouble': StopReason(Cause.RIVAL, '/joy also commands it')}
 RNG = np.random.default_rng(6)
 
 
-def decision(**changes):
-    return decide(replace(FREE, **changes), LAB)
+def decision(lab=LAB, pause=None, deviation='', others=OTHERS, height=0.1, **changes):
+    robot = replace(FREE, **changes)
+    robots = {
+        number: RobotView(number, pose=pose, height=height) for number, pose in others.items()
+    }
+    deviations = {1: deviation} if deviation else {}
+    fleet = FleetView(pause, {1: robot} | robots, {1: robot.wanted}, deviations)
+    return decide(robot, fleet, lab, NOW)
 
 
 def test_a_robot_stands_that_is_inside_an_obstacle():
     lab = replace(LAB, obstacles=Obstacles.of('disc 0 0.3 0.2; polygon 1 0 2 0 2 1'))
 
-    result = decide(replace(FREE, pose=(0.0, 0.2, 0.0)), lab)
+    result = decision(lab, pose=(0.0, 0.2, 0.0))
 
-    assert (result.V, result.omega, result.lasting) == (0.0, 0.0, True)
-    assert result.reason == 'inside an obstacle of the lab; carry it out'
-    assert decide(FREE, lab).state is State.MOVING
+    assert (result.V, result.omega, result.why.cause.lasts) == (0.0, 0.0, True)
+    assert result.text == 'inside an obstacle of the lab; carry it out'
+    assert decision(lab).state is State.MOVING
 
 
 def test_a_robot_that_nothing_speaks_against_gets_its_command():
     result = decision()
 
     assert (result.V, result.omega) == (0.1, 0.2)
-    assert (result.state, result.reason, result.lost) == (State.MOVING, '', False)
+    assert (result.state, result.text, result.why) == (State.MOVING, '', None)
 
 
 @pytest.mark.parametrize(
-    ('changes', 'state', 'reason', 'lost'),
+    ('changes', 'state', 'text', 'cause'),
     [
-        ({'paused': 'paused'}, State.PAUSED, 'paused', False),
-        ({'paused': 'paused', 'pose': None}, State.PAUSED, 'paused; not seen yet', True),
-        ({'paused': 'paused', 'command_age': math.inf}, State.PAUSED, 'paused; no command', False),
-        ({'unseen': (2, 3)}, State.STOPPED, 'robots 2-3 have not been seen yet', False),
-        ({'rival': '/joy also commands it'}, State.STOPPED, '/joy also commands it', False),
-        ({'fault': 'its wheels stand'}, State.STOPPED, 'its wheels stand', False),
-        ({'pose': None, 'unseen': (1,)}, State.STOPPED, 'not seen yet', True),
-        ({'pose': None}, State.STOPPED, 'not seen yet', True),
-        ({'pose_fault': 'frozen'}, State.STOPPED, 'pose rejected: frozen', True),
-        ({'pose_age': 0.51}, State.STOPPED, 'no good pose for 0.5 s', True),
-        ({'pose_age': math.inf}, State.STOPPED, 'no good pose', True),
-        ({'pose_age': math.nan}, State.STOPPED, 'no good pose', True),
-        ({'command_age': 0.51}, State.STOPPED, 'no command for 0.5 s', False),
-        ({'command_age': math.nan}, State.STOPPED, 'no command', False),
-        ({'V': math.nan}, State.STOPPED, 'not a number', False),
-        ({'omega': math.inf}, State.STOPPED, 'not a number', False),
+        (PAUSED, State.PAUSED, 'paused', None),
+        (PAUSED | {'pose': None}, State.PAUSED, 'paused; not seen yet', Cause.UNSEEN),
+        (PAUSED | {'commanded': -math.inf}, State.PAUSED, 'paused; no com', Cause.NO_COMMAND),
+        (SILENT, State.PAUSED, 'paused: no message', None),
+        (
+            LATCHED | {'wanted': (math.nan, 0.0)},
+            State.PAUSED,
+            'paused: robot 1: no c',
+            Cause.NOT_A_NUMBER,
+        ),
+        (
+            {'others': {2: None, 3: None}},
+            State.STOPPED,
+            'robots 2-3 have not been',
+            Cause.OTHERS_UNSEEN,
+        ),
+        (RIVAL, State.STOPPED, '/joy also commands it', Cause.RIVAL),
+        (RIVAL | {'deviation': 'drifts'}, State.STOPPED, '/joy also', Cause.RIVAL),
+        ({'pose': None}, State.STOPPED, 'not seen yet', Cause.UNSEEN),
+        ({'pose': None, 'pose_fault': 'tilted'}, State.STOPPED, 'tilted', Cause.POSE_REJECTED),
+        ({'pose_fault': 'tilted'}, State.STOPPED, 'pose rejected: tilted', Cause.POSE_REJECTED),
+        ({'deviation': 'drifts'}, State.STOPPED, 'pose rejected: drifts', Cause.DEVIATES),
+        ({'same_since': NOW - 0.41}, State.STOPPED, 'pose rejected: frozen', Cause.FROZEN),
+        ({'measured': NOW - 0.51}, State.STOPPED, 'no good pose for 0.5 s', Cause.POSE_OLD),
+        ({'measured': -math.inf}, State.STOPPED, 'no good pose', Cause.POSE_OLD),
+        ({'measured': math.nan}, State.STOPPED, 'no good pose', Cause.POSE_OLD),
+        ({'commanded': NOW - 0.51}, State.STOPPED, 'no command for 0.5 s', Cause.NO_COMMAND),
+        ({'commanded': math.nan}, State.STOPPED, 'no command', Cause.NO_COMMAND),
+        ({'wanted': (math.nan, 0.1)}, State.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
+        ({'wanted': (0.1, math.inf)}, State.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
     ],
 )
-def test_whatever_is_missing_stops_a_robot(changes, state, reason, lost):
+def test_whatever_is_missing_stops_a_robot(changes, state, text, cause):
     result = decision(**changes)
 
-    assert (result.V, result.omega) == (0.0, 0.0)
-    assert (result.state, result.lost) == (state, lost)
-    assert result.lasting == (state is State.STOPPED)
-    assert reason in result.reason
+    assert (result.V, result.omega, result.state) == (0.0, 0.0, state)
+    assert (result.why.cause if result.why else None) is cause
+    assert text in result.text
+    assert result.is_ready is (state is State.STOPPED or changes == PAUSED)
+
+
+def test_poses_that_come_late_by_their_stamps_name_the_clock():
+    assert 'clock' in decision(measured=NOW - 0.6).text
+    assert 'clock' not in decision(measured=NOW - 0.6, received=NOW - 0.6).text
+
+
+def test_robots_that_seem_too_near_with_bodies_at_other_heights_may_be_under_a_wrong_y_up():
+    near = {'others': {2: (0.3, 0.0, 0.0)}}
+
+    assert 'y_up' in decision(**near, height=0.25).text
+    assert 'y_up' not in decision(**near).text
 
 
 def test_every_combination_of_what_is_missing_is_zero():
     bad = [
-        {'paused': 'paused'},
-        {'unseen': (2,)},
-        {'rival': 'several robots listen'},
-        {'fault': 'its guard is silent'},
+        PAUSED,
+        {'others': {2: None}},
+        RIVAL,
+        {'same_since': NOW - 1.0},
+        {'deviation': 'drifts'},
         {'pose_fault': 'jumped'},
-        {'pose_age': 3.0},
-        {'command_age': 3.0},
-        {'V': math.nan},
+        {'measured': NOW - 3.0},
+        {'commanded': NOW - 3.0},
+        {'wanted': (math.nan, 0.1)},
     ]
     for size in range(1, len(bad) + 1):
         for chosen in itertools.combinations(bad, size):
@@ -98,7 +144,7 @@ def test_every_combination_of_what_is_missing_is_zero():
 
 
 def test_just_in_time_is_in_time():
-    assert decision(pose_age=0.44, command_age=0.49).state == State.MOVING
+    assert decision(measured=NOW - 0.44, commanded=NOW - 0.49).state == State.MOVING
 
 
 @pytest.mark.parametrize(
@@ -117,12 +163,12 @@ def test_just_in_time_is_in_time():
     ],
 )
 def test_outside_the_arena_only_motion_back_inside_is_let_through(pose, V, goes):
-    result = decision(pose=pose, V=V, omega=0.0, others={})
+    result = decision(pose=pose, wanted=(V, 0.0), others={})
 
-    assert decision(pose=pose, V=V, omega=1.0, others={}).omega == 1.0  # it may turn
+    assert decision(pose=pose, wanted=(V, 1.0), others={}).omega == 1.0  # it may turn
     assert (V if goes else 0.0) == result.V
     assert result.state == (State.MOVING if goes else State.STOPPED)
-    assert ('outside' in result.reason) == (pose[:2] != (2.0, 1.0))
+    assert ('outside' in result.text) == (pose[:2] != (2.0, 1.0))
 
 
 def places_over_a_hold(pose, V, omega):
@@ -144,7 +190,7 @@ def test_no_command_ever_leads_further_out_of_the_arena():
         if not LAB.arena.outward_normals(*pose[:2]):
             continue
         V, omega = RNG.uniform(-0.5, 0.5), RNG.uniform(-8, 8)
-        result = decision(pose=pose, V=V, omega=omega, others={})
+        result = decision(pose=pose, wanted=(V, omega), others={})
         let_through += result.V != 0.0
         for normal in LAB.arena.outward_normals(*pose[:2]):
             out = [
@@ -162,7 +208,7 @@ def test_no_command_ever_leads_nearer_to_a_robot_that_is_too_near():
         angle, distance = RNG.uniform(-math.pi, math.pi), RNG.uniform(1e-6, 0.349)
         other = (distance * math.cos(angle), distance * math.sin(angle), 0.0)
         V, omega = RNG.uniform(-0.5, 0.5), RNG.uniform(-8, 8)
-        result = decision(pose=pose, V=V, omega=omega, others={2: other})
+        result = decision(pose=pose, wanted=(V, omega), others={2: other})
         let_through += result.V != 0.0
         distances = [
             math.dist(place, other[:2])
@@ -174,7 +220,7 @@ def test_no_command_ever_leads_nearer_to_a_robot_that_is_too_near():
 
 def test_no_command_is_ever_beyond_the_limits():
     for V, omega in RNG.uniform(-1, 1, (2000, 2)) * (2.0, 20.0):
-        result = decision(V=V, omega=omega)
+        result = decision(wanted=(V, omega))
         wheel = abs(result.V) + 0.5 * LAB.limits.wheel_separation * abs(result.omega)
         assert abs(result.V) <= LAB.limits.V_max + 1e-12
         assert abs(result.omega) <= LAB.limits.omega_max + 1e-12
@@ -187,13 +233,13 @@ def test_too_near_says_to_whom_and_counts_the_edge_as_far_enough():
     edge = decision(others={2: (LAB.min_separation, 0.0, 0.0)})
 
     assert near.state == State.STOPPED
-    assert 'closer than 0.35 m to robots 2-3; it may only move away' in near.reason
+    assert 'closer than 0.35 m to robots 2-3; it may only move away' in near.text
     assert edge.state == State.MOVING
 
 
 def test_robots_at_one_place_stand():
     assert decision(others={2: FREE.pose}).V == 0.0
-    assert decision(others={2: FREE.pose}, V=-0.1).V == 0.0
+    assert decision(others={2: FREE.pose}, wanted=(-0.1, 0.0)).V == 0.0
 
 
 def test_two_robots_on_collision_course_stop_and_can_part_again():
@@ -204,10 +250,8 @@ def test_two_robots_on_collision_course_stop_and_can_part_again():
             moved = {}
             for robot, other in ((1, 2), (2, 1)):
                 x, y, theta = poses[robot]
-                result = decide(
-                    replace(FREE, pose=poses[robot], V=speed, omega=0.0,
-                            others={other: poses[other]}), LAB
-                )  # fmt: skip
+                others = {2: poses[other]}
+                result = decision(pose=poses[robot], wanted=(speed, 0.0), others=others)
                 moved[robot] = (x + 0.05 * result.V * math.cos(theta), y, theta)
             poses.update(moved)
         return math.dist(poses[1][:2], poses[2][:2])

@@ -14,6 +14,7 @@ from setcmas_simu.fleet.planar_pose import wrap_angle
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
 _OFF_HEADING_DEG = 25.0
 _BACKWARDS_DEG = 150.0
+_FASTER = 1.3  # times the commanded motion: more than a push or drift at rest explains
 _SEEN_M = 0.005  # shortest displacement whose direction is known
 _STILL_M = 0.02
 _STILL_RAD = 0.1
@@ -94,15 +95,19 @@ class Deviation:
             check = 'is y_up wrong in the lab file, is it held, or is it another robot?'
         elif self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
             check = 'are the axes mirrored (y_up in the lab file), or is it another robot?'
+        elif self.turned * self.commanded_turn > _FASTER * self.commanded_turn**2 > 0:
+            check = (
+                'is it another model, are its wheels of another size, or was it turned by hand?'
+            )
         return f'turns at {rate:+.1f} rad/s, commanded {commanded:+.1f}: {check}'
 
     def _glides(self) -> str:
         speed, commanded = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
         wheels = '' if self.rolled is None else f', wheels {self.rolled / self.seconds:.2f}'
-        return (
-            f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: does motion capture '
-            'drift, or was it pushed?'
-        )
+        check = 'does motion capture drift, or was it pushed?'
+        if self.commanded and (self.moved / self.commanded).real > _FASTER:
+            check = 'is it another model, are its wheels of another size, or was it pushed?'
+        return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: {check}'
 
 
 DELAYS_S = (0.0, 0.1, 0.2, 0.3)
@@ -121,7 +126,6 @@ _IN_A_ROW = 2
 _SAME_M = 0.008  # largest difference from another robot's commanded motion to be that robot
 _LIKELY = 1  # index of the likely delay
 _LONGEST_STEP_S = 0.2
-_WHEELS_S = 0.2  # largest age of wheel odometry
 
 
 @dataclass(frozen=True)
@@ -161,7 +165,7 @@ class MotionCheck:
     def __init__(self) -> None:
         self._rows: deque[_Row] = deque()
         self._commands: deque[tuple[float, float, float]] = deque()
-        self._wheels: tuple[float, float] | None = None
+        self._wheels: float | None = None
         self._wheels_turned = False
         self._stepped = self._seen = -math.inf
         self._heading = 0.0
@@ -184,13 +188,14 @@ class MotionCheck:
         while self._commands[0][0] < now - WINDOWS_S[-1] - DELAYS_S[-1]:
             self._commands.popleft()
 
-    def note_wheels(self, V: float, now: float) -> None:
-        """Note the forward speed (m/s) by the robot's own odometry."""
-        self._wheels_turned = self._wheels_turned or V != 0.0
-        self._wheels = V, now
-
     def step(
-        self, pose: Pose, seen: float, now: float, crawls: bool, turns_slowly: bool
+        self,
+        pose: Pose,
+        seen: float,
+        now: float,
+        wheels: float | None,
+        crawls: bool,
+        turns_slowly: bool,
     ) -> Deviation | None:
         """Add up until now, and judge the newest pose.
 
@@ -198,6 +203,7 @@ class MotionCheck:
             pose: The newest good pose (m, rad).
             seen: When it was measured, in s.
             now: Time in s.
+            wheels: Forward speed (m/s) by the robot's own odometry; None if unknown.
             crawls: Whether the robot must still prove its way: the check of that is stricter.
             turns_slowly: Whether it must still prove its turning, likewise.
 
@@ -205,6 +211,7 @@ class MotionCheck:
             The deviation; None if there is none, or no new pose.
         """
         self._heading += float(wrap_angle(pose[2] - self._heading))
+        self._wheels, self._wheels_turned = wheels, self._wheels_turned or bool(wheels)
         self._add_up(min(max(0.0, now - self._stepped), _LONGEST_STEP_S), now)
         self._stepped, self.advanced, self.turned = now, 0.0, 0.0
         if seen <= self._seen:
@@ -247,8 +254,7 @@ class MotionCheck:
         self._driven = tuple(
             way + step * abs(V) for way, (V, _) in zip(self._driven, speeds, strict=True)
         )
-        if self._wheels and now - self._wheels[1] < _WHEELS_S:
-            self._rolled += step * abs(self._wheels[0])
+        self._rolled += step * abs(self._wheels or 0.0)
 
     def _commanded(self, time: float) -> tuple[float, float]:
         """Return the commanded speeds at a time; zero before the first command."""
@@ -290,6 +296,7 @@ class MotionCheck:
         moved = (new.place - old.place) / ahead
         commanded = (new.ways[_LIKELY] - old.ways[_LIKELY]) / ahead
         turned, turn = new.heading - old.heading, new.turns[_LIKELY] - old.turns[_LIKELY]
+        knows_wheels = self._wheels_turned and self._wheels is not None
         return Deviation(
             seconds=max(new.time - old.time, 1e-3),
             moved=moved,
@@ -297,12 +304,7 @@ class MotionCheck:
             turned=turned,
             commanded_turn=turn,
             in_heading=abs(turned - turn) / _MARGIN_RAD > abs(moved - commanded) / _MARGIN_M,
-            rolled=new.wheels - old.wheels if self._knows_wheels() else None,
-        )
-
-    def _knows_wheels(self) -> bool:
-        return bool(
-            self._wheels_turned and self._wheels and self._stepped - self._wheels[1] < _WHEELS_S
+            rolled=new.wheels - old.wheels if knows_wheels else None,
         )
 
     def _fits(self, rows: list[_Row], delay: float) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 
-from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.bridge.body_identity import CRAWL_M_S, PROOF_M, Proving
+from setcmas_expe.bridge.decision import RobotView
+from setcmas_expe.bridge.motion_check import Deviation, MotionCheck
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.safety.body_identity import CRAWL_M_S, PROOF_M, Proving
-from setcmas_expe.safety.motion_check import Deviation, MotionCheck
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
@@ -17,7 +17,9 @@ _OUT_OF_SIGHT_S = 0.8  # sooner than a carried body counts as settled
 _CARRIED_M = 0.1
 _CARRIED_RAD = 0.5
 _RESTS_AFTER_S = 1.0  # of a pause
-_UNEVEN_M = 0.5
+_UNEVEN_M = 0.25
+_REPEATS_S = 0.1
+_WHEELS_S = 0.2  # largest age of wheel odometry
 
 
 class MotionWatch:
@@ -38,44 +40,42 @@ class MotionWatch:
         self._proving = Proving(robots)
         self._warn = warn
         self._report = report
-        self._troubles: dict[int, tuple[str, float]] = {}
+        self._deviations: dict[int, tuple[str, float]] = {}
         self._uneven = ''
         self._announced: set[int] = set()
-        self._stepped: float | None = None
-        self._paused_since: float | None = None
+        self._stepped = math.inf
+        self._paused_for = 0.0
         self._places: dict[int, Pose] = {}  # of robots that rest during a pause
 
-    def see(
-        self,
-        tracks: Mapping[int, PoseTrack],
-        wheels: Mapping[int, tuple[float, float] | None],
-        now: float,
-    ) -> None:
-        """Judge the newest poses; wheels give forward speed (m/s) and time of arrival."""
+    def see(self, views: Mapping[int, RobotView], now: float) -> None:
+        """Judge the newest poses of all robots, by number."""
         proved = []
         for robot, check in self._checks.items():
-            track, rolls = tracks[robot], wheels[robot]
-            if rolls:
-                check.note_wheels(*rolls)
-            if track.pose is None:
+            view = views[robot]
+            if view.pose is None:
                 continue
-            if self._may_be_another(robot, track.pose, track, now):
+            if self._may_be_another(robot, view.pose, now - view.measured):
                 self._end_proof(robot)
-            # The track judges poses that are rejected or repeated.
-            seen = -math.inf if track.fault or track.repeats else track.received
-            crawls = robot in self._proving.left
-            turns_slowly = robot in self._proving.left_to_turn
-            deviation = check.step(track.pose, seen, now, crawls, turns_slowly)
-            if deviation and robot not in self._troubles:
+            # Poses that are rejected or repeated are reported as that.
+            is_usable = not view.pose_fault and view.received - view.same_since < _REPEATS_S
+            deviation = check.step(
+                view.pose,
+                view.measured if is_usable else -math.inf,
+                now,
+                view.wheels[0] if now - view.rolled < _WHEELS_S else None,
+                robot in self._proving.left,
+                robot in self._proving.left_to_turn,
+            )
+            if deviation and robot not in self._deviations:
                 self._doubt(robot, deviation, now)
             elif self._proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
         if proved:
             self._report(f'{robots_in_words(proved, "are")} identified by motion: full speed')
-        self._uneven = _unevenness([tracks[robot] for robot in self._checks])
-        self._troubles = {
+        self._uneven = _unevenness([view.height for view in views.values()])
+        self._deviations = {
             robot: (why, since)
-            for robot, (why, since) in self._troubles.items()
+            for robot, (why, since) in self._deviations.items()
             if now - since < _LASTS_S
         }
 
@@ -83,9 +83,10 @@ class MotionWatch:
         """Return whether motion has proved which body is this robot."""
         return robot not in self._proving.left
 
-    def trouble(self, robot: int) -> str:
-        """Return how a robot's motion deviates, and what to check; empty if it does not."""
-        return self._troubles.get(robot, (self._uneven, 0.0))[0]
+    def deviations(self) -> dict[int, str]:
+        """Return how robots deviate from their commands, and what to check, by number."""
+        uneven = dict.fromkeys(self._checks, self._uneven) if self._uneven else {}
+        return uneven | {robot: why for robot, (why, _) in self._deviations.items()}
 
     def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
         """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
@@ -93,15 +94,15 @@ class MotionWatch:
 
     def commanded(self, commands: Mapping[int, tuple[float, float]], now: float) -> None:
         """Note the commands of all robots (m/s, rad/s) from now on; none while paused."""
-        step = 0.0 if self._stepped is None else now - self._stepped
-        self._stepped = now if commands else None
-        self._proving.go_on(step)
+        step, self._stepped = max(0.0, now - self._stepped), now
+        if commands and self._paused_for == 0.0:
+            self._proving.go_on(step)
         if commands:
-            self._paused_since = None
+            self._paused_for = 0.0
             self._places.clear()
         else:
-            self._paused_since = now if self._paused_since is None else self._paused_since
-            self._troubles.clear()
+            self._paused_for += step
+            self._deviations.clear()
             for check in self._checks.values():
                 check.forget()
         self._announce_crawl([robot for robot, (V, _) in commands.items() if V])
@@ -117,11 +118,11 @@ class MotionWatch:
         self._proving.end(robot)
         self._announced.discard(robot)
 
-    def _may_be_another(self, robot: int, pose: Pose, track: PoseTrack, now: float) -> bool:
-        """Return whether another body may have got a robot's name."""
-        if track.age(now) > _OUT_OF_SIGHT_S:
+    def _may_be_another(self, robot: int, pose: Pose, age: float) -> bool:
+        """Return whether another body may have got a robot's name; age is that of its pose."""
+        if age > _OUT_OF_SIGHT_S:
             return True
-        if self._paused_since is None or now - self._paused_since < _RESTS_AFTER_S:
+        if self._paused_for < _RESTS_AFTER_S:
             return False
         x, y, theta = self._places.setdefault(robot, pose)
         turned = abs(float(wrap_angle(pose[2] - theta)))
@@ -131,7 +132,7 @@ class MotionWatch:
         proved = self.is_proved(robot)
         why = '' if proved else self._mistaken(robot)
         axes_proved = proved and robot not in self._proving.left_to_turn
-        self._troubles[robot] = why or deviation.text(axes_proved), now
+        self._deviations[robot] = why or deviation.text(axes_proved), now
         self._checks[robot].forget()
         self._proving.doubt(robot)
         self._announced.discard(robot)
@@ -144,7 +145,7 @@ class MotionWatch:
         return ''
 
     def _announce_crawl(self, moving: Collection[int]) -> None:
-        new = self._proving.left.keys() - self._announced - self._troubles.keys()
+        new = self._proving.left.keys() - self._announced - self._deviations.keys()
         if not new or not self._proving.left.keys() & set(moving):
             return
         self._announced |= new
@@ -157,9 +158,9 @@ class MotionWatch:
         )
 
 
-def _unevenness(tracks: Collection[PoseTrack]) -> str:
-    """Return why robots cannot all be on one floor; empty if they can."""
-    heights = [track.height for track in tracks if track.height is not None]
+def _unevenness(bodies: Collection[float]) -> str:
+    """Return why bodies at such heights (m) cannot be on one floor; empty if they can."""
+    heights = [height for height in bodies if math.isfinite(height)]
     if not heights or max(heights) - min(heights) < _UNEVEN_M:
         return ''
     return (

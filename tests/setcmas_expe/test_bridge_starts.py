@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Point32, TwistStamped
 from lab_peer import BRIDGES, HZ, LabPeer
 from nav_msgs.msg import Odometry
 from processes import PATIENT_LAB
@@ -104,13 +104,13 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
 def test_a_robot_stands_while_another_node_commands_it(lab, domain):
     lab.let_go({1: GO})
     with Peer(domain) as other:  # a process of its own, as DDS sees it
-        rogue = Node('cmd_vel_guard', namespace='tb3_1', context=other.context)
+        rogue = Node('rogue', namespace='tb3_1', context=other.context)
         rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
-        see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard also commands it')
+        see_it_stand(lab, 'paused: robot 1: /tb3_1/rogue also commands it')
         rogue.destroy_node()
     lab.peer.wait_for(lambda: lab.peer.node.count_publishers('/tb3_1/cmd_vel') == 1)
     lab.peer.spin(1.0)
-    see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard also commands it')
+    see_it_stand(lab, 'paused: robot 1: /tb3_1/rogue also commands it')
 
     lab.let_go({1: GO})
 
@@ -149,13 +149,6 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     see_it_stand(lab, 'paused: robot 1: its cmd_vel_guard is silent')
 
 
-def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
-    lab.let_go({1: GO})
-    start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
-
-    see_it_stand(lab, '/tb3_1/cmd_vel_guard also commands it')
-
-
 def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
     lab.let_go({1: GO})
     with Peer(domain) as other:
@@ -174,14 +167,16 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
 @pytest.mark.parametrize(
     ('kind', 'topic', 'reason'),
     [
-        (Odometry, '/mocap/tb3_1/odom', 'paused: robot 1: /peer sends poses of it to its law'),
+        (Odometry, '/mocap/tb3_1/odom', '2 nodes send its poses (/mocap/tb3_1/odom)'),
         (Odometry, '/qualisys/tb3_1/odom', '2 nodes send it on /qualisys/tb3_1/odom'),
         (TwistStamped, '/tb3_1/cmd_vel_wanted', '2 controllers command it'),
+        (Point32, '/tb3_1/cmd_cart_vel', '2 nodes command it (/tb3_1/cmd_cart_vel)'),
     ],
 )
 def test_a_robot_whose_poses_or_commands_two_nodes_send_stands(lab, kind, topic, reason):
     lab.let_go({1: GO})
-    lab.peer.node.create_publisher(kind, topic, 1)
+    for _ in range(2 if kind is Point32 else 1):
+        lab.peer.node.create_publisher(kind, topic, 1)
 
     see_it_stand(lab, reason)
 

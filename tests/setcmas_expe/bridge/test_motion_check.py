@@ -102,6 +102,22 @@ def test_a_robot_that_stands_and_glides_away_is_found():
     assert 'commanded 0.00' in robot.found.text(proved=True)
 
 
+@pytest.mark.parametrize(
+    ('law', 'wheels', 'line'),
+    [
+        (lambda _: (0.05, 0.0), True, 'is it another model, are its wheels of another size'),
+        (lambda _: (0.05, 0.0), False, 'is it another model, are its wheels of another size'),
+        (lambda _: (0.0, 0.3), True, 'is it another model, are its wheels of another size'),
+    ],
+)
+def test_a_robot_twice_as_fast_as_commanded_may_be_another_model(law, wheels, line):
+    robot = DrivenRobot()
+    robot.gain, robot.wheels, robot.crawls = (2.0, 2.0), wheels, True
+    assert robot.run(3.0, law)
+
+    assert line in robot.found.text(proved=False)
+
+
 LAWS = {'points': to_points, 'signs': lambda: back_and_forth, 'turns': lambda: turns}
 
 

@@ -132,7 +132,7 @@ def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_pa
 
 @pytest.mark.nightly
 def test_a_person_steps_in_front_of_a_robot_with_a_lidar(peer, tmp_path):
-    lab = str(Path(__file__).parents[2] / 'data' / 'lidar_lab.yaml')
+    lab = str(Path(__file__).parents[1] / 'data' / 'lidar_lab.yaml')
     with Rehearsal(peer, tmp_path, '--lab', lab, '--without-motion-check') as experiment:
         experiment.let_go()
         fault = experiment.fault('person 1 3')

@@ -1,0 +1,125 @@
+"""The bridges of an experiment: motion capture in, commands to real robots out.
+
+Run as `ros2 run setcmas_expe bridges --lab lab.yaml`; `setcmas expe` does it for you.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+
+from setcmas_expe.bridge.arena_display import publish_arena
+from setcmas_expe.bridge.bridged_fleet import BridgedFleet
+from setcmas_expe.bridge.decision import RATE_HZ
+from setcmas_expe.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.mocap_bridge import MocapBridge
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Announcement
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robot_node import StepTime
+from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.polling import RequestWait
+from setcmas_simu.ros.process import (
+    FleetNode,
+    RosProcess,
+    node_main,
+    prefer_this_process,
+)
+from setcmas_simu.ros.step_loop import StepLoop
+
+_REPORT_EVERY = 4  # steps
+_LAST_ZEROS = 5
+
+
+class Bridges:
+    """Steps the bridges of a lab 20 times a second.
+
+    Attributes:
+        mocap: Publishes the poses of the robots.
+        bridges: Send each robot its commands.
+        fleet: Judges all robots together.
+    """
+
+    def __init__(self, node: FleetNode, lab: Lab) -> None:
+        """Create the nodes of a lab; `node` stands for the fleet. Nothing is sent before a step.
+
+        Raises:
+            SetcmasError: The package of the messages of motion capture is not installed.
+        """
+        self.time = StepTime(1.0 / RATE_HZ)
+        self.mocap = MocapBridge(lab, node)
+        self.bridges = [CmdVelBridge(robot, lab, node, self.time) for robot in lab.robots]
+        self.fleet = BridgedFleet(node, lab)
+        self._diagnostics = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE)
+        self._steps = 0
+
+    def step(self, now: float) -> None:
+        """Decide on new messages and command the robots; `now` is in s on the steady clock."""
+        self.time.begin_step(now)
+        self.mocap.step(now)
+        views = {bridge.robot: bridge.look() for bridge in self.bridges}
+        fleet = self.fleet.judge(views, now)
+        decisions = {bridge.robot: bridge.command(fleet) for bridge in self.bridges}
+        self.fleet.note(decisions, now)
+        if self._steps % _REPORT_EVERY == 0:
+            reports = [bridge.report(decisions[bridge.robot]) for bridge in self.bridges]
+            message = DiagnosticArray(status=reports)
+            message.header.stamp = messages.stamp()
+            self._diagnostics.publish(message)
+        self._steps += 1
+
+    def stop(self) -> None:
+        """Command zero at the end of the process, several times in case one is lost."""
+        for _ in range(_LAST_ZEROS):
+            for bridge in self.bridges:
+                bridge.stop()
+            time.sleep(1.0 / RATE_HZ)
+        for bridge in self.bridges:
+            bridge.cmd_vel.wait_until_sent()
+
+
+def _greet(node: FleetNode, lab: Lab) -> None:
+    robots = robots_in_words([robot.number for robot in lab.robots])
+    arena, source = lab.arena, lab.mocap.topic_of(lab.robots[0])
+    node.get_logger().info(
+        f'bridging {robots}: poses from {source} ({lab.mocap.preset}), '
+        f'arena {arena.xmin:g} to {arena.xmax:g} by {arena.ymin:g} to {arena.ymax:g} m, '
+        f'up to {lab.limits.V_max:.2f} m/s'
+    )
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Bridge until a signal arrives; return the exit status."""
+    parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
+    LabOptions.add_to(parser)
+    prefer_this_process()
+    return node_main(parser, _bridge, argv)
+
+
+def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
+    lab = LabOptions.of(args).chosen()
+    node = FleetNode(topics.BRIDGES_NODE)
+    # First: whoever discovers the topics of the robots has then found it.
+    announcer = FleetAnnouncer(node)
+    bridges = Bridges(node, lab)
+    publish_arena(node, lab)
+    # Poses are taken when they come: speeds need the times of arrival.
+    nodes = [node, bridges.mocap, *bridges.bridges]
+    process.requests = RequestWait(nodes, bridges.mocap.receiver.polled)
+    _greet(node, lab)
+    try:
+        robots = tuple(robot.number for robot in lab.robots)
+        announcer.announce(Announcement(lab.nb_robots, robots))
+        StepLoop(process, 1.0 / RATE_HZ, bridges.step).run()
+    finally:  # also after an error in a step
+        bridges.stop()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

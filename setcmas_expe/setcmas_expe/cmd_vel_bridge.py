@@ -1,0 +1,286 @@
+"""The cmd_vel bridge: a node that sends a real robot the command of its controller, or zero.
+
+`setcmas expe` has those of all robots in one process (`bridges.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+
+from setcmas_expe.bridge.bridge_report import report_values
+from setcmas_expe.bridge.decision import (
+    ZERO,
+    Cause,
+    Decision,
+    FleetView,
+    RobotView,
+    State,
+    StopReason,
+    decide,
+)
+from setcmas_expe.guard.guard_decision import GuardState
+from setcmas_expe.guard.guard_watch import GuardWatch, diagnostic_status, diagnostic_values
+from setcmas_expe.guard.motor_power import MotorPower
+from setcmas_expe.guard.obedience import (
+    IGNORES_ZERO,
+    SLOWS_WITHIN_OVER_RADIO_S,
+    Obedience,
+    Runaways,
+)
+from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
+from setcmas_simu.fleet import topics
+from setcmas_simu.robot_node import RobotNode, StepTime
+from setcmas_simu.ros import cmd_vel_topics, messages, qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
+from setcmas_simu.ros.messages import state_of
+from setcmas_simu.ros.process import FleetNode
+
+_LOOK_EVERY_S = 0.5
+_RECENT_S = 0.5
+_OVER_AFTER_S = 0.5  # a robot at the border comes and goes
+
+
+class CmdVelBridge(RobotNode):
+    """Sends robot i its command: cmd_vel_wanted and mocap/tb3_i/odom in, cmd_vel out.
+
+    A step has two halves, as robots must not collide: `look` returns what this bridge knows of
+    its robot; `command` gets what `BridgedFleet` makes of that of all robots.
+
+    Attributes:
+        lab: The lab.
+        topic: Full name of the topic that the robot listens to.
+        view: What was known of the robot at the last step.
+        trouble_in_graph: Why its topics are not reliable; None if they are.
+        disobeys: How its wheels disobey, since the last pause; empty if they obey.
+        sent: The last command, V in m/s and omega in rad/s.
+    """
+
+    def __init__(self, robot: LabRobot, lab: Lab, fleet: FleetNode, step_time: StepTime) -> None:
+        """Create the topics of a robot; `fleet` stands for this process."""
+        name, number = topics.CMD_VEL_BRIDGE, robot.number
+        super().__init__(name, number, fleet, step_time, has_services=False, follows_clock=False)
+        self.lab, self.topic = lab, robot.topic(topics.CMD_VEL)
+        self.wanted = self.newest(TwistStamped, topics.CMD_VEL_WANTED, qos.COMMAND)
+        self.odom = self.newest(Odometry, topics.mocap_topic(self.robot))
+        self.pose_state = self.newest(DiagnosticStatus, topics.pose_state_topic(self.robot))
+        self.wheels = self.newest(Odometry, robot.topic(topics.ODOM), qos.SENSOR)
+        self.battery = self.newest(BatteryState, robot.topic(topics.BATTERY), qos.SENSOR)
+        self.guard = GuardWatch(self, robot.namespace)
+        self.cmd_vel = robot_commands(self, robot, lab)
+        self.motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
+        self.state = self.publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
+
+        guard = f'/{robot.namespace}/{topics.CMD_VEL_GUARD_NODE}'
+        pause = self.full_name(f'/{topics.PAUSE_NODE}')
+        self._may_command = (self.get_fully_qualified_name(), guard, pause)  # these two only zero
+        self._sole = [
+            (topics.robot_topic(self.robot, topics.CMD_VEL_WANTED), 'controllers command it'),
+            (topics.robot_topic(self.robot, topics.CMD_CART_VEL), 'nodes command it'),
+            (topics.mocap_topic(self.robot), 'nodes send its poses'),
+        ]
+        self.obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
+        self._runaways = Runaways(lab.limits)
+        self.charge, self._scale = math.nan, Battery()
+        self.view = RobotView(self.robot)
+        self.trouble_in_graph: StopReason | None = None
+        self.disobeys = ''
+        self.sent = (0.0, 0.0)
+        self._was_paused, self._next_look, self._looked = False, 0.0, -math.inf
+        self._told: Cause | None = None  # why it stopped for a while
+        self._told_at = -math.inf
+
+    def look(self) -> RobotView:
+        """Take all news of the robot; return what is known of it now."""
+        now = self.time.now
+        if now >= self._next_look:
+            self._next_look = now + _LOOK_EVERY_S
+            self.trouble_in_graph = self._look_around()
+        view = self.view
+        if odom := self.odom():
+            view = _seen(view, odom, now)
+        if state := self.pose_state():
+            height = diagnostic_values(state).get('height')
+            view = replace(view, pose_fault=state.message, height=float(height or 'nan'))
+        if command := self.wanted():
+            # As old as the last look: it came some time after it.
+            view = replace(view, wanted=velocities(command), commanded=self._looked)
+        if wheels := self.wheels():
+            V, omega = velocities_of(wheels)
+            if math.isfinite(V) and math.isfinite(omega):
+                self.obedience.measure(V, omega, now)
+                view = replace(view, wheels=(V, omega), rolled=now)
+        if battery := self.battery():
+            self._note_charge(self._scale.percent(battery.percentage))
+        self.guard.take(now)
+        self._looked, self.view = now, replace(view, trouble=self._trouble())
+        return self.view
+
+    def command(self, fleet: FleetView) -> Decision:
+        """Decide on what is known, and send the robot its command; return the decision."""
+        decision = decide(self.view, fleet, self.lab, self.time.now)
+        self._switch_motors(decision)
+        self._send(decision)
+        self._find_runaway()
+        self._tell(decision)
+        return decision
+
+    def report(self, decision: Decision) -> DiagnosticStatus:
+        """Publish the state of the robot: OK, WARN (stopped) or ERROR (lost); return it."""
+        is_moving = decision.state is State.MOVING
+        level = DiagnosticStatus.OK if is_moving else DiagnosticStatus.WARN
+        if self.disobeys or (decision.why and decision.why.cause.is_blind):
+            level = DiagnosticStatus.ERROR
+        age = self.time.now - self.view.measured
+        values = report_values(decision) | {
+            'runs_away': 'yes' if self.disobeys else '',
+            'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
+            'battery': f'{self.charge:.0f}' if math.isfinite(self.charge) else '',
+            'speed': f'{self.view.velocities[0]:.3f}',
+        }
+        name = topics.robot_name(self.robot)
+        message = diagnostic_status(level, name, decision.text, self.topic, values)
+        self.state.publish(message)
+        return message
+
+    def stop(self) -> None:
+        """Command zero."""
+        self._send(ZERO)
+
+    def _trouble(self) -> StopReason | None:
+        """Return why the robot is not reliable; None if it is."""
+        wheels = self.obedience.update(*self.sent, self.time.now)
+        report = self.guard.recent_report
+        if wheels == IGNORES_ZERO or (report and report.state is GuardState.DEAF):
+            self._cut_motors()
+        elif self.guard.has_ended:  # its base keeps its last velocity
+            self.motors.cut()
+        self.motors.step(self.time.now)
+        if intruder := self.guard.intruder:
+            return StopReason(Cause.PAST_GUARD, intruder)
+        if self.trouble_in_graph:
+            return self.trouble_in_graph
+        if reason := self.guard.trouble(self.lab.guarded, self.lab.lidar_stop):
+            return StopReason(Cause.GUARD, reason)
+        reason = wheels or self.disobeys
+        return StopReason(Cause.DEAF, reason) if reason else None
+
+    def _look_around(self) -> StopReason | None:
+        """Return who else commands the robot or sends its messages, or that it is deaf."""
+        listens = self.cmd_vel.follow_listeners()
+        self.guard.look_around()
+        names = Counter(one.name for one in cmd_vel_topics.publishers(self, self.topic))
+        if rivals := list(names - Counter(self._may_command)):
+            return StopReason(Cause.RIVAL, f'{rivals[0]} also commands it')
+        if cmd_vel_topics.twins(self, self.topic):
+            return StopReason(Cause.RIVAL, f'several robots listen to {self.topic}')
+        for topic, what in self._sole:
+            if (found := self.count_publishers(topic)) > 1:
+                return StopReason(Cause.RIVAL, f'{found} {what} ({topic})')
+        if not listens:
+            nothing = f'nothing listens to {self.topic}; is it switched on?'
+            return StopReason(Cause.DEAF, self.cmd_vel.mixed or nothing)
+        if self.guard.is_open:
+            text = f'the base of robot {self.robot} listens to cmd_vel directly: remap it'
+            self.warn_once('open', f'{text} (docs/lab_setup.md)')
+        return None
+
+    def _switch_motors(self, decision: Decision) -> None:
+        """A start without a guard switches the motors on, whoever cut them."""
+        if decision.state is State.PAUSED:
+            self.disobeys, self._was_paused = '', True
+            self.motors.leave()
+        elif not (decision.why and decision.why.cause.lasts) and not self.guard.has_ended:
+            if self.motors.is_cut or (self._was_paused and not self.guard.is_there()):
+                self.motors.give()
+            if not self.guard.is_there():
+                text = 'without a cmd_vel_guard it keeps its last velocity if this computer or its'
+                self.warn_once('unguarded', f'robot {self.robot}: {text} network dies')
+            self._was_paused = False
+
+    def _send(self, decision: Decision) -> None:
+        self.sent = decision.V, decision.omega
+        since = min(self.view.driven_since, self.time.now) if any(self.sent) else math.inf
+        self.view = replace(self.view, driven_since=since)
+        self.cmd_vel.publish(*self.sent)
+
+    def _find_runaway(self) -> None:
+        """Cut the motors of a robot that moves on although it is commanded zero."""
+        now, view = self.time.now, self.view
+        is_seen = not view.pose_fault and now - view.measured < _RECENT_S
+        seen = view.velocities if is_seen else (0.0, 0.0)
+        wheels = view.wheels if now - view.rolled < _RECENT_S else None
+        has_rival = self.trouble_in_graph is not None
+        if self._runaways.update(self.robot, not any(self.sent), seen, wheels, has_rival, now):
+            self.get_logger().error(
+                f'robot {self.robot} still moves ({self._runaways.robots[self.robot]:.2f} m/s) '
+                'despite zero commands: switch it off'
+            )
+        if self.robot in self._runaways.robots:
+            self._cut_motors()
+
+    def _tell(self, decision: Decision) -> None:
+        """Show once why the robot stops for a while; the pause node shows what lasts."""
+        now, why = self.time.now, decision.why
+        if why and not why.cause.lasts and not decision.pause:
+            if why.cause is not self._told:
+                self.warn(f'robot {self.robot}: {why.text}')
+            self._told, self._told_at = why.cause, now
+        elif now - self._told_at > _OVER_AFTER_S:
+            self._told = None
+
+    def _cut_motors(self) -> None:
+        """Switch the motors off until the next start: the robot moves although commanded zero."""
+        if not self.motors.is_cut:
+            off = 'its motors are off until the next start'
+            way = off if self.motors.can_switch else 'it has no motor_power: switch it off'
+            self.get_logger().error(f'robot {self.robot} does not obey zero: {way}')
+        self.motors.cut()
+        self.disobeys = IGNORES_ZERO
+
+    def _note_charge(self, percent: float | None) -> None:
+        self.charge = math.nan if percent is None else percent
+        if self.charge < LOW_PERCENT:
+            text = f'the battery of robot {self.robot} is at {self.charge:.0f} %: charge it'
+            self.warn_once('battery', text)
+
+
+def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
+    """Return what is known of a robot after a pose of motion capture has come."""
+    state = state_of(odom)
+    if isinstance(state, str):
+        return view
+    stamp = odom.header.stamp
+    age = max(0.0, 1e-9 * messages.now_ns() - stamp.sec - 1e-9 * stamp.nanosec)
+    return replace(
+        view,
+        pose=state.pose,
+        measured=now - age,
+        received=now,
+        same_since=view.same_since if state.pose == view.pose else now,
+        velocities=velocities_of(odom),
+    )
+
+
+def velocities_of(odometry: Odometry) -> tuple[float, float]:
+    """Return forward speed (m/s) and turn rate (rad/s) in an odometry."""
+    twist = odometry.twist.twist
+    return twist.linear.x, twist.angular.z
+
+
+def robot_commands(node: FleetNode, robot: LabRobot, lab: Lab) -> CmdVelPublisher:
+    """Return a publisher of commands to a real robot."""
+    return CmdVelPublisher(
+        node,
+        robot.number,
+        robot.topic(topics.CMD_VEL),
+        robot.topic(topics.ODOM),
+        lab.cmd_vel_type,
+        qos.ROBOT_COMMAND,
+    )

@@ -1,1 +1,0 @@
-"""Safety: what may move, and who stops it."""
