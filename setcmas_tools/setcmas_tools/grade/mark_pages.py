@@ -88,10 +88,11 @@ def names_of(marks: Sequence[Marks]) -> dict[str, str]:
 
 
 def remark(marks: Marks, names: Mapping[str, str]) -> str:
-    """Return a remark on problems and similarities; `names` are the students' by submission."""
+    """Return a remark on the mistake and on similarities; `names` are students' by submission."""
     notes = ['not filled in yet'] if marks.unfilled else []
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
-    notes += [failure_line(one) for one in failures if one][:1]
+    hints = [mark.hint for one in marks.scenarios for mark in one.criteria if mark.hint]
+    notes += [*[failure_line(one) for one in failures if one], *hints][:1]
     notes += map(str, marks.corrections)
     like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
     notes += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]

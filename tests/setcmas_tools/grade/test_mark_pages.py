@@ -99,6 +99,7 @@ def test_a_bonus_fills_the_bar_of_a_page_at_most_and_ends_the_remark_on_a_failur
 
     assert '<i class="good" style="width:100.0%">' in student_page(full)
     assert remark(failed, {}).startswith('ValueError')
+    assert remark(graded_class()[1], {}).startswith('Each robot should go towards the mean')
     assert remark(failed, {}).endswith('bonus +10: neat code (A. Assistant, 2026-11-22)')
 
 
