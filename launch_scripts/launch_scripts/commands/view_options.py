@@ -78,8 +78,9 @@ class ViewOptions(Options):
     rviz: bool = flag('also show the robots in RViz 2')
     view: str = option(
         OneOf((AUTO, BROWSER, NONE)),
-        'how to show the robots: on a page in the browser (also --view alone), or not at all; '
-        'auto starts RViz 2 if installed, else serves the page (neither without a terminal)',
+        'browser (also --view alone) serves a page with the robots, none shows nothing, and auto '
+        'starts RViz 2, or serves the page if RViz 2 cannot start; without a terminal, auto '
+        'shows nothing',
         default=AUTO,
         alone=BROWSER,
     )

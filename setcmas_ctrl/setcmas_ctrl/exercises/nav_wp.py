@@ -2,8 +2,8 @@
 
 Goal
     Drive the robot from its position p to the current waypoint w. As soon as it is close enough,
-    continue with the next waypoint; after the last, start again with the first. Whether that
-    counts for the velocity of this call or from the next call on is up to you.
+    continue with the next waypoint; after the last, start again with the first. You may use the
+    next waypoint in the same call, or from the next call on.
 
 Formulas to implement
     v = KP (w - p)                                          (TODO 1)
