@@ -11,6 +11,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import functools
 from pathlib import Path
 
 from launch_scripts.terminal.terminal import warner
@@ -49,8 +50,9 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f"--output is '{output}'; create folder '{output.parent}' first")
     if output.exists() and not args.overwrite:
         raise SetcmasError(f"'{output}' already exists; choose another name, or add --overwrite")
-    run = Run.load(args.run, _warn)
-    found = identification.identify(args.run, _warn)
+    warn = functools.cache(_warn)  # each line once, though a bag is read twice
+    run = Run.load(args.run, warn)
+    found = identification.identify(args.run, warn)
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)

@@ -177,7 +177,7 @@ def _doubts(folder: Path, names: list[str]) -> list[str]:
             'give the path of one if they are not one bag'
         ]
     ((stem, own),) = numbers.items()
-    lost = sorted({*range(min(own), max(own))} - {*own})
+    lost = sorted({*range(max(own))} - {*own}) if len(own) > 1 else []  # one may be moved alone
     return [f"'{folder}' lacks {', '.join(f'{stem}_{i}' for i in lost)}"] if lost else []
 
 

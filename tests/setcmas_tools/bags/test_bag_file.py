@@ -107,6 +107,7 @@ def test_a_file_that_metadata_does_not_list_is_not_read(tmp_path, write_bag, poi
     [
         (('bag_0', 'bag_1', 'bag_2'), None),
         (('bag_0', 'bag_1', 'bag_3'), "'{}' lacks bag_2"),
+        (('bag_1', 'bag_2', 'bag_3'), "'{}' lacks bag_0"),
         (('bag_0', 'bag_1', 'other'), "all files of '{}' are read, which has no metadata.yaml: "),
     ],
 )
