@@ -16,11 +16,12 @@ from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.plots.style import (
     as_written,
+    drawn_robots,
     finish,
     legend,
+    line_handles,
     line_look,
     plot_style,
-    robot_handles,
     save_in,
     time_axis,
 )
@@ -66,7 +67,7 @@ def _paths(names: Sequence[str], runs: Sequence[Run]) -> Figure:
     axes = figure.add_subplot(title='Paths')
     robots = sorted({robot for run in runs for robot in run.counted.robots})
     for number, run in enumerate(runs):
-        for robot in run.counted.robots:
+        for robot in set(drawn_robots(robots)) & set(run.counted.robots):
             track = trajectories.finite_rows(run.counted.of(robot), 'x', 'y')
             x, y = trajectories.with_gaps(track, track.x, track.y)
             axes.plot(x, y, **line_look(robot, len(robots)) | _style(number))
@@ -83,7 +84,7 @@ def _paths(names: Sequence[str], runs: Sequence[Run]) -> Figure:
         Line2D([], [], label=as_written(name), **look, **_style(number))
         for number, name in enumerate(names)
     ]
-    legend(axes, [*robot_handles(robots), *marks.values(), *handles])
+    legend(axes, [*line_handles(robots), *marks.values(), *handles])
     return figure
 
 
@@ -93,15 +94,14 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
     panels = list(figure.subplots(len(shifted), sharex=True, squeeze=False)[:, 0])
     for axes, name, other in zip(panels, names[1:], shifted, strict=True):
         robots = list(other.distances)
-        dashes = trajectories.shared_dashes(
-            [(other.t, distance) for distance in other.distances.values()]
-        )
-        for (robot, distance), look in zip(other.distances.items(), dashes, strict=True):
+        drawn = {robot: other.distances[robot] for robot in drawn_robots(robots)}
+        dashes = trajectories.shared_dashes([(other.t, distance) for distance in drawn.values()])
+        for (robot, distance), look in zip(drawn.items(), dashes, strict=True):
             axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=as_written(f'distance to {names[0]} (m)'), ylim=(0.0, None))
         shift = f', shifted by {-other.shift:g} s' if other.shift else ''
         axes.set_title(as_written(f"'{name}'{shift}"))
-        legend(axes, robot_handles(robots))
+        legend(axes, line_handles(robots))
     time_axis(panels, min(one.t[0] for one in shifted), max(one.t[-1] for one in shifted))
     return figure
 

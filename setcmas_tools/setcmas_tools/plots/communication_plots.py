@@ -13,12 +13,20 @@ from matplotlib.ticker import MaxNLocator
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.plot import applies_to
-from setcmas_tools.plots.style import final_width, legend, line_look, robot_handles, time_axis
+from setcmas_tools.plots.style import (
+    drawn_robots,
+    final_width,
+    legend,
+    line_handles,
+    line_look,
+    robot_handles,
+    time_axis,
+)
 from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS = 60
-"""Graphs of larger fleets are not drawn: their links would fill the plot."""
+"""Larger fleets have no graph, whose links would fill the plot, nor a histogram per robot."""
 
 _MOST_GRAPHS = 6
 _LARGEST_PT = 19.0
@@ -145,11 +153,12 @@ def draw_instants(figure: Figure, run: Run) -> None:
     table, record, robots = run.table, run.record, run.robots
     figure.set_size_inches(9.0, min(6.4, 1.6 + _INCHES_PER_ROW * len(robots)))
     axes = figure.add_subplot(title='Communication instants', ylabel='robot')
-    looks = [line_look(robot, len(robots)) for robot in robots]
+    drawn = drawn_robots(robots)
+    looks = [line_look(robot, len(robots)) for robot in drawn]
     axes.eventplot(
-        [_sent(record, robot) for robot in robots],
-        lineoffsets=robots,
-        linelengths=0.8,
+        _sent(record, drawn),
+        lineoffsets=drawn,
+        linelengths=0.8 * len(robots) / len(drawn),
         linewidths=[look['linewidth'] for look in looks],
         colors=[look['color'] for look in looks],
     )
@@ -159,7 +168,7 @@ def draw_instants(figure: Figure, run: Run) -> None:
     axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis='y', visible=False)
-    legend(axes, robot_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
+    legend(axes, line_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
 
 
 @applies_to(_is_event_triggered)
@@ -181,8 +190,8 @@ def draw_counts(figure: Figure, run: Run) -> None:
         *_steps(sent, end), color='0.1', label=f'event-triggered\n{share}'
     )
     panels[0].set(ylabel='states sent, fleet')
-    for robot in robots:
-        times = _sent(record, robot)
+    drawn = drawn_robots(robots)
+    for robot, times in zip(drawn, _sent(record, drawn), strict=True):
         panels[1].plot(*_steps(times, end), **line_look(robot, len(robots)))
     panels[1].set(ylabel='states sent, each robot')
     panels[0].set_title('Communications')
@@ -190,7 +199,7 @@ def draw_counts(figure: Figure, run: Run) -> None:
         axes.set_ylim(bottom=0.0)
     marks = time_axis(panels, table.t[0], end)
     legend(panels[0], [periodic, triggered, *marks])
-    legend(panels[1], robot_handles(robots))
+    legend(panels[1], line_handles(robots))
     figure.align_ylabels()
 
 
@@ -210,12 +219,13 @@ def draw_intervals(figure: Figure, run: Run) -> None:
     step = float(np.median(np.diff(t[of_robots == of_robots[0]])))
     width = step * max(1, math.ceil((known.max() / step + 1) / _MOST_BINS))
     edges = np.arange(0.5 * step, known.max() + width + step, width)
-    looks = [line_look(robot, len(robots)) for robot in robots]
+    own = [intervals.get(robot, np.empty(0)) for robot in robots]
+    is_small = len(robots) <= MOST_ROBOTS
     axes.hist(
-        [intervals.get(robot, np.empty(0)) for robot in robots],
+        own if is_small else known,
         edges.tolist(),
         stacked=True,
-        color=[look['color'] for look in looks],
+        color=[line_look(robot, len(robots))['color'] for robot in robots] if is_small else '0.6',
         edgecolor='0.25',
         linewidth=0.4,
     )
@@ -223,11 +233,12 @@ def draw_intervals(figure: Figure, run: Run) -> None:
     least = axes.axvline(known.min(), color='0.1', linestyle='--', label=label)
     axes.set_xlim(left=0.0)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    legend(axes, [*robot_handles(robots), least])
+    legend(axes, [*(robot_handles(robots) if is_small else []), least])
 
 
-def _sent(record: CommunicationRecord, robot: int) -> Floats:
-    return record.trigger_times.get(robot, np.empty(0))
+def _sent(record: CommunicationRecord, robots: list[int]) -> list[Floats]:
+    times = record.trigger_times
+    return [times.get(robot, np.empty(0)) for robot in robots]
 
 
 def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:

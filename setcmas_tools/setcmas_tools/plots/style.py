@@ -47,6 +47,14 @@ def legend_robots(robots: list[int]) -> list[int]:
     return [robots[round(i * last / (_SAMPLES - 1))] for i in range(_SAMPLES)]
 
 
+_MOST_DRAWN = 100
+
+
+def drawn_robots(robots: list[int]) -> list[int]:
+    """Return the robots that get a line: all, or every n-th of a large fleet, to save time."""
+    return robots[:: 1 + len(robots) // (_MOST_DRAWN + 1)]
+
+
 _AROUND_PANEL_IN = 0.35  # ticks and labels
 _MANY_ROBOTS = 12
 """Fleets of at least this size get thinner lines."""
@@ -165,6 +173,15 @@ def robot_handles(robots: list[int]) -> list[Artist]:
         label = f'{name} {fleet.format_robots(greys).replace("-", "–")}'
         handles.append(Line2D([], [], label=label, **line_look(greys[0], len(robots))))
     return handles
+
+
+def line_handles(robots: list[int]) -> list[Artist]:
+    """Return legend entries for plots of `drawn_robots`; they say how many these are."""
+    drawn = drawn_robots(robots)
+    if len(drawn) == len(robots):
+        return robot_handles(robots)
+    label = f'{len(drawn):,} of {len(robots):,} robots drawn'
+    return [*robot_handles(robots), Line2D([], [], label=label, linestyle='')]
 
 
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:

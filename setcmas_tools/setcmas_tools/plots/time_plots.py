@@ -21,7 +21,7 @@ from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Errors, ignore, task_of
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
-from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
+from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
@@ -44,7 +44,7 @@ def draw_heading(figure: Figure, run: Run) -> None:
     axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
     trajectories.draw_robot_lines(axes, run.table, 'theta', np.unwrap)
     marks = time_axis([axes], run.table.t[0], run.table.t[-1])
-    legend(axes, robot_handles(run.robots) + marks)
+    legend(axes, line_handles(run.robots) + marks)
 
 
 def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str, str]) -> None:
@@ -56,7 +56,7 @@ def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str
     figure.align_ylabels()
     panels[0].set_title(title)
     marks = time_axis(panels, table.t[0], table.t[-1])
-    legend(panels[0], robot_handles(table.robots) + marks)
+    legend(panels[0], line_handles(table.robots) + marks)
 
 
 @applies_to(lambda run: len(run.robots) > 1 and is_agreement(run))
@@ -90,13 +90,14 @@ def draw_errors(figure: Figure, run: Run) -> None:
     assert errors
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
-    t = run.counted_grid.t
-    dashes = trajectories.shared_dashes([(t, values) for values in errors.values.values()])
-    for (robot, values), look in zip(errors.values.items(), dashes, strict=True):
+    t, robots = run.counted_grid.t, sorted(errors.values)
+    drawn = {robot: errors.values[robot] for robot in drawn_robots(robots)}
+    dashes = trajectories.shared_dashes([(t, values) for values in drawn.values()])
+    for (robot, values), look in zip(drawn.items(), dashes, strict=True):
         axes.plot(t, values, **line_look(robot, len(run.robots)) | look)
     axes.set_ylim(bottom=0.0)
     time_axis([axes], t[0], t[-1])
-    legend(axes, robot_handles(sorted(errors.values)))
+    legend(axes, line_handles(robots))
 
 
 _LOOKS = {
@@ -113,7 +114,7 @@ def draw_filter(figure: Figure, run: Run) -> None:
     commands = run.commands
     assert commands
     speeds, verdicts = figure.subplots(2, sharex=True)
-    for robot in run.robots:
+    for robot in drawn_robots(run.robots):
         own = commands.of(robot)
         _draw_speeds(speeds, own, robot, len(run.robots))
         _draw_verdicts(verdicts, own, robot)
@@ -129,7 +130,7 @@ def draw_filter(figure: Figure, run: Run) -> None:
         Line2D([], [], label='wanted', color='0.4', linestyle=':'),
         Line2D([], [], label='allowed', color='0.4'),
     ]
-    legend(speeds, [*robot_handles(run.robots), *ways, *marks])
+    legend(speeds, [*line_handles(run.robots), *ways, *marks])
     legend(verdicts, [Patch(label=name, color=colour) for name, colour in _LOOKS.values()])
     figure.align_ylabels()
 
@@ -215,8 +216,10 @@ def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
         warnings.simplefilter('ignore', RuntimeWarning)  # times without any pose
         centre = np.nanmean([grid.x, grid.y], axis=1)
     centre[:, ~grid.complete] = np.nan
-    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+    drawn = drawn_robots(grid.robots)
+    rows = np.isin(grid.robots, drawn)
+    for robot, x, y in zip(drawn, grid.x[rows], grid.y[rows], strict=True):
         distance = np.hypot(x - centre[0], y - centre[1])
         axes.plot(grid.t, distance, **line_look(robot, len(grid.robots)))
     axes.set_ylabel('distance to centre (m)')
-    return robot_handles(grid.robots)
+    return line_handles(grid.robots)

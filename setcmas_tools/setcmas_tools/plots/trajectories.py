@@ -22,7 +22,13 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
 from setcmas_tools.measures.task import ignore, task_of
-from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
+from setcmas_tools.plots.style import (
+    drawn_robots,
+    edge_effects,
+    legend,
+    line_handles,
+    line_look,
+)
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
@@ -49,18 +55,18 @@ def finite_rows(table: FleetTable, *names: str) -> FleetTable:
 def draw_robot_lines(
     axes: Axes, table: FleetTable, name: str, change: Callable[[Floats], Floats] | None = None
 ) -> None:
-    """Draw one column of a table over time, with a line per robot.
+    """Draw one column of a table over time, with a line for each of `drawn_robots`.
 
     `change` is applied to the values of each robot first.
     """
-    curves = {}
-    for robot in table.robots:
+    curves, robots = {}, table.robots
+    for robot in drawn_robots(robots):
         rows = finite_rows(table.of(robot), name)
         values = getattr(rows, name)
         curves[robot] = with_gaps(rows, rows.t, change(values) if change else values)
     shared = shared_dashes([(t, values) for t, values in curves.values()])
     for (robot, (t, values)), dashes in zip(curves.items(), shared, strict=True):
-        axes.plot(t, values, **line_look(robot, len(curves)) | dashes)
+        axes.plot(t, values, **line_look(robot, len(robots)) | dashes)
 
 
 def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any]]:
@@ -210,7 +216,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     table, robots = run.table, run.robots
     size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
     looks = symbols(run)
-    for robot in robots:
+    for robot in drawn_robots(robots):
         _draw_path(axes, table.of(robot), robot, len(robots), size)
         if len(robots) <= MOST_NUMBERS:
             _number(axes, table.of(robot), robot)
@@ -220,7 +226,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     marks = draw_references('trajectories', axes, run) + draw_world(axes, run) + drawn.handles
     axes.set_title('Trajectories')
     fit_plane(axes, table)
-    legend(axes, [*robot_handles(robots), *_end_handles(), *marks])
+    legend(axes, [*line_handles(robots), *_end_handles(), *marks])
 
 
 def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: float) -> None:

@@ -104,3 +104,15 @@ def test_sizes_on_paper(paper, width):
     assert {text.get_fontsize() for text in outer_texts(figure)} == {8}
     assert {text.get_fontname() for text in outer_texts(figure)} == {'STIXGeneral'}
     assert not any(axes.get_title(loc=loc) for axes in figure.axes for loc in ('left', 'right'))
+
+
+@pytest.mark.parametrize('drawing', DRAWINGS)
+def test_some_robots_of_a_large_fleet_are_drawn_and_the_legend_says_how_many(drawing):
+    panels = drawn(drawing, 201, 'okabe-ito').axes
+    lines = [line for line in panels[-1].get_lines() if len(line.get_xdata()) > 2]
+    legends = [axes.get_legend() for axes in panels if axes.get_legend()]
+    texts = [text.get_text() for own in legends for text in own.get_texts()]
+
+    assert len(lines) == 101
+    assert lines[-1].get_color() == plot_colour(201, 201)
+    assert '101 of 201 robots drawn' in texts
