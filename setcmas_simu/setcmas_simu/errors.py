@@ -7,7 +7,6 @@ import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from importlib import metadata
 from pathlib import Path
 
 
@@ -30,6 +29,8 @@ def install_command(extra: str) -> str:
     In a workspace built by colcon, rosdep installs them. A Python of the system refuses pip
     without an option (PEP 668).
     """
+    from importlib import metadata  # takes 2 MB, and few processes need it
+
     try:
         metadata.distribution('setcmas')
     except metadata.PackageNotFoundError:

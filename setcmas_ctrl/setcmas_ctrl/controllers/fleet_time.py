@@ -35,7 +35,6 @@ class FleetTime:
         self._has_begun = False  # a step was not paused
         self._received_zero = 0.0
         self._received_at = -float('inf')
-        self._is_clocks = False
 
     def at(self, now: float) -> float:
         """Return t in s: 0 before the first step, and constant while paused."""
@@ -60,15 +59,11 @@ class FleetTime:
 
     def synchronise(self, t: float, now: float) -> None:
         """Adopt t of another process if it is later; one that is paused at 0 has none."""
-        if self._is_clocks or t <= 0.0:
+        if t <= 0.0:
             return
         self._received_zero, self._received_at = now - t, now
         if self._zero is not None and (lead := t - self.at(now)) > _SAME_S:
             self._zero -= lead
-
-    def follow_clock(self) -> None:
-        """Use the clock's time as t: all processes have the same clock."""
-        self._zero, self._is_clocks = 0.0, True
 
     def is_shared(self, now: float) -> bool:
         """Return whether another process has sent its t recently."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
-from importlib import resources
+from pathlib import Path
 
 import rclpy
 
@@ -19,7 +19,7 @@ _PUBLICATION_MODE = 'RMW_FASTRTPS_PUBLICATION_MODE'
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _UDP = 'UDPv4'
 
-_CONFIG = resources.files('setcmas_simu') / 'config'
+_CONFIG = Path(__file__).parents[1] / 'config'
 _NETWORK, _LOOPBACK = (str(_CONFIG / f'fastdds_{reach}.xml') for reach in ('network', 'loopback'))
 
 
