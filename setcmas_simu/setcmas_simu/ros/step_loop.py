@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -16,15 +15,8 @@ from setcmas_simu.ros.polling import PolledTopic, wait_for_any
 from setcmas_simu.ros.process import RosProcess
 
 
-class Clock(Protocol):
-    """A time in s, from any origin, that never goes back."""
-
-    def now(self) -> float:
-        """Return the time."""
-
-
 class SteadyClock:
-    """Real time, independent of changes of the system clock."""
+    """Real time in s from any origin, independent of changes of the system clock."""
 
     rtf = 1.0
     """Real-time factor: seconds of this clock per second of real time."""
@@ -120,11 +112,6 @@ class StepLoop:
         self._process = process
         self._step = step
         self._clock = clock or SteadyClock()
-
-    @property
-    def wall_period(self) -> float:
-        """Real time in s between steps."""
-        return self.period / self._clock.rtf
 
     def run(self) -> None:
         """Step at once and then every period, until the process must stop.
