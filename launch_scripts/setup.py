@@ -18,7 +18,6 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{name}']),
         (f'share/{name}', ['package.xml']),
-        (f'share/{name}/launch', [str(p.relative_to(here)) for p in here.glob('launch/*.py')]),
     ],
     python_requires='>=3.10',
     zip_safe=False,

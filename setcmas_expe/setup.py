@@ -17,6 +17,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{name}']),
         (f'share/{name}', ['package.xml']),
+        (f'share/{name}/launch', [str(p.relative_to(here)) for p in here.glob('launch/*.py')]),
         (f'share/{name}/rviz', ['rviz/experiment_8.rviz']),
         (f'share/{name}/systemd', ['systemd/cmd_vel_guard@.service']),
     ],

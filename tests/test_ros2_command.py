@@ -22,6 +22,7 @@ def ros2(start, peer, monkeypatch):
     if not Path(ROS2).exists():
         pytest.skip('the command ros2 is not installed')
     monkeypatch.setenv('AMENT_PREFIX_PATH', sys.prefix)
+    monkeypatch.setenv('PATH', str(Path(ROS2).parent), prepend=os.pathsep)
     monkeypatch.setenv('ROS2CLI_NO_DAEMON', '1')
 
     def run(*words):
@@ -177,6 +178,18 @@ def test_one_robot_by_launch_files(ros2, peer):
     moves(peer, '/tb3_1/cmd_vel')
 
     assert odometry[0].pose.pose.position.x == 1.0
+
+
+@pytest.mark.parametrize('file', ['expe_ctrl_mono_robot', 'expe_ctrl_multi_robots'])
+def test_an_experiment_by_launch_files_starts_paused(ros2, file):
+    expe = ros2.start(
+        *('launch', 'setcmas_expe', f'{file}.launch.py', 'options:=--emulate --no-joystick'),
+        *['nb_robots:=2'] * ('multi' in file),
+    )
+    expe.wait_for_output('PAUSED')
+    robots = 'robot 1' if 'mono' in file else 'robots 1-2'
+    assert f'bridging {robots}: poses' in expe.output()
+    assert expe.end() == 0
 
 
 def test_mistakes_in_arguments_of_launch_files(ros2):

@@ -184,7 +184,9 @@ class CmdVelBridge(RobotNode):
             if (found := self.count_publishers(topic)) > 1:
                 return StopReason(Cause.RIVAL, f'{found} {what} ({topic})')
         if not listens:
-            nothing = f'nothing listens to {self.topic}; is it switched on?'
+            nothing = (
+                f'nothing listens to {self.topic}: is its bringup running in this ROS domain?'
+            )
             return StopReason(Cause.DEAF, self.cmd_vel.mixed or nothing)
         if self.guard.is_open:
             text = f'the base of robot {self.robot} listens to cmd_vel directly: remap it'

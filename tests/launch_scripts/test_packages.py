@@ -92,7 +92,7 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     assert 'Summary: 5 packages finished' in built
 
     launch_files = sorted(path.relative_to(ROOT) for path in ROOT.glob('*/launch/*.py'))
-    assert len(launch_files) == 6
+    assert len(launch_files) == 7
     for path in launch_files:
         package = path.parts[0]
         assert (tmp_path / 'install' / package / 'share' / path).is_file()

@@ -1,6 +1,7 @@
-"""A control law of robot 2 by another maker: Cyclone DDS, without ROS.
+"""A control law of one robot by another maker: Cyclone DDS, without ROS.
 
-Argument: ROS domain. Five times a second it wants 0.2 m/s in the direction of x.
+Arguments: ROS domain, number of the robot. Five times a second it wants 0.2 m/s in the direction
+of x.
 """
 
 import sys
@@ -21,7 +22,7 @@ def main():
     participant = DomainParticipant(int(sys.argv[1]))
     velocities = DataWriter(
         participant,
-        Topic(participant, 'rt/tb3_2/cmd_cart_vel', Point32),
+        Topic(participant, f'rt/tb3_{sys.argv[2]}/cmd_cart_vel', Point32),
         Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1)),
     )
     while True:
