@@ -50,7 +50,7 @@ WATCHED_S = 4.0
 """For how long robots are watched after that, in s: they must not set off again."""
 CREEPS_M_S = 0.005
 LONGEST_S = 180
-STATUS = re.compile(r'RUNNING|STARTING|STOPPED|PAUSED|EMERGENCY|\[lab\] robot \d+, for')
+STATUS = re.compile(r'RUNNING|STARTING|STOPPED|PAUSED|STOP HELD|\[lab\] robot \d+, for')
 
 KINDS: dict[str, Kind] = {
     name: kind

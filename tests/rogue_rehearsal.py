@@ -123,7 +123,7 @@ def ways_behind_a_firewall(domain: int, folder: Path) -> tuple[float, float, str
         for text in ('past its guard)', 'SWITCH THE ROBOT OFF'):  # the terminal, and the bridge
             lab.peer.wait_for(partial(shows, lab.experiment, text))
         lab.experiment.press('\x1b')
-        lab.peer.wait_for(partial(shows, lab.experiment, 'EMERGENCY STOP by Esc'))
+        lab.peer.wait_for(partial(shows, lab.experiment, 'STOP by Esc'))
         driven, said = way(lab.robot), lab.experiment.output()
         ours = [lab.network.addresses[name] for name in ('robot', 'laptop')]
         rules = re.sub(r'saddr {.*?}', f'saddr {{ {", ".join(ours)} }}', rules)
@@ -153,7 +153,7 @@ def shows(experiment: Rehearsal, text: str) -> bool:
 
 
 def release(experiment: Rehearsal) -> None:
-    """Release the emergency stop; the rogue holds it until it counts as gone."""
+    """Release the stop; the rogue holds it until it counts as gone."""
     for _ in range(2):
         experiment.press('R')
         time.sleep(1.5)

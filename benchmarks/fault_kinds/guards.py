@@ -24,7 +24,7 @@ def _release(r: Rehearsal) -> None:
 
 
 def _false_release(r: Rehearsal) -> float:
-    """Hold an emergency stop, and have another node say that it is released."""
+    """Hold a stop, and have another node say that it is released."""
     stop = r.press('\x1b')
     r.peer.spin(2.0)
     sends(r, '/emergency_stopped', Bool(), qos=qos.LATCHED)
@@ -62,7 +62,7 @@ def _space_bar_at_a_crawl(r: Rehearsal) -> float:
 
 KINDS = {
     'deaf base, space bar': _deaf(lambda r: r.press(' ')),
-    'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), '(?i)emergency'),
+    'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), 'STOP by'),
     'deaf base, latched stop': _deaf(_latched),
     'deaf base, bridge killed (-9)': _deaf(lambda r: r.kill(BRIDGES), 'bridge process has died'),
     'deaf open base, bridge killed (-9)': _deaf(
@@ -81,8 +81,6 @@ KINDS = {
         'report as its guard|report is invalid',
         falls_silent,
     ),
-    'Esc, then released by the operator': Kind(
-        lambda r: r.press('\x1b'), '(?i)emergency', _release
-    ),
-    'Esc, then released by another node': Kind(_false_release, '(?i)emergency', falls_silent),
+    'Esc, then released by the operator': Kind(lambda r: r.press('\x1b'), 'STOP by', _release),
+    'Esc, then released by another node': Kind(_false_release, 'STOP by', falls_silent),
 }

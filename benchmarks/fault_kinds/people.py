@@ -37,16 +37,16 @@ def _says(topic: str) -> Kind:
         publisher.publish(Bool(data=True))
         return time.time()
 
-    return Kind(send, f'{topic}|(?i:emergency)', falls_silent)
+    return Kind(send, f'{topic}|STOP by', falls_silent)
 
 
 KINDS = {
     'space bar': Kind(lambda r: r.press(' '), 'paused: by space bar'),
-    'Esc': Kind(lambda r: r.press('\x1b'), '(?i)emergency'),
-    'e': Kind(lambda r: r.press('e'), '(?i)emergency'),
+    'Esc': Kind(lambda r: r.press('\x1b'), 'STOP by'),
+    'e': Kind(lambda r: r.press('e'), 'STOP by'),
     'q': Kind(lambda r: r.press('q'), ''),
     'joystick gone': Kind(lambda r: _joystick(r, []), 'joystick has disappeared'),
-    'joystick, any other button': Kind(lambda r: _joystick(r, [2]), '(?i)emergency'),
+    'joystick, any other button': Kind(lambda r: _joystick(r, [2]), 'STOP by'),
     'true on /pause': _says('/pause'),
     'true on /emergency_stop': _says('/emergency_stop'),
 }

@@ -1,4 +1,4 @@
-"""Pause and emergency stop of an experiment, as controllers, bridges and guards must obey them.
+"""Pause and stop of an experiment, as controllers, bridges and guards must obey them.
 
 The pause node (`setcmas_expe.pause`) publishes them; everybody else listens through this file.
 """
@@ -26,7 +26,7 @@ class PauseCause(enum.Enum):
     SILENT = 'no message from the pause node'
     NOT_STARTED = 'the pause node sent a start without a pause before it'
     SEVERAL = 'several pause nodes publish /paused; is another experiment in this ROS domain?'
-    EMERGENCY = 'emergency stop'
+    EMERGENCY = 'a stop is held'
     LATCHED = 'stopped until a person starts'
 
 
@@ -131,7 +131,7 @@ def _reason(cause: PauseCause) -> PauseReason:
 
 
 class EmergencyWatch:
-    """Latches an emergency stop until the pause node that took it over releases it.
+    """Latches a stop until the pause node that took it over releases it.
 
     Any node may stop the robots. A pause node ends the stop by publishing "not stopped" after it
     has published "stopped", and only while no other node publishes that.

@@ -58,7 +58,7 @@ class SiToUni(RobotNode):
         conversion: From the velocity to the command; it remembers the last command.
         velocity_topics: Where the velocities come from that move it; with the filter, two topics.
         paused: Whether the robot is kept at rest.
-        stopped: Whether it stays so, after an emergency stop.
+        stopped: Whether it stays so, after a stop.
         heard: When the last velocity came, in s.
         sent: When the last command was published, in s.
     """
@@ -190,7 +190,7 @@ class SiToUni(RobotNode):
         self.sent = self.time.now
 
     def pause(self, paused: bool) -> None:
-        """Pause or resume the robot; after an emergency stop it stays paused."""
+        """Pause or resume the robot; after a stop it stays paused."""
         self.paused = paused or self.stopped
         if self.paused:
             self.send(REST)

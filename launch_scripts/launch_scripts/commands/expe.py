@@ -1,6 +1,6 @@
 """Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
 
-The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
+The experiment starts paused: s starts it, the space bar pauses it, Esc or e stops it.
 If poses, commands or the operator's pause node are missing, it pauses until you press s again.
 With --emulate and --duration or --output it starts by itself, and is recorded as by `setcmas run`.
 

@@ -18,7 +18,7 @@ with needs('lab'):
     from rich.text import Text
 
 _COLOURS = {
-    'EMERGENCY STOP': 'bold white on red',
+    'STOP HELD': 'bold white on red',
     'PAUSED': 'black on yellow',
     'STOPPED': 'black on yellow',
     'STARTING': 'black on green',
@@ -28,7 +28,7 @@ RELEASE = 'R twice: release it; the robots stay paused  q: quit'
 _STYLES = ('green', 'yellow', 'red')
 _PLAIN_EVERY_S = 10.0
 _SILENT_AFTER_S = 1.0  # statuses arrive five times a second
-KEYS = 's: start  space: pause  Esc, e: emergency stop (R R: release)  q: quit'
+KEYS = 's: start  space: pause  Esc, e: stop (R R: release)  q: quit'
 
 
 class StatusDisplay:
@@ -93,7 +93,7 @@ class StatusDisplay:
 
 def _headline(status: Status) -> str:
     if status.emergency:
-        return 'EMERGENCY STOP'
+        return 'STOP HELD'
     if status.paused:
         return 'PAUSED'
     if status.is_starting:

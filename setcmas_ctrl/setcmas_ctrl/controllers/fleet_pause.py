@@ -1,4 +1,4 @@
-"""Pause and emergency stop of the controllers of simulated robots.
+"""Pause and stop of the controllers of simulated robots.
 
 In experiments they follow the pause node (`setcmas_ctrl/experiment_pause.py`).
 """
@@ -56,7 +56,7 @@ class FleetPause:
     def _on_stop(self, message: Bool) -> None:
         if message.data and not self._stopped:
             self._pause(True, topics.EMERGENCY_STOP)
-            print('emergency stop: restart this process to continue', flush=True)
+            print('stopped by /emergency_stop: restart this process to continue', flush=True)
             self._stopped = True
             for driver in self._drivers:
                 driver.stopped = True

@@ -22,7 +22,7 @@ class BridgedFleet:
     """Judges all robots of a lab together, and pauses them all if one stops for good."""
 
     def __init__(self, node: FleetNode, lab: Lab) -> None:
-        """Listen to the pause and the emergency stop through the node of the process."""
+        """Listen to the pause and the stop through the node of the process."""
         self.warn = node.get_logger().warning
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._emergency = EmergencyWatch(node)

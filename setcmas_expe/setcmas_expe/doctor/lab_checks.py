@@ -209,7 +209,7 @@ class RobotCheck:
             yield PROBLEM, 'guard', 'not there', advice
             return
         if self.guard.state.stops:
-            advice = 'remove the cause; in an experiment, R twice releases an emergency stop'
+            advice = 'remove the cause; in an experiment, R twice releases a stop'
             yield NOTE, 'guard', self.guard.decision.reason, advice
         if lab.lidar_stop and not self.guard.lidar:
             advice = 'start it with --lidar, or set safety.lidar_stop: false in the lab file'

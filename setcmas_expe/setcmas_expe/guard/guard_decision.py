@@ -24,7 +24,7 @@ class GuardState(enum.Enum):
     BLIND = 'blind'
     UNCONNECTED = 'unconnected'
     HELD = 'held'
-    EMERGENCY = 'emergency'
+    EMERGENCY = 'stop'
 
     @property
     def stops(self) -> bool:

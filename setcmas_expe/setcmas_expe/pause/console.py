@@ -32,7 +32,7 @@ class Action(enum.Enum):
     START = 'start'  # by a key or a button; repeated while that is held
     GO = 'go'  # by a command that starts robots once everything is ready
     EMERGENCY = 'emergency'
-    RELEASE = 'release'  # the first or the second press that releases the emergency stop
+    RELEASE = 'release'  # the first or the second press that releases the stop
     HALT = 'halt'  # the bridge process has died: command zero in its place
     END = 'end'  # the experiment ends: pause, and ignore other processes that end
     ALIVE = 'alive'  # the keyboard is served; sent several times a second

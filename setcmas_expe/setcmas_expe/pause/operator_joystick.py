@@ -1,4 +1,4 @@
-"""Joystick of the operator: one button starts robots, all others are an emergency stop."""
+"""Joystick of the operator: one button starts robots, all others are a stop."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RELEASED_AFTER_S = 0.3
 """Silence after which a held key or button counts as released, in s."""
 
 RELEASES_WITHIN_S = 3.0
-"""Longest time between the two presses that release an emergency stop, in s."""
+"""Longest time between the two presses that release a stop, in s."""
 
 _LETS_GO_WITHIN_S = 2.0  # until guards and bridge have received a release
 
@@ -69,7 +69,7 @@ class HeldStart:
 
 
 class Emergency:
-    """The emergency stop of the pause node; all times in s on a steady clock.
+    """The stop of the pause node; all times in s on a steady clock.
 
     Attributes:
         why: Its reason; empty if there is none.

@@ -42,9 +42,6 @@ from setcmas_simu.ros.process import (
     prefer_this_process,
 )
 
-STOPPED = PauseCause.EMERGENCY.value
-"""Word for an emergency stop."""
-
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
 
@@ -147,7 +144,7 @@ class Pause(FleetNode):
     def _unreadiness(self) -> str:
         """Return why robots cannot start now; empty if they can."""
         if self._emergency.why:
-            return f'{STOPPED} {self._emergency.why}; R twice releases it'
+            return f'stop {self._emergency.why}; R twice releases it'
         if self._stalls.recent(time_since_boot()):
             return 'the pause node stalled, so the key press may have arrived too late'
         if self._keys and self._keys.stuck:
@@ -159,7 +156,7 @@ class Pause(FleetNode):
             self._report_stop()
 
     def _take_over(self, why: str) -> None:
-        """Take over the emergency stop of a guard or the bridge."""
+        """Take over the stop of a guard or the bridge."""
         if self._emergency.take_over(why, time.monotonic()):
             self._report_stop()
 
@@ -167,21 +164,21 @@ class Pause(FleetNode):
         intruded = ', '.join(self._bridge.intruded)
         danger = f'SWITCH {intruded} OFF, another process drives it; ' if intruded else ''
         self.get_logger().error(
-            f'EMERGENCY STOP {self._emergency.why}: {danger}press R twice to release it; robots '
+            f'STOP {self._emergency.why}: {danger}press R twice to release it; robots '
             'then stay paused'
         )
-        self.set(True, f'{STOPPED} {self._emergency.why}')
+        self.set(True, f'stop {self._emergency.why}')
 
     def _release(self) -> None:
         if not self._emergency.why:
-            self._once('there is no emergency stop to release')
+            self._once('there is no stop to release')
         elif strangers := self._other_holders():
             self._once(
                 f'not released: {strangers[0]} also publishes {topics.EMERGENCY_STOPPED}: end it, '
                 'and press R twice'
             )
         elif self._emergency.release(time.monotonic()):
-            self.set(True, 'the emergency stop is released')
+            self.set(True, 'the stop is released')
         else:
             self._once(
                 f'press R again after 1 to {RELEASES_WITHIN_S:g} s to release it; robots stay '

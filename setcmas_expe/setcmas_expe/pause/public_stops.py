@@ -26,7 +26,7 @@ class Stops:
 
     pause: Callable[[str], None]
     emergency: Callable[[str], None]
-    take_over: Callable[[str], None]  # of the emergency stop of a guard
+    take_over: Callable[[str], None]  # of the stop of a guard
     hint: Callable[[str], None]  # why nothing was done
 
 
@@ -77,5 +77,5 @@ class PublicStops:
 
     def _answer_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._stops.emergency('by service')
-        response.success, response.message = True, 'emergency stop'
+        response.success, response.message = True, 'stopped'
         return response

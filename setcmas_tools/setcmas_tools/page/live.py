@@ -63,7 +63,7 @@ class PauseStates:
 
     Attributes:
         requested: Whether a pause was the last request; in a simulation it is what happens.
-        stopped: Whether the pause node of an experiment holds an emergency stop.
+        stopped: Whether the pause node of an experiment holds a stop.
     """
 
     def __init__(self) -> None:
@@ -325,7 +325,7 @@ class LiveRun:
         if self.ended:
             state = 'run ended'
         elif self.states.stopped:
-            state = 'EMERGENCY STOP'
+            state = 'STOP HELD'
         remarks = [f'{lost} lost'] if lost else []
         if unseen and not self.ended:
             remarks.append(f'{robots_in_words(unseen, "are")} announced, but not seen')

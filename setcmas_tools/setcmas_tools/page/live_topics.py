@@ -241,7 +241,7 @@ _PARAMETERS = f'{topics.CONTROLLERS}/get_parameters'
 
 
 class FleetCommands:
-    """Publishes pause, reset and emergency stop.
+    """Publishes pause, reset and stop.
 
     The publishers are made when a page is open: every recorded run would have their topics.
     """

@@ -53,7 +53,7 @@ _SILENT.propagate = False
 
 
 class Stop(msgspec.Struct, tag_field='kind', tag='stop', forbid_unknown_fields=True):
-    """An emergency stop of all robots."""
+    """A stop of all robots."""
 
 
 class Pause(msgspec.Struct, tag_field='kind', tag='pause', forbid_unknown_fields=True):

@@ -47,11 +47,9 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     terminal.press(' ')
     terminal.wait_for('PAUSED')
     terminal.press('\x1b')
-    terminal.wait_for('EMERGENCY STOP by Esc.*R twice: release it')
-    terminal.press_until('not started: emergency stop by Esc; R twice releases it', 's')
-    released = (
-        'R again after 1 to 3 s to release it.*paused: the emergency stop is released.*PAUSED'
-    )
+    terminal.wait_for('STOP HELD.*by Esc.*R twice: release it')
+    terminal.press_until('not started: stop by Esc; R twice releases it', 's')
+    released = 'R again after 1 to 3 s to release it.*paused: the stop is released.*PAUSED'
     terminal.press_until(released, 'R')
     terminal.press('q')
 

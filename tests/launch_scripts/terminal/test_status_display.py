@@ -40,4 +40,4 @@ def test_the_headline_says_what_robots_do_and_only_when_it_changes():
     display.close()
 
     headlines = [line.partition(';')[0] for line in text.getvalue().splitlines()]
-    assert headlines == ['PAUSED', 'RUNNING', 'STOPPED', 'EMERGENCY STOP']
+    assert headlines == ['PAUSED', 'RUNNING', 'STOPPED', 'STOP HELD']

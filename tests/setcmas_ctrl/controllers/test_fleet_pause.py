@@ -35,7 +35,7 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
     ctrl.wait_for_output('started by /pause')
 
     peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
-    ctrl.wait_for_output('emergency stop: restart this process to continue')
+    ctrl.wait_for_output('stopped by /emergency_stop: restart this process to continue')
     peer.wait_for(lambda: stands(0) and stands(1))
     pause_all.publish(Bool(data=False))
     pause_first.publish(Bool(data=False))

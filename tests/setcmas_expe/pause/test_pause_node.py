@@ -167,7 +167,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
         stop = peer.publisher(Bool, '/emergency_stop', qos=profile)
         operator.press_until('start', lambda: goes(paused))
         stop.publish(Bool(data=True))
-        operator.wait_for('emergency stop by /emergency_stop')
+        operator.wait_for('stop by /emergency_stop')
         peer.wait_for(lambda: is_paused(paused) and is_paused(stopped))
         for word in ('start', 'go', 'release', 'pause'):
             operator.request(word)
@@ -176,7 +176,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
         assert operator.status.emergency
         assert is_paused(paused)
         operator.press_until('release', lambda: goes(stopped))
-        operator.wait_for('the emergency stop is released')
+        operator.wait_for('the stop is released')
         assert is_paused(paused)
         peer.node.destroy_publisher(stop)
 
@@ -190,7 +190,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
         for button in (0, 1):
             joystick.publish(Joy(buttons=[button] + [0] * 7))
             peer.spin(0.1)
-        return 'emergency stop by joystick' in operator.status.why
+        return 'stop by joystick' in operator.status.why
 
     peer.wait_for(stops)
     assert peer.call(Trigger, '/pause/emergency_stop').success
@@ -198,13 +198,13 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
 
 def test_a_new_pause_node_takes_over_what_a_guard_holds(start, peer, bridge):
     guard = peer.node.create_publisher(DiagnosticStatus, '/tb3_1/guard_state', 1)
-    state = DiagnosticStatus(values=[KeyValue(key='state', value='emergency')])
+    state = DiagnosticStatus(values=[KeyValue(key='state', value='stop')])
     peer.node.create_timer(0.2, lambda: guard.publish(state))
     stopped = peer.listen(Bool, '/emergency_stopped', qos.LATCHED)
     process = start(*PAUSE)
 
     peer.wait_for(lambda: is_paused(stopped))
-    assert 'EMERGENCY STOP held by the guard of robot 1' in process.output()
+    assert 'STOP held by the guard of robot 1' in process.output()
 
 
 def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):

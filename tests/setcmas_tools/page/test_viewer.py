@@ -170,8 +170,8 @@ def test_a_page_stops_an_experiment_and_never_starts_it(domain):
             assert not browser.find_element('id', 'reset').is_displayed()
             terminal.start_robots(lambda: text(browser, 'state') == 'running')
             click(browser, 'stop')
-            terminal.wait_for('EMERGENCY STOP by /emergency_stop')
-            wait_for(lambda: text(browser, 'state') == 'EMERGENCY STOP')
+            terminal.wait_for('STOP by /emergency_stop')
+            wait_for(lambda: text(browser, 'state') == 'STOP HELD')
             ask = "document.getElementById('pause').disabled = false"
             browser.execute_script(ask)
             click(browser, 'pause')

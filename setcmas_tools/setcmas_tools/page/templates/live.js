@@ -42,7 +42,7 @@ function showStatus() {
   find('state').className = 'outcome ' + (stopped ? 'bad' : paused ? 'some' : 'good');
   if (!run.live.commands) return;
   find('stop').hidden = !real; find('stop').disabled = stopped;
-  find('stop').textContent = stopped ? 'STOPPED: press R twice in the terminal' : 'EMERGENCY STOP';
+  find('stop').textContent = stopped ? 'STOPPED: press R twice in the terminal' : 'STOP';
   find('pause').hidden = ended; find('pause').textContent = paused && !real ? 'Start' : 'Pause';
   find('pause').disabled = real && paused;
   find('reset').hidden = real || ended;
