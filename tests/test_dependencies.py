@@ -20,7 +20,7 @@ OWN = {*PACKAGES, 'rviz_marker', 'rviz_marker_array'}  # the latter from control
 distributions = functools.cache(packages_distributions)  # slow
 
 EXTRAS = {
-    'launch_scripts/launch_scripts/terminal/status_display.py': 'lab',
+    'launch_scripts/launch_scripts/status_display.py': 'lab',
     'launch_scripts/launch_scripts/commands/grade.py': 'grade',
     'setcmas_ctrl/setcmas_ctrl/filter': 'filter',
     'setcmas_expe/setcmas_expe/mocap': 'camera',

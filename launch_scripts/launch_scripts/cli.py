@@ -11,8 +11,8 @@ from contextvars import copy_context
 from pathlib import Path
 from typing import Any, NoReturn
 
-from launch_scripts.processes.environment import clean_environment
-from launch_scripts.terminal.terminal import kept_terminal
+from launch_scripts.environment import clean_environment
+from launch_scripts.terminal import kept_terminal
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, did_you_mean
 

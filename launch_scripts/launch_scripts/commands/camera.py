@@ -17,14 +17,14 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.processes.environment import lab_environment, require_ros
-from launch_scripts.processes.node_commands import (
+from launch_scripts.environment import lab_environment, require_ros
+from launch_scripts.node_commands import (
     CAMERA,
     add_ros_arguments,
     node_command,
     ros_arguments,
 )
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.supervisor import Supervisor
 from setcmas_simu.errors import SetcmasError
 
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2

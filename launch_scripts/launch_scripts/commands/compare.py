@@ -16,7 +16,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import FormatOptions
-from launch_scripts.terminal.terminal import warner
+from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 
 _warn = warner('compare')

@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import BEST, FilmOptions, StyleOptions, add_run_argument
-from launch_scripts.terminal.terminal import warner
+from launch_scripts.terminal import warner
 
 _warn = warner('csv_to_plot')
 

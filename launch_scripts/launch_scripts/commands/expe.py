@@ -28,28 +28,25 @@ from launch_scripts.commands.scenario_options import (
     typed_values,
 )
 from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
-from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.environment import require_ros
-from launch_scripts.processes.experiment import (
+from launch_scripts.environment import require_ros
+from launch_scripts.experiment import (
     Experiment,
-    experiment_environment,
-    joystick_command,
-)
-from launch_scripts.processes.recorded_experiment import (
     RecordedExperiment,
     bounded_lab_options,
     check_emulated,
+    experiment_environment,
     in_lab,
+    joystick_command,
 )
-from launch_scripts.processes.run_robots import run_robots
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.remote_terminal import open_operator_keyboard
-from launch_scripts.terminal.status_display import KEYS, StatusDisplay
-from launch_scripts.terminal.terminal import (
+from launch_scripts.run_robots import run_robots
+from launch_scripts.status_display import KEYS, StatusDisplay
+from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.terminal import (
     ESC,
     Keyboard,
     StartKey,
     open_keyboard,
+    open_operator_keyboard,
     single_keys,
     warn,
 )

@@ -12,7 +12,7 @@ import argparse
 import os
 from dataclasses import dataclass
 
-from launch_scripts.processes.environment import local_environment, require_ros
+from launch_scripts.environment import local_environment, require_ros
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Whole

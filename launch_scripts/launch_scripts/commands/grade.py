@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launch_scripts.terminal.terminal import warn
+from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import write_together
 from setcmas_tools.grade.grade_options import GradeOptions

@@ -14,7 +14,7 @@ import argparse
 import functools
 from pathlib import Path
 
-from launch_scripts.terminal.terminal import warner
+from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
 from setcmas_simu.robots.model import LIMITS

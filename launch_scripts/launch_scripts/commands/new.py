@@ -20,7 +20,7 @@ from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 
-from launch_scripts.processes.installed_ros import missing_ros
+from launch_scripts.environment import missing_ros
 from setcmas_ctrl.scripts.loader import ALGORITHMS, CONDITIONS, EXERCISES, find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError

@@ -14,16 +14,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.environment import local_environment, require_ros
-from launch_scripts.processes.node_commands import (
+from launch_scripts.environment import local_environment, require_ros
+from launch_scripts.node_commands import (
     PLAYER,
     add_ros_arguments,
     node_command,
     ros_arguments,
 )
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.terminal import open_keyboard
+from launch_scripts.supervisor import Child, StoppedError, Supervisor
+from launch_scripts.terminal import open_keyboard
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from launch_scripts.terminal.terminal import warn
+from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Form, Options, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf

@@ -17,7 +17,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import PaletteOptions, add_odometry_argument
-from launch_scripts.terminal.terminal import warner
+from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import palette
 

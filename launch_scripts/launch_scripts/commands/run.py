@@ -28,13 +28,12 @@ from launch_scripts.commands.scenario_options import (
     scenario_of,
 )
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
-from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.environment import local_environment, require_ros
-from launch_scripts.processes.node_commands import PAGE
-from launch_scripts.processes.run_processes import SimulatedRun
-from launch_scripts.processes.run_robots import STOPPED, run_robots
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.terminal import open_keyboard, warn
+from launch_scripts.environment import local_environment, require_ros
+from launch_scripts.node_commands import PAGE
+from launch_scripts.run_processes import SimulatedRun
+from launch_scripts.run_robots import STOPPED, run_robots
+from launch_scripts.supervisor import Child, StoppedError, Supervisor
+from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import take_values

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from launch_scripts.terminal.terminal import warn
+from launch_scripts.terminal import warn
 from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.start_poses import parse_pose_option

@@ -19,10 +19,10 @@ from pathlib import Path
 
 from launch_scripts.commands.plot_options import add_odometry_argument
 from launch_scripts.commands.view_options import browser_command
-from launch_scripts.processes.environment import require_ros
-from launch_scripts.processes.node_commands import add_ros_arguments, ros_arguments
-from launch_scripts.processes.supervisor import run_in_foreground
-from launch_scripts.terminal.terminal import warn
+from launch_scripts.environment import require_ros
+from launch_scripts.node_commands import add_ros_arguments, ros_arguments
+from launch_scripts.supervisor import run_in_foreground
+from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.browser import BrowserOptions
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
 from setcmas_expe.bridge.bridge_report import report_values
 from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason

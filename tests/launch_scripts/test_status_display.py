@@ -3,7 +3,7 @@ import io
 import pytest
 from rich.console import Console
 
-from launch_scripts.terminal.status_display import StatusDisplay, picture
+from launch_scripts.status_display import StatusDisplay, picture
 from setcmas_expe.bridge.decision import State
 from setcmas_expe.pause.console import RobotStatus, Status
 

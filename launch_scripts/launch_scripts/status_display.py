@@ -7,7 +7,7 @@ from typing import IO, cast
 
 import msgspec
 
-from launch_scripts.terminal.terminal import QueuedStream
+from launch_scripts.terminal import QueuedStream
 from setcmas_expe.pause.console import RobotStatus, Status
 from setcmas_simu.errors import needs
 

@@ -5,7 +5,7 @@ from types import MappingProxyType
 import pytest
 from processes import run_here
 
-from launch_scripts.processes.recorded_experiment import bounded_lab_options, in_lab
+from launch_scripts.experiment import bounded_lab_options, in_lab
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_info import RunInfo, write_info

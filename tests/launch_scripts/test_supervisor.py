@@ -10,8 +10,7 @@ import psutil
 import pytest
 from processes import TIMEOUT_S, gone
 
-from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from setcmas_simu.reports.reports import Ready, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
@@ -165,7 +164,7 @@ def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path
     talker = f'print(("x" * 99 + "\\n") * 20_000); open({str(path)!r}, "w"); {SLEEPER}'
     code = (
         'import os, sys\n'
-        'from launch_scripts.processes.supervisor import StoppedError, Supervisor\n'
+        'from launch_scripts.supervisor import StoppedError, Supervisor\n'
         f'with Supervisor(dict(os.environ)) as s:\n    s.start("child", {python(talker)!r})\n'
         '    try:\n        s.run()\n    except StoppedError:\n        pass\n'
     )
@@ -204,7 +203,7 @@ def test_a_process_that_is_stopped_before_it_handles_signals_has_not_failed(supe
     ('report', 'writes_s', 'status'), [('Recording(2)', 1, 0), ('Ready()', 600, -signal.SIGKILL)]
 )
 def test_only_a_recorder_gets_the_time_to_write(supervisor, monkeypatch, report, writes_s, status):
-    monkeypatch.setattr('launch_scripts.processes.supervisor._ENDS_S', 0.2)
+    monkeypatch.setattr('launch_scripts.supervisor._ENDS_S', 0.2)
     writes = (
         'import signal, sys, time\n'
         f'signal.signal(signal.SIGTERM, lambda *_: (time.sleep({writes_s}), sys.exit(0)))\n'
@@ -236,7 +235,7 @@ def test_handlers_of_signals_are_given_back():
 LAUNCHER = textwrap.dedent(
     """
     import os, sys
-    from launch_scripts.processes.supervisor import Supervisor
+    from launch_scripts.supervisor import Supervisor
     with Supervisor(dict(os.environ)) as supervisor:
         child = supervisor.start('child', [sys.executable, '-c', {code!r}])
         open({path!r}, 'w').write(str(child.process.pid))

@@ -8,12 +8,11 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
-from launch_scripts.processes.child_process import Child, ChildDiedError
-from launch_scripts.processes.node_commands import PAGE
-from launch_scripts.processes.recorded_experiment import RecordedExperiment
-from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.terminal import Stream, write_line
+from launch_scripts.experiment import RecordedExperiment
+from launch_scripts.node_commands import PAGE
+from launch_scripts.run_processes import SimulatedRun, outcome_of
+from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+from launch_scripts.terminal import Stream, write_line
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.run_folder import RunFolder
 from setcmas_tools.run.run_info import Outcome, RunInfo, State

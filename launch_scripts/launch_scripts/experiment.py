@@ -1,0 +1,329 @@
+"""The processes of an experiment: started together, stopped in a safe order, and recorded."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from launch_scripts.environment import (
+    closed_environment,
+    lab_environment,
+    own_address,
+)
+from launch_scripts.node_commands import (
+    BRIDGES,
+    CONTROLLER,
+    EMULATED_LAB,
+    JOYSTICK_READER,
+    PAUSE,
+    node_command,
+)
+from launch_scripts.run_processes import RecordedRun, controller_arguments
+from launch_scripts.supervisor import Child, Supervisor
+from setcmas_ctrl.control.control_options import ControllerOptions
+from setcmas_ctrl.filter.barrier_constraints import check_starts
+from setcmas_expe.emulation.emulation_options import (
+    EmulationOptions,
+    check_emulated_mocap,
+    emulated_start_poses,
+)
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.pause.console import Action, OperatorRequest, Status
+from setcmas_simu.reports.reports import Message, Ready, Report, Started
+from setcmas_simu.robots.model import ROBOT_LIMITS
+from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_tools.scenario.scenario import Scenario
+
+_LOOK_EVERY_S = 2.0
+_TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
+
+
+def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
+    """Return the environment of an experiment; an emulated lab stays on this machine."""
+    if emulated:
+        return closed_environment()
+    return lab_environment(lab.static_peers)
+
+
+def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Child:
+    """Start an emulated lab; return it once it has made sure that it is the only one.
+
+    Raises:
+        ChildDiedError: The lab ended.
+        StoppedError: The user stopped the command.
+    """
+    lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
+    supervisor.run(until=lambda: lab.reported(Ready) is not None)
+    return lab
+
+
+class Experiment:
+    """Bridge, pause and controller processes, and optionally an emulated lab.
+
+    Attributes:
+        controllers: The process of the control laws; its calls are complete once it has ended.
+        on_status: Called several times a second with the state of the pause node and the robots.
+        runaways: Names of robots that moved although commanded zero.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        lab: Lab,
+        scenario: Scenario,
+        lab_options: LabOptions,
+        recorded: bool = False,
+        hold: bool = False,
+        watch: bool = False,
+        joystick: list[str] | None = None,
+    ) -> None:
+        """Start the processes; `lab_options` give them the same lab.
+
+        Controllers that are `recorded` wait for a recorder; with `hold`, robots move only while a
+        key or a button is held; `joystick` is the command that reads one.
+
+        Raises:
+            ChildDiedError: The emulated lab ended.
+            StoppedError: The user stopped the command meanwhile.
+        """
+        self._supervisor = supervisor
+        self._stopped = False
+        self._is_emulated = scenario.lab.emulate
+        self._address, self._next_look = own_address(), 0.0
+        self.runaways: set[str] = set()
+        self.on_status: Callable[[Status], None] = lambda _: None
+        self._emulated: list[Child] = []
+        if scenario.lab.emulate:
+            emulation = EmulationOptions.among(scenario.values())
+            self._emulated = [start_emulated_lab(supervisor, lab_options.arguments(emulation))]
+        of_lab = lab_options.arguments()
+        self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
+        flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
+        pause = node_command(PAUSE, [*of_lab, *flags])
+        self._pause = supervisor.start('pause', pause, listens=True, reports=Report | Status)
+        self._pause.on_report = self._on_report
+        if joystick:
+            supervisor.start('joystick', joystick, needed=False)
+        controllers = ControllerOptions(
+            nb_robots=lab.nb_robots,
+            experiment=True,
+            pause_timeout=lab.timeouts.pause_s,
+            recorded=recorded,
+            limits=lab.limits,
+            watch=watch,
+        )
+        in_lab = replace(scenario, safety=lab.safety(scenario.safety))
+        laws = controller_arguments(in_lab, controllers)
+        self.controllers = supervisor.start('ctrl', node_command(CONTROLLER, laws))
+
+    @property
+    def controlled(self) -> bool:
+        """Whether the control laws are running."""
+        return self.controllers.reported(Started) is not None
+
+    def look_at_network(self, now: float) -> None:
+        """Warn if this computer has got another address, under which no node listens; now in s."""
+        if self._is_emulated or now < self._next_look:
+            return
+        self._next_look = now + _LOOK_EVERY_S
+        if (address := own_address()) != self._address:
+            self._supervisor.warn(
+                f"this computer's address has changed from {self._address or 'none'} to "
+                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
+            )
+            self._address = address
+
+    def request(self, action: Action, by: str = '') -> None:
+        """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""
+        self._pause.send(OperatorRequest(action, by))
+
+    def stop(self) -> int:
+        """Stop the robots, then all processes, once; return the exit status of the controllers."""
+        if self._stopped:
+            return self.controllers.exit_status
+        self._stopped = True
+        if self._bridges.running():
+            self.request(Action.END)
+            self._supervisor.stop(self._bridges)
+        else:
+            self.request(Action.HALT)
+            self._supervisor.wait(_TAKE_OVER_S)
+        self._supervisor.stop(self.controllers, self._pause)
+        return self.controllers.exit_status
+
+    def stop_lab(self) -> None:
+        """Stop the emulated lab, after its recorder."""
+        self._supervisor.stop(*self._emulated)
+
+    def _on_report(self, report: Message) -> None:
+        if isinstance(report, Status):
+            self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
+            self.on_status(report)
+
+
+def joystick_command(topic: str) -> list[str] | None:
+    """Return the command of ROS's joy_node, else of our reader; None without joy and pygame."""
+    remap = ['--ros-args', '-r', f'joy:={topic}']
+    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
+        executable = Path(prefix) / 'lib' / 'joy' / 'joy_node'
+        if prefix and executable.is_file():
+            return [str(executable), *remap]
+    if importlib.util.find_spec('pygame'):
+        return node_command(JOYSTICK_READER, remap)
+    return None
+
+
+def bounded_lab_options(
+    scenario: Scenario, typed: Mapping[str, Any], from_file: bool, **others: Any
+) -> LabOptions:
+    """Return the options of a lab; a scenario file may tighten the others, never loosen them.
+
+    Values that were `typed` override the lab file; scenarios do not have the `others`.
+
+    Raises:
+        SetcmasError: The scenario loosens something.
+    """
+    options = _lab_options(scenario, **others)
+    if not from_file:
+        return options
+    which = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
+    bounds = _lab_options(Scenario.of(**{**which, **typed}), **others).chosen()
+    own = scenario.safety.obstacles
+    if own and 'obstacles' not in typed:
+        both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
+        options = replace(options, obstacles='; '.join(both))
+    options.chosen().check_tightens(bounds)
+    return options
+
+
+def _lab_options(scenario: Scenario, **others: Any) -> LabOptions:
+    """Return the lab's options for the processes; robots without limits have the lab's."""
+    values = scenario.values()
+    if values['limits'] == NO_LIMITS:
+        values['limits'] = None
+    return LabOptions.among({**values, **others})
+
+
+def check_emulated(scenario: Scenario, lab: Lab) -> None:
+    """Check that a lab can be emulated with the robots of a scenario.
+
+    Raises:
+        SetcmasError: It cannot, or robots would start too close to each other.
+    """
+    EmulationOptions.among(scenario.values()).robot_model([one.number for one in lab.robots])
+    check_emulated_mocap(lab.mocap)
+    poses = emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots)
+    check_starts(lab.safety(scenario.safety), poses)
+
+
+def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
+    """Return a scenario with the values of its emulated lab."""
+    known = (name for name, limits in ROBOT_LIMITS.items() if limits == lab.limits)
+    return scenario.replace(
+        lab=scenario.lab.lab or DEFAULT_FILE,
+        nb_robots=lab.nb_robots,
+        poses=emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots),
+        pose=(),
+        random_poses=None,
+        limits=NO_LIMITS if scenario.robots.model else next(known, NO_LIMITS),
+        filter=lab.filter,
+        arena=lab.arena,
+        min_separation=lab.min_separation,
+        obstacles=str(lab.obstacles) or None,
+        accel=lab.accel if lab.accel < math.inf else None,
+    )
+
+
+_STOPPING_S = 2.0
+
+
+class RecordedExperiment(RecordedRun):
+    """Recorder, emulated lab, bridge, pause node and controllers; starts the robots itself.
+
+    Attributes:
+        started: Whether the robots are controlled and not paused.
+        paused: Whether they are paused.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        scenario: Scenario,
+        bag: Path,
+        lab: Lab,
+        lab_options: LabOptions,
+        watch: bool,
+        serve_keys: Callable[[Experiment], None],
+    ) -> None:
+        """Start the processes; `lab_options` give them the same lab.
+
+        `serve_keys` is called several times a second, to pass on what the operator pressed.
+        """
+        self.started = False
+        self.paused = True
+        self._why_paused = ''
+        self._changed = 0.0
+        self._unready = ''
+        self._serve_keys = serve_keys
+        super().__init__(supervisor, bag)
+        self._experiment = Experiment(
+            supervisor, lab, scenario, lab_options, recorded=True, watch=watch
+        )
+        self._experiment.on_status = self._start_when_ready
+
+    def _start_when_ready(self, status: Status) -> None:
+        ready = all(robot.ready for robot in status.robots)
+        if status.paused and self._experiment.controlled and ready and not self.started:
+            self._experiment.request(Action.GO, 'by command')
+        self.started = self.started or not status.paused
+        if status.paused != self.paused:
+            self.paused, self._changed = status.paused, time.monotonic()
+        self._unready = '; '.join(
+            f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
+        )
+        if self.started and status.paused and (status.emergency or not self._why_paused):
+            self._why_paused = f'the robots were paused: {status.why}'
+
+    @property
+    def missing(self) -> str:
+        """Why the run has not started yet."""
+        if not self._experiment.controlled:
+            return self._experiment.controllers.missing
+        return self._unready or 'the bridge sends no status'
+
+    @property
+    def trouble(self) -> str:
+        """Which robots did not stop, or why robots were paused; '' if all went well."""
+        if runaways := ', '.join(sorted(self._experiment.runaways)):
+            return f'{runaways} did not stop when commanded zero'
+        return self._why_paused + '; nothing can start them again' * self.is_stuck
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether robots stay paused for good: this command starts them only once."""
+        at_rest = time.monotonic() - self._changed > _STOPPING_S
+        return self.started and self.paused and at_rest
+
+    def tick(self) -> None:
+        """Serve the keys, which also shows the pause node that this command is running."""
+        self._serve_keys(self._experiment)
+
+    def finish(self) -> None:
+        """Stop the robots and everything that commands them."""
+        self.status = self._experiment.stop()
+        self.failed = self._experiment.controllers.failed
+        self.failures = self._experiment.controllers.failures
+
+    def stop(self) -> None:
+        """Stop all processes; the bag must contain the last command, zero."""
+        self._experiment.stop()
+        self._supervisor.stop(self.recorder)
+        self._experiment.stop_lab()

@@ -1,1 +1,0 @@
-"""Processes that the launcher starts and stops."""
