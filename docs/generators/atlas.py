@@ -143,7 +143,8 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
 
 HEAD = """# Atlas of laws
 
-The built-in control laws: formula, source, an example run, and what theory predicts for that run.
+The built-in control laws: formula, source, an example run, and what theory predicts for that run
+(after a run with `--output out`, `setcmas metrics out --theory` prints it).
 Copy one with `setcmas new my_law --from NAME`. The numbers were measured in the runs shown;
 `docs/generators/atlas.py` makes this page.
 """
@@ -217,7 +218,7 @@ def indented_as_code(text: str) -> str:
 
 
 def theory(run: Run) -> list[str]:
-    """Return what `setcmas metrics` prints of the prediction, or of the law's task."""
+    """Return what `setcmas metrics --theory` prints of the prediction, or of the law's task."""
     metrics = run.metrics()
     found = metrics.get('prediction')
     lines = found.lines() if isinstance(found, Comparison) else fleet_lines(metrics.parts)

@@ -9,6 +9,7 @@ Examples:
   setcmas metrics out                                a run's folder
   setcmas metrics out --task waypoints --algo my_law.py
   setcmas metrics lab.bag --vnom 0.2
+  setcmas metrics out --theory                       also what theory predicts
 """
 
 from __future__ import annotations
@@ -54,11 +55,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
     MetricsOptions.add_to(parser)
+    theory = 'also show what theory predicts of a built-in law, and what it leaves out'
+    parser.add_argument('--theory', action='store_true', help=theory)
 
 
 def main(args: argparse.Namespace) -> int:
     """Measure; return the exit status."""
-    from setcmas_tools.measures.metrics import FILE_NAME
+    from setcmas_tools.measures.metrics import FILE_NAME, theory_lines
     from setcmas_tools.measures.task import with_task, with_vnom
     from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
@@ -73,6 +76,8 @@ def main(args: argparse.Namespace) -> int:
     target = source.folder / f'{source.stem}{FILE_NAME}'
     evaluation = evaluate(run, metrics_file=target, warn=_warn)
     print(evaluation)
+    if args.theory and evaluation.metrics:
+        print(*theory_lines(evaluation.metrics.parts), sep='\n')
     if run.references is None and not any(one.option == 'algo' for one in run.inputs):
         tasks = ','.join(TASKS.plugins())
         print(

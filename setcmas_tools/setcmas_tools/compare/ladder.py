@@ -26,6 +26,7 @@ from setcmas_tools.compare.run_distance import best_shift
 from setcmas_tools.measures import consensus_metrics as consensus
 from setcmas_tools.measures.task import ignore, rms, task_of
 from setcmas_tools.offline.offline_run import OfflineRun
+from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
@@ -143,13 +144,10 @@ def _simulated(scenario: Scenario, warn: Callable[[str], None]) -> Run:
 
 def _starts(run: Run, nb_robots: int) -> Floats:
     """Return the last poses of robots 1 to N before the first command moves them, (3, N)."""
-    starts = np.empty((3, nb_robots))
-    for robot in range(1, nb_robots + 1):
-        track = run.table.of(robot)
-        if not len(track.t):
-            raise SetcmasError(f'robot {robot} has no pose in this run, so it has no start')
-        row = max(0, int(np.searchsorted(track.t, 1e-6, side='right')) - 1)
-        starts[:, robot - 1] = track.x[row], track.y[row], track.theta[row]
+    starts = held_poses(run.table, 0.0, range(1, nb_robots + 1))
+    missing = np.flatnonzero(np.isnan(starts).any(axis=0))
+    if len(missing):
+        raise SetcmasError(f'robot {missing[0] + 1} has no pose in this run, so it has no start')
     return starts
 
 

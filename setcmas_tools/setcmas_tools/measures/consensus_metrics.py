@@ -13,7 +13,7 @@ from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task import from_share, rms
-from setcmas_tools.run.fleet_motion import FleetGrid
+from setcmas_tools.run.fleet_motion import FleetGrid, held_poses
 from setcmas_tools.run.run import Run, models_of
 
 _LEAST_DECAY = 1.5
@@ -26,12 +26,29 @@ CONSENSUS = 'consensus'
 
 
 @dataclass(frozen=True)
+class Starts:
+    """Starts of robots that are meant to meet.
+
+    Attributes:
+        x: Mean of their positions in m.
+        y: The same along y.
+        heading: Their heading in rad; None if they face different ways.
+        speed: That of their mean by their first commands, in m/s.
+    """
+
+    x: float
+    y: float
+    heading: float | None
+    speed: float
+
+
+@dataclass(frozen=True)
 class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time with all poses known.
 
     Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement hardly falls below 20 % before all robots rest. The task of the run is for the
-    terminal only.
+    the disagreement hardly falls below 20 % before all robots rest. The starts, which metrics.yaml
+    does not have, are those of robots that are meant to meet, or do meet and have no task.
     """
 
     start_time_s: float
@@ -44,27 +61,29 @@ class ConsensusMetrics(Measured):
     convergence_rate_1_s: float | None
     final_centre_x_m: float
     final_centre_y_m: float
-    task: str | None = None
+    starts: Starts | None = None
+
+    @property
+    def have_met(self) -> bool:
+        """Whether the disagreement has settled within 5 %."""
+        return self.settling_time_5_percent_s is not None
 
     def lines(self) -> list[str]:
-        """Return the agreement at the start and at the end, the settling times and the rate."""
-        settled = self.settling_time_5_percent_s is not None
-        if self.task != CONSENSUS and not (self.task is None and settled):
+        """Return the agreement at the start and at the end, the settling times and the centre."""
+        if self.starts is None:
             return []
-        rate = self.convergence_rate_1_s
-        known = 'unknown' if rate is None else f'{rate:.3g} 1/s (outside the dead band)'
+        x, y = (round(place, 2) + 0.0 for place in (self.final_centre_x_m, self.final_centre_y_m))
         return [
             f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
-            f'{self.disagreement_at_end_m:.3f} m at the end',
-            f'disagreement below 5 % {_when(self.settling_time_5_percent_s)}, '
+            f'{self.disagreement_at_end_m:.3f} m at the end; '
+            f'below 5 % {_when(self.settling_time_5_percent_s)}, '
             f'below 2 % {_when(self.settling_time_2_percent_s)}',
-            f'convergence rate: {known}',
-            f'centre at the end: ({self.final_centre_x_m:.2f}, {self.final_centre_y_m:.2f}) m',
+            f'centre at the end: ({x:.2f}, {y:.2f}) m',
         ]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values by name, without the task."""
-        return {name: value for name, value in super().as_dict().items() if name != 'task'}
+        """Return the values by name, without the starts."""
+        return {name: value for name, value in super().as_dict().items() if name != 'starts'}
 
 
 def _when(time: float | None) -> str:
@@ -81,7 +100,18 @@ def fleet_consensus(run: Run) -> ConsensusMetrics | None:
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
     found = consensus(grid, np.where(free, 0.0, SLOW))
-    return found and replace(found, task=run.references.task if run.references else None)
+    is_meeting = found and is_agreement(run) and (run.references or found.have_met)
+    return replace(found, starts=_starts(run)) if found and is_meeting else found
+
+
+def _starts(run: Run) -> Starts:
+    x, y, theta = held_poses(run.table, 0.0, run.counted.robots)
+    heading = float(theta[0]) if np.ptp(theta) < 1e-3 else None
+    speed, commands = 0.0, run.commands
+    if commands is not None:
+        first = commands.t == commands.t[0]
+        speed = float(np.hypot(commands.vx[first].mean(), commands.vy[first].mean()))
+    return Starts(float(x.mean()), float(y.mean()), heading, speed)
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:

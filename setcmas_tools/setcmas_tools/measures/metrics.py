@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +17,37 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
+from setcmas_tools.measures.meeting import meeting
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.motion_metrics import largest_speed
 from setcmas_tools.measures.predicted_metrics import compared
 from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
 
+PREDICTION = 'prediction'
+"""The name of what theory says, in metrics.yaml."""
+
 MOST_ROBOTS_IN_ROWS = 50
 """For larger fleets the table has the minimum, mean and maximum."""
 
 
 def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
-    """Return the metrics of the fleet as lines of text."""
-    return [line for part in parts.values() for line in part.lines()]
+    """Return the metrics of the fleet as lines of text, without what theory says.
+
+    Robots that are meant to meet do not collide, unless in an experiment or with a filter.
+    """
+    lines = {name: part.lines() for name, part in parts.items() if name != PREDICTION}
+    if not (sentence := meeting(parts)):
+        return [*chain(*lines.values())]
+    if not {'safety', 'filter'} & parts.keys():
+        lines.pop('separation', None)
+    return [sentence, *chain(*lines.values())]
+
+
+def theory_lines(parts: Mapping[str, Measured]) -> list[str]:
+    """Return what theory says of a run as lines of text."""
+    theory = parts.get(PREDICTION)
+    return theory.lines() if theory else ['theory: nothing is predicted for this law']
 
 
 def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
@@ -126,9 +145,9 @@ def measure(
     if task:
         parts |= _of_task(run, *task, warn)
     known = {name: part for name, part in (parts | found).items() if part is not None}
-    with _failures('prediction', warn):
+    with _failures(PREDICTION, warn):
         if prediction := compared(run, known):
-            known['prediction'] = prediction
+            known[PREDICTION] = prediction
     return Metrics(
         run.references.task if task and run.references else None,
         float(run.counted.t[-1] - run.counted.t[0]),

@@ -62,7 +62,7 @@ def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start
     assert record['references'] == {'task': 'consensus', 'values': {}}
     assert record['scenario']['nb_robots'] == 3
     assert 'def control' in (out / record['scenario']['algo']).read_text()
-    assert 'largest distance between two robots at the end' in process.output()
+    assert 'The robots met: at most ' in process.output()
 
 
 def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):

@@ -70,7 +70,7 @@ def test_a_law_with_an_error_is_marked_and_mended(page):
     assert page.text('#run-title') == 'my_consensus, 8 robots'
     assert page.text('#run-outcome') == 'complete'
     assert page.browser.find_elements(By.CSS_SELECTOR, '.mistake, #failures > *') == []
-    assert 'least separation' in page.text('#metrics')
+    assert 'm apart at the end' in page.text('#metrics')
     assert 'hello <b>bold</b>' in page.text('#printed')
     assert page.browser.find_elements(By.CSS_SELECTOR, '#printed b') == []
 

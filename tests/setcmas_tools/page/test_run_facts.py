@@ -95,7 +95,7 @@ def test_one_run_has_the_table_of_its_robots():
     table, below = Pair('one', simulate('consensus', 2, 3.0)).metrics()
 
     assert table.count('<td>tb3_') == 2
-    assert below[0].startswith('least separation')
+    assert below[0].startswith('The robots did not meet: ')
 
 
 def test_each_plot_is_there_and_small(failed_run):
