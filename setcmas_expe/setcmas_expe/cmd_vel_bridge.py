@@ -25,15 +25,8 @@ from setcmas_expe.bridge.decision import (
     StopReason,
     decide,
 )
-from setcmas_expe.guard.guard_decision import GuardState
+from setcmas_expe.bridge.wheel_watch import WheelWatch
 from setcmas_expe.guard.guard_watch import GuardWatch, diagnostic_status, diagnostic_values
-from setcmas_expe.guard.motor_power import MotorPower
-from setcmas_expe.guard.obedience import (
-    IGNORES_ZERO,
-    SLOWS_WITHIN_OVER_RADIO_S,
-    Obedience,
-    Runaways,
-)
 from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
@@ -43,7 +36,6 @@ from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.process import FleetNode
 
 _LOOK_EVERY_S = 0.5
-_RECENT_S = 0.5
 _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
 
 
@@ -58,7 +50,7 @@ class CmdVelBridge(RobotNode):
         topic: Full name of the topic that the robot listens to.
         view: What was known of the robot at the last step.
         trouble_in_graph: Why its topics are not reliable; None if they are.
-        disobeys: How its wheels disobey, since the last pause; empty if they obey.
+        wheel_watch: Whether its wheels obey.
         sent: The last command, V in m/s and omega in rad/s.
     """
 
@@ -74,7 +66,7 @@ class CmdVelBridge(RobotNode):
         self.battery = self.newest(BatteryState, robot.topic(topics.BATTERY), qos.SENSOR)
         self.guard = GuardWatch(self, robot.namespace)
         self.cmd_vel = robot_commands(self, robot, lab)
-        self.motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
+        self.wheel_watch = WheelWatch(self, robot, lab, self.guard)
         self.state = self.publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
 
         guard = f'/{robot.namespace}/{topics.CMD_VEL_GUARD_NODE}'
@@ -85,14 +77,11 @@ class CmdVelBridge(RobotNode):
             (topics.robot_topic(self.robot, topics.CMD_CART_VEL), 'nodes command it'),
             (topics.mocap_topic(self.robot), 'nodes send its poses'),
         ]
-        self.obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
-        self._runaways = Runaways(lab.limits)
-        self.charge, self._scale = math.nan, Battery()
+        self._battery_scale = Battery()
         self.view = RobotView(self.robot)
         self.trouble_in_graph: StopReason | None = None
-        self.disobeys = ''
         self.sent = (0.0, 0.0)
-        self._was_paused, self._next_look, self._looked = False, 0.0, -math.inf
+        self._next_look, self._looked = 0.0, -math.inf
         self._told: Cause | None = None  # why it stopped for a while
         self._told_at = -math.inf
 
@@ -114,20 +103,23 @@ class CmdVelBridge(RobotNode):
         if wheels := self.wheels():
             V, omega = velocities_of(wheels)
             if math.isfinite(V) and math.isfinite(omega):
-                self.obedience.measure(V, omega, now)
+                self.wheel_watch.measure(V, omega, now)
                 view = replace(view, wheels=(V, omega), rolled=now)
         if battery := self.battery():
-            self._note_charge(self._scale.percent(battery.percentage))
+            percent = self._battery_scale.percent(battery.percentage)
+            view = replace(view, charge=math.nan if percent is None else percent)
         self.guard.take(now)
+        if view.charge < LOW_PERCENT:
+            text = f'the battery of robot {self.robot} is at {view.charge:.0f} %: charge it'
+            self.warn_once('battery', text)
         self._looked, self.view = now, replace(view, trouble=self._trouble())
         return self.view
 
     def command(self, fleet: FleetView) -> Decision:
         """Decide on what is known, and send the robot its command; return the decision."""
         decision = decide(self.view, fleet, self.lab, self.time.now)
-        self._switch_motors(decision)
         self._send(decision)
-        self._find_runaway()
+        self.wheel_watch.obey(decision, self.view, self.time.now)
         self._tell(decision)
         return decision
 
@@ -135,14 +127,15 @@ class CmdVelBridge(RobotNode):
         """Publish the state of the robot: OK, WARN (stopped) or ERROR (lost); return it."""
         is_moving = decision.state is State.MOVING
         level = DiagnosticStatus.OK if is_moving else DiagnosticStatus.WARN
-        if self.disobeys or (decision.why and decision.why.cause.is_blind):
+        disobeys = self.wheel_watch.disobeys
+        if disobeys or (decision.why and decision.why.cause.is_blind):
             level = DiagnosticStatus.ERROR
-        age = self.time.now - self.view.measured
+        view, age = self.view, self.time.now - self.view.measured
         values = report_values(decision) | {
-            'runs_away': 'yes' if self.disobeys else '',
+            'runs_away': 'yes' if disobeys else '',
             'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
-            'battery': f'{self.charge:.0f}' if math.isfinite(self.charge) else '',
-            'speed': f'{self.view.velocities[0]:.3f}',
+            'battery': f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
+            'speed': f'{view.velocities[0]:.3f}',
         }
         name = topics.robot_name(self.robot)
         message = diagnostic_status(level, name, decision.text, self.topic, values)
@@ -155,21 +148,15 @@ class CmdVelBridge(RobotNode):
 
     def _trouble(self) -> StopReason | None:
         """Return why the robot is not reliable; None if it is."""
-        wheels = self.obedience.update(*self.sent, self.time.now)
-        report = self.guard.recent_report
-        if wheels == IGNORES_ZERO or (report and report.state is GuardState.DEAF):
-            self._cut_motors()
-        elif self.guard.has_ended:  # its base keeps its last velocity
-            self.motors.cut()
-        self.motors.step(self.time.now)
+        disobeys = self.wheel_watch.trouble(self.sent, self.time.now)
         if intruder := self.guard.intruder:
             return StopReason(Cause.PAST_GUARD, intruder)
         if self.trouble_in_graph:
             return self.trouble_in_graph
         if reason := self.guard.trouble(self.lab.guarded, self.lab.lidar_stop):
-            return StopReason(Cause.GUARD, reason)
-        reason = wheels or self.disobeys
-        return StopReason(Cause.DEAF, reason) if reason else None
+            cause = Cause.GUARD if self.guard.is_there() else Cause.GUARD_SILENT
+            return StopReason(cause, reason)
+        return StopReason(Cause.DEAF, disobeys) if disobeys else None
 
     def _look_around(self) -> StopReason | None:
         """Return who else commands the robot or sends its messages, or that it is deaf."""
@@ -193,39 +180,11 @@ class CmdVelBridge(RobotNode):
             self.warn_once('open', f'{text} (docs/lab_setup.md)')
         return None
 
-    def _switch_motors(self, decision: Decision) -> None:
-        """A start without a guard switches the motors on, whoever cut them."""
-        if decision.state is State.PAUSED:
-            self.disobeys, self._was_paused = '', True
-            self.motors.leave()
-        elif not (decision.why and decision.why.cause.lasts) and not self.guard.has_ended:
-            if self.motors.is_cut or (self._was_paused and not self.guard.is_there()):
-                self.motors.give()
-            if not self.guard.is_there():
-                text = 'without a cmd_vel_guard it keeps its last velocity if this computer or its'
-                self.warn_once('unguarded', f'robot {self.robot}: {text} network dies')
-            self._was_paused = False
-
     def _send(self, decision: Decision) -> None:
         self.sent = decision.V, decision.omega
         since = min(self.view.driven_since, self.time.now) if any(self.sent) else math.inf
         self.view = replace(self.view, driven_since=since)
         self.cmd_vel.publish(*self.sent)
-
-    def _find_runaway(self) -> None:
-        """Cut the motors of a robot that moves on although it is commanded zero."""
-        now, view = self.time.now, self.view
-        is_seen = not view.pose_fault and now - view.measured < _RECENT_S
-        seen = view.velocities if is_seen else (0.0, 0.0)
-        wheels = view.wheels if now - view.rolled < _RECENT_S else None
-        has_rival = self.trouble_in_graph is not None
-        if self._runaways.update(self.robot, not any(self.sent), seen, wheels, has_rival, now):
-            self.get_logger().error(
-                f'robot {self.robot} still moves ({self._runaways.robots[self.robot]:.2f} m/s) '
-                'despite zero commands: switch it off'
-            )
-        if self.robot in self._runaways.robots:
-            self._cut_motors()
 
     def _tell(self, decision: Decision) -> None:
         """Show once why the robot stops for a while; the pause node shows what lasts."""
@@ -236,21 +195,6 @@ class CmdVelBridge(RobotNode):
             self._told, self._told_at = why.cause, now
         elif now - self._told_at > _OVER_AFTER_S:
             self._told = None
-
-    def _cut_motors(self) -> None:
-        """Switch the motors off until the next start: the robot moves although commanded zero."""
-        if not self.motors.is_cut:
-            off = 'its motors are off until the next start'
-            way = off if self.motors.can_switch else 'it has no motor_power: switch it off'
-            self.get_logger().error(f'robot {self.robot} does not obey zero: {way}')
-        self.motors.cut()
-        self.disobeys = IGNORES_ZERO
-
-    def _note_charge(self, percent: float | None) -> None:
-        self.charge = math.nan if percent is None else percent
-        if self.charge < LOW_PERCENT:
-            text = f'the battery of robot {self.robot} is at {self.charge:.0f} %: charge it'
-            self.warn_once('battery', text)
 
 
 def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:

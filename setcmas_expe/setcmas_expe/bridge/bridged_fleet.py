@@ -56,7 +56,9 @@ class BridgedFleet:
         for why, robots in list(lasting.items())[:1]:
             each = ', each' if len(robots) > 1 else ''
             text = f'{robots_in_words(robots)}{each}: {why.text}'
-            self._pause.latch(text, why.cause.may_be_load)
+            # An overloaded computer is late for all robots, a lost body or Wi-Fi for one.
+            is_of_all = len(robots) == len(decisions)
+            self._pause.latch(text, why.cause.may_be_load and is_of_all)
 
     def _look_for_stalls(self, now: float) -> None:
         if stalled_for := self._stalls.tick(time_since_boot()):

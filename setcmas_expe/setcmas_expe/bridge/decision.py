@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
-from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab import LOW_PERCENT, Lab
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import robots_in_words
 
@@ -52,6 +52,7 @@ class Cause(enum.Enum):
     RIVAL = 'another node also commands it'
     PAST_GUARD = 'another node commands it past its guard'
     GUARD = 'its guard stops it'
+    GUARD_SILENT = 'its guard is silent'
     DEAF = 'it does not take its commands'
     IN_OBSTACLE = 'inside an obstacle of the lab; carry it out'
     OTHERS_UNSEEN = 'other robots have not been seen yet'
@@ -79,7 +80,7 @@ class Cause(enum.Enum):
     @property
     def may_be_load(self) -> bool:
         """Whether an overloaded computer may cause it."""
-        return self in (Cause.POSE_OLD, Cause.NO_COMMAND, Cause.GUARD)
+        return self in (Cause.POSE_OLD, Cause.NO_COMMAND, Cause.GUARD_SILENT)
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,7 @@ class RobotView:
         wheels: By its wheel odometry.
         rolled: When that came.
         trouble: Why the robot, its guard or its topics are not reliable; None if they are.
+        charge: Of its battery in percent; NaN if unknown.
         driven_since: Since when it has been commanded to move; inf if it is not.
     """
 
@@ -129,6 +131,7 @@ class RobotView:
     wheels: Velocities = (0.0, 0.0)
     rolled: float = -math.inf
     trouble: StopReason | None = None
+    charge: float = math.nan
     driven_since: float = math.inf
 
 
@@ -262,7 +265,8 @@ def _blindness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Stop
 def _unreadiness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> StopReason | None:
     """Return why a robot with a known pose may not move; None if it may."""
     if robot.trouble:
-        return robot.trouble
+        low = f'; its battery was at {robot.charge:.0f} %' if robot.charge < LOW_PERCENT else ''
+        return StopReason(robot.trouble.cause, f'{robot.trouble.text}{low}')
     if robot.pose and lab.obstacles.contain(*robot.pose[:2]):
         return StopReason(Cause.IN_OBSTACLE)
     if unseen := [number for number, other in fleet.robots.items() if other.pose is None]:

@@ -85,7 +85,10 @@ class Deviation:
             wheels = ', but its wheels turn'
             check = 'has its body fallen off, or is it lifted or blocked?'
         else:
-            wheels, check = ', nor do its wheels', 'is it blocked, or are its motors off?'
+            wheels, check = (
+                ', nor do its wheels',
+                'is it blocked, its battery empty, or are its motors off?',
+            )
         return f'does not move as commanded{wheels}: {check}'
 
     def _heading(self, proved: bool) -> str:

@@ -38,6 +38,7 @@ PAUSED = {'pause': PauseReason(PauseCause.OPERATOR, 'paused')}
 SILENT = {'pause': PauseReason(PauseCause.SILENT, 'no message')}
 LATCHED = {'pause': PauseReason(PauseCause.LATCHED, 'robot 1: no command')}
 RIVAL = {'trouble': StopReason(Cause.RIVAL, '/joy also commands it')}
+DEAD = {'trouble': StopReason(Cause.GUARD_SILENT), 'charge': 4.0}
 RNG = np.random.default_rng(6)
 
 
@@ -88,6 +89,7 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
             Cause.OTHERS_UNSEEN,
         ),
         (RIVAL, State.STOPPED, '/joy also commands it', Cause.RIVAL),
+        (DEAD, State.STOPPED, 'its guard is silent; its battery was at 4 %', Cause.GUARD_SILENT),
         (RIVAL | {'deviation': 'drifts'}, State.STOPPED, '/joy also', Cause.RIVAL),
         ({'pose': None}, State.STOPPED, 'not seen yet', Cause.UNSEEN),
         ({'pose': None, 'pose_fault': 'tilted'}, State.STOPPED, 'tilted', Cause.POSE_REJECTED),
