@@ -3,18 +3,22 @@
 # PYTHON_ARGCOMPLETE_OK
 from __future__ import annotations
 
-import argparse
-import importlib
-import os
-import sys
-from contextvars import copy_context
-from pathlib import Path
-from typing import Any, NoReturn
+try:
+    import argparse
+    import errno
+    import importlib
+    import os
+    import sys
+    from contextvars import copy_context
+    from pathlib import Path
+    from typing import Any, NoReturn
 
-from launch_scripts.environment import clean_environment
-from launch_scripts.terminal import kept_terminal
-from setcmas_simu import __version__
-from setcmas_simu.errors import SetcmasError, did_you_mean
+    from launch_scripts.environment import clean_environment, open_streams
+    from launch_scripts.terminal import kept_terminal
+    from setcmas_simu import __version__
+    from setcmas_simu.errors import SetcmasError, did_you_mean
+except KeyboardInterrupt:  # Ctrl-C while modules are loaded
+    raise SystemExit(130) from None
 
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
@@ -124,6 +128,7 @@ def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     clean_environment()
+    open_streams()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ['help']:
         arguments = [*arguments[1:2], '--help']
@@ -133,13 +138,21 @@ def main(arguments: list[str] | None = None) -> int:
         with kept_terminal():
             return int(copy_context().run(args.main, args))  # a palette is of this command only
     except SetcmasError as error:
-        print(f'{" ".join(["setcmas", *arguments[:1]])}: {error}', file=sys.stderr)
-        return 2
+        return _failed(arguments, str(error))
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # as in `setcmas run ... | head`: the work is done
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        if error.errno not in (errno.EMFILE, errno.ENFILE):
+            raise
+        return _failed(arguments, 'it may not open more files; raise the limit: ulimit -n 1024')
+
+
+def _failed(arguments: list[str], reason: str) -> int:
+    print(f'{" ".join(["setcmas", *arguments[:1]])}: {reason}', file=sys.stderr)
+    return 2
 
 
 def _check_current_folder() -> None:

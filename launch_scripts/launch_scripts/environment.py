@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from launch_scripts.terminal import LOG_FORMAT
+from launch_scripts.terminal import LOG_FORMAT, warn
 from setcmas_simu.errors import SetcmasError, install_command
 
 _PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
@@ -101,8 +101,16 @@ def clean_environment() -> None:
         del os.environ['MPLBACKEND']
 
 
+def open_streams() -> None:
+    """Replace standard streams that are closed, as some services start commands, by empty ones."""
+    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115
+
+
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
-_LARGEST_DOMAIN = 101  # above, ports collide with those that systems assign
+_LARGEST_DOMAIN = 232
+_SHARED_DOMAINS = range(102, 215)  # Linux gives their ports to other programs, too
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _LEAVING = (
     'ROS_STATIC_PEERS',
@@ -127,6 +135,11 @@ def require_ros(without: str = '') -> None:
     if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
         raise SetcmasError(
             f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {_LARGEST_DOMAIN}, or unset"
+        )
+    if int(domain) in _SHARED_DOMAINS:
+        warn(
+            f'setcmas: ROS_DOMAIN_ID is {domain}, whose ports other programs may hold; if nodes '
+            'do not find each other, use 0 to 101'
         )
     middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
     if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:

@@ -173,3 +173,38 @@ def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path, ver
     assert result.stderr == (
         f'setcmas{shown}: the current folder was removed; change to another folder\n'
     )
+
+
+def test_ctrl_c_while_modules_are_loaded_prints_nothing():
+    code = (
+        'import sys\n'
+        'class Interrupted:\n'
+        '    def find_spec(self, name, *_):\n'
+        '        if name == "setcmas_simu.errors":\n'
+        '            raise KeyboardInterrupt\n'
+        'sys.meta_path.insert(0, Interrupted())\n'
+        'import launch_scripts.cli'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert (result.returncode, result.stdout, result.stderr) == (130, '', '')
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='a limit of POSIX')
+def test_too_few_open_files_are_told_in_one_line():
+    code = (
+        'import resource\n'
+        'from launch_scripts import cli\n'
+        'def no_files(args):\n'
+        '    resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))\n'
+        '    open("/dev/null")\n'
+        'from launch_scripts.commands import list\n'
+        'list.main = no_files\n'
+        'raise SystemExit(cli.main(["list"]))'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert result.returncode == 2
+    assert result.stderr == (
+        'setcmas list: it may not open more files; raise the limit: ulimit -n 1024\n'
+    )

@@ -72,12 +72,30 @@ def test_where_signals_are_missing_the_commands_can_be_imported():
     subprocess.run([sys.executable, '-c', code], check=True)
 
 
+def test_streams_that_are_closed_are_empty_ones(monkeypatch):
+    monkeypatch.setattr(sys, 'stdin', None)
+    environment.open_streams()
+
+    with sys.stdin as stream:
+        assert (stream.isatty(), stream.read()) == (False, '')
+
+
 @pytest.mark.parametrize('domain', ['abc', '-1', '300', '1.5'])
 def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
 
-    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to 101"):
+    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to 232"):
         environment.require_ros()
+
+
+def test_a_domain_whose_ports_other_programs_may_hold_is_taken_with_a_warning(monkeypatch, capsys):
+    told = []
+    for domain in ('101', '150', '232'):
+        monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+        environment.require_ros()
+        told.append(capsys.readouterr().err.count('ROS_DOMAIN_ID is'))
+
+    assert told == [0, 1, 0]
 
 
 def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environment(tmp_path):

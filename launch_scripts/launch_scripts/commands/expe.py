@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 import time
 from dataclasses import asdict
 
@@ -285,6 +284,6 @@ def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool
     starts = 'starts the robots, for as long as it is held' if hold else 'starts the robots'
     if ways:
         supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')
-    if not has_keys and sys.stdin is not None:
+    if not has_keys:
         nothing = '' if ways else ': only a joystick could start the robots'
         supervisor.warn(f'no terminal to read keys from{nothing}')

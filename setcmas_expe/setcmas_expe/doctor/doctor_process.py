@@ -35,7 +35,8 @@ _PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
 _RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
-_LARGEST_DOMAIN = 101
+_LARGEST_DOMAIN = 232
+_SHARED_DOMAINS = range(102, 215)  # Linux gives their ports to other programs, too
 _WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
 
 
@@ -102,8 +103,10 @@ def domain_finding(variables: Mapping[str, str]) -> Finding:
     """Return whether the ROS domain works on all systems."""
     text = variables.get('ROS_DOMAIN_ID') or '0'
     if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
-        advice = f'set ROS_DOMAIN_ID to a number from 0 to {_LARGEST_DOMAIN}'
-        return Finding(PROBLEM, 'ROS domain', f"'{text}'", advice)
+        return Finding(PROBLEM, 'ROS domain', f"'{text}'", 'set ROS_DOMAIN_ID to 0 to 101')
+    if int(text) in _SHARED_DOMAINS:
+        advice = 'other programs may hold its ports; set ROS_DOMAIN_ID to 0 to 101'
+        return Finding(NOTE, 'ROS domain', text, advice)
     return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
 
 

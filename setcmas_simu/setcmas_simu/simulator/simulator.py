@@ -141,7 +141,8 @@ class Simulator:
             clock.begin if clock else 0.0,
         )
         self._missed = 0
-        self._last_step = self._next_look = 0.0
+        self._last_step = self._next_look = self._next_warning = 0.0
+        self._last_warning = time.monotonic()
 
     def run(self, process: RosProcess) -> None:
         """Step until the process must stop."""
@@ -167,13 +168,15 @@ class Simulator:
         if (real := time.monotonic()) < self._next_look:
             return
         self._next_look = real + _LOOK_EVERY_S
-        if self._missed:
+        if self._missed and real >= self._next_warning:
+            seconds = real - self._last_warning
             steps = 'step was' if self._missed == 1 else 'steps were'
             self._node.get_logger().warning(
-                f'{self._missed} {steps} missed in the last {_LOOK_EVERY_S:g} s: '
+                f'{self._missed} {steps} missed in the last {seconds:.0f} s: '
                 'this machine is too busy for the simulation'
             )
-            self._missed = 0
+            self._missed, self._last_warning = 0, real
+            self._next_warning = real + 2 * seconds  # a busy machine stays busy
         self._unread.look()
         self._others.look()
 

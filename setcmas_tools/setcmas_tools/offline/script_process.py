@@ -183,8 +183,8 @@ class ScriptProcess(Generic[Result]):
                 self._process.start()
         except (OSError, EOFError) as error:
             raise StartError(
-                'this computer cannot run more processes for scripts; are memory, disk and number '
-                'of processes sufficient?'
+                'this computer cannot run more processes for scripts; are memory, disk, and the '
+                'limits of processes and open files (ulimit -u, -n) sufficient?'
             ) from error
         for writer in self._writers:
             writer.close()

@@ -15,7 +15,7 @@ from setcmas_expe.doctor.doctor_process import (
     domain_finding,
     python_finding,
 )
-from setcmas_expe.doctor.findings import OK, PROBLEM
+from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM
 
 
 @pytest.mark.parametrize(
@@ -23,8 +23,9 @@ from setcmas_expe.doctor.findings import OK, PROBLEM
     [
         (python_finding, [(3, 10), (3, 13)], OK),
         (python_finding, [(3, 9), (3, 14)], PROBLEM),
-        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('', '101')], OK),
-        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('102', '-1', 'a')], PROBLEM),
+        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
+        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
+        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
     ],
 )
 def test_pythons_and_domains(check, values, level):
