@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from setcmas_expe.mocap.camera_file import Camera, CameraFile, RobotTags
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import needs
+from setcmas_simu.errors import SetcmasError, needs
 
 with needs('camera'):
     import cv2
@@ -37,6 +37,7 @@ _EDGE_PX = 100.0
 _LEAST_WEIGHT = 1e-3
 _QUIET_S = 5.0
 _MOST_SIZE_ERROR = 0.04
+_FIRST_BYTE = 0b001000_01  # of tag 0: its first row and the beginning of the second one
 _MOST_SHAPE_ERROR = 0.05
 """Largest distance of a corner from its place in a square, relative to the tag's size."""
 TAG_CORNERS = np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j]) / 2
@@ -77,8 +78,14 @@ class TagDetector:
 
 
 def tag_family() -> cv2.aruco.Dictionary:
-    """Return the dictionary of AprilTags 36h11."""
-    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    """Return the dictionary of AprilTags 36h11; SetcmasError if glued tags would be turned."""
+    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    if family.bytesList[0, 0, 0] != _FIRST_BYTE:
+        raise SetcmasError(
+            f'OpenCV {cv2.__version__} turns AprilTags by 180 degrees, so robots would drive '
+            "backwards; install one up to 5.0.0: pip install 'opencv-python-headless<5.0.1'"
+        )
+    return family
 
 
 def _outer(corners: NDArray[np.float32]) -> Floats:

@@ -20,7 +20,20 @@ with needs('camera'):
 
 _LOOK_S = 0.01
 _PATIENCE_S = 10.0
-_DEPTHS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4}
+_ENCODINGS: dict[str, tuple[int, int | None]] = {
+    'mono8': (1, None),
+    '8UC1': (1, None),
+    'bgr8': (3, None),
+    '8UC3': (3, None),
+    'rgb8': (3, cv2.COLOR_RGB2BGR),
+    'bgra8': (4, cv2.COLOR_BGRA2BGR),
+    'rgba8': (4, cv2.COLOR_RGBA2BGR),
+    'yuv422_yuy2': (2, cv2.COLOR_YUV2BGR_YUY2),
+    'yuyv': (2, cv2.COLOR_YUV2BGR_YUY2),
+    'yuv422': (2, cv2.COLOR_YUV2BGR_UYVY),
+    'uyvy': (2, cv2.COLOR_YUV2BGR_UYVY),
+}
+"""Bytes of a pixel, and the conversion to blue, green, red."""
 
 
 class PictureTopic:
@@ -68,15 +81,15 @@ def decoded(message: Any) -> Picture:
         if picture is None:
             raise SetcmasError(f'compressed pictures cannot be read: {message.format}')
         return picture
-    depth = _DEPTHS.get(message.encoding)
-    if depth is None:
-        must_be = f'it must be one of {", ".join(_DEPTHS)}'
+    if message.encoding not in _ENCODINGS:
+        must_be = f'it must be one of {", ".join(_ENCODINGS)}'
         raise SetcmasError(f"pictures have the encoding '{message.encoding}'; {must_be}")
+    depth, conversion = _ENCODINGS[message.encoding]
     if len(data) != message.height * message.step or message.step < depth * message.width:
         raise SetcmasError(f'a picture of {message.height} rows has {len(data)} bytes')
-    rows = data.reshape(message.height, message.step)[:, : depth * message.width]
-    picture = rows.reshape(message.height, message.width, depth)
-    if depth == 1:
-        return picture[:, :, 0]
-    is_rgb = message.encoding.startswith('rgb')
-    return np.ascontiguousarray(picture[:, :, 2::-1] if is_rgb else picture[:, :, :3])
+    width = message.width - message.width % 2 if depth == 2 else message.width  # pixels in pairs
+    rows = data.reshape(message.height, message.step)[:, : depth * width]
+    picture = np.ascontiguousarray(rows.reshape(message.height, width, depth))
+    if conversion is not None:
+        return cv2.cvtColor(picture, conversion)
+    return picture[:, :, 0] if depth == 1 else picture

@@ -1,6 +1,7 @@
 """Tags in a recorded video; two cameras that disagree; bumped cameras, hidden floor tags."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from setcmas_expe.mocap.camera_poses import (
     FusedPoses,
     TagDetector,
     TagPose,
+    tag_family,
     tag_pose,
 )
+from setcmas_simu.errors import SetcmasError
 
 SPEED = 0.2
 BIAS = 0.02
@@ -179,6 +182,15 @@ def test_poses_are_those_of_the_robots_in_the_video():
     assert len(distances) == 60
     assert max(distances) < 0.003
     assert max(turns) < math.radians(1.0)
+
+
+def test_an_opencv_that_turns_the_tags_is_refused(monkeypatch):
+    quarters = tag_family().bytesList.reshape(-1, 4, 5)
+    turned = SimpleNamespace(bytesList=np.roll(quarters, 2, axis=1))
+    monkeypatch.setattr(cv2.aruco, 'getPredefinedDictionary', lambda _: turned)
+
+    with pytest.raises(SetcmasError, match='turns AprilTags by 180 degrees'):
+        TagDetector()
 
 
 SQUARE = 0.06 * np.array([[1.0, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])

@@ -24,9 +24,24 @@ def message(encoding, picture, padding=0):
 @pytest.mark.parametrize('padding', [0, 5])
 def test_images_are_decoded(padding):
     assert (decoded(message('bgr8', PICTURE, padding)) == PICTURE).all()
-    assert (decoded(message('mono8', PICTURE[:, :, 0], padding)) == PICTURE[:, :, 0]).all()
+    assert (decoded(message('8UC3', PICTURE, padding)) == PICTURE).all()
+    assert (decoded(message('rgb8', PICTURE[:, :, ::-1], padding)) == PICTURE).all()
+    for encoding in ('mono8', '8UC1'):
+        assert (decoded(message(encoding, PICTURE[:, :, 0], padding)) == PICTURE[:, :, 0]).all()
     with pytest.raises(SetcmasError, match="the encoding 'bayer'; it must be one of mono8"):
         decoded(message('bayer', PICTURE))
+
+
+@pytest.mark.parametrize(('encoding', 'grey'), [('yuv422_yuy2', 0), ('yuv422', 1)])
+def test_pixels_in_pairs_keep_their_brightness(encoding, grey):
+    picture = np.full((2, 3, 2), 128, np.uint8)  # an odd width: the last pixel has no partner
+    picture[:, :, grey] = [50, 100, 200]
+    bright = decoded(message(encoding, picture)).astype(float)
+
+    assert bright.shape == (2, 2, 3)
+    np.testing.assert_allclose(
+        bright, [[3 * [1.164 * (50 - 16)], 3 * [1.164 * (100 - 16)]]] * 2, atol=1
+    )
 
 
 def test_compressed_images_are_decoded():
