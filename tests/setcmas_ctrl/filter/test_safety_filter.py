@@ -71,6 +71,21 @@ def test_robots_that_change_places_never_come_nearer_than_wanted(model):
     assert 0.4 <= least < 0.6
 
 
+def test_robots_keep_the_distance_of_a_lab_where_poses_are_a_tenth_of_a_second_old():
+    filtered = Commander(GainOptions(), FilterOptions(filter='barrier', gamma=5.0), [1, 2], 2)
+    filtered.use([OMNIDIRECTIONAL] * 2)
+    x, wanted = np.array([-2.0, 2.0]), np.array([[0.5, -0.5], [0.0, 0.0]])
+    velocity, distances = np.zeros(2), []
+    for _ in range(100):
+        seen = np.array([x, 0 * x, 0 * x])
+        x = x + 0.1 * velocity  # while the poses are on their way
+        velocity = filtered(wanted, seen).allowed[0]
+        x = x + 0.1 * velocity
+        distances.append(x[1] - x[0])
+
+    assert 0.35 <= min(distances) < 0.45
+
+
 def test_robots_of_two_processes_do_half_each():
     least, _ = swap(parts=[[1, 2, 5], [3, 4, 6]], min_separation=0.4).run()
 
@@ -163,7 +178,7 @@ def test_unicycles_whose_points_have_passed_each_other_go_back():
 
 def test_points_that_could_pass_each_other_are_refused():
     with pytest.raises(SetcmasError, match='less than half of min_separation'):
-        Fleet(np.zeros((3, 2)), np.zeros((2, 2)), model=UNICYCLE, lookahead=0.175)
+        Fleet(np.zeros((3, 2)), np.zeros((2, 2)), model=UNICYCLE, lookahead=0.225)
 
 
 @pytest.mark.parametrize('model', [OMNIDIRECTIONAL, UNICYCLE])
