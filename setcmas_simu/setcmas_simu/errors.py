@@ -74,3 +74,9 @@ def did_you_mean(name: object, known: Iterable[str], most: int = 1) -> str:
     """Return '; did you mean ...?' with the most similar names; empty if none is similar."""
     near = nearest(name, known, most)
     return f'; did you mean {" or ".join(near)}?' if near else ''
+
+
+def it_must_be(accepted: str, name: object, known: Iterable[str]) -> str:
+    """Return '; it must be ...', after the most similar of the known names if one is similar."""
+    hint = did_you_mean(name, known)
+    return f'{hint} It must be {accepted}' if hint else f'; it must be {accepted}'

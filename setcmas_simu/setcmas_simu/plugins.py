@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError, it_must_be
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint, SelectableGroups
@@ -94,8 +94,8 @@ class _Group:
         if not plugins:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
         if name not in self:
-            known = f'{", ".join(plugins)}{did_you_mean(name, plugins)}'
-            raise SetcmasError(f"unknown {self.kind} '{name}'; must be one of {known}")
+            expected = it_must_be(f'one of {", ".join(plugins)}', name, plugins)
+            raise SetcmasError(f"unknown {self.kind} '{name}'{expected}")
         plugin = plugins[self._spelled(name)]
         _warn_of_hidden(self.kind, plugin)
         return plugin

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError, it_must_be
 from setcmas_simu.limited_file import read_limited, written_whole
 
 # Such as 1e-3, which is a text in YAML 1.1.
@@ -36,9 +36,10 @@ class Entry:
         """Return an error with file and line of this value."""
         return SetcmasError(f'{self.file}, line {self.line}: {message}')
 
-    def mistake(self, accepted: str) -> SetcmasError:
-        """Return the error that this value is not of the accepted form."""
-        return self.error(f'{self.name or "this"} is {_shown(self.value)}; it must be {accepted}')
+    def mistake(self, accepted: str, known: Iterable[str] = ()) -> SetcmasError:
+        """Return the error that this value is not of the accepted form, or none of the known."""
+        expected = it_must_be(accepted, self.value, known)
+        return self.error(f'{self.name or "this"} is {_shown(self.value)}{expected}')
 
     def fields(self, accepted: Iterable[str]) -> dict[str, Entry]:
         """Return the entries of a mapping by key; raise SetcmasError for another key or value."""
@@ -47,10 +48,8 @@ class Entry:
             raise self.mistake(f'a mapping with the keys {", ".join(known)}')
         for key, entry in self.value.items():
             if key not in known:
-                raise entry.error(
-                    f"there is no key '{entry.name[:_LONGEST_TEXT]}'; it must be one of "
-                    f'{", ".join(known)}{did_you_mean(key, known)}'
-                )
+                expected = it_must_be(f'one of {", ".join(known)}', key, known)
+                raise entry.error(f"there is no key '{entry.name[:_LONGEST_TEXT]}'{expected}")
         return dict(self.value)
 
     def items(self) -> list[Entry]:

@@ -102,7 +102,8 @@ def test_an_unknown_name_is_reported_with_the_known_ones(install):
     install('pack_c', 'ONE = 1', first=':ONE', second=':ONE')
 
     with pytest.raises(
-        SetcmasError, match=r"unknown thing 'frst'; must be one of first, second; did"
+        SetcmasError,
+        match=r"unknown thing 'frst'; did you mean first\? It must be one of first, second$",
     ):
         THINGS.get('frst')
 

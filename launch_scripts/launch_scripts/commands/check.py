@@ -52,7 +52,8 @@ def main(args: argparse.Namespace) -> int:
         rubric = chosen_rubric(law.script, args.rubric).shown()
         picture = args.output or Path(f'{Path(law.name).stem}_check.png')
         check_picture(picture)
-        result = Check(law.marks(rubric, runs_apart(law.script, rubric, call_timeout)))
+        marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
+        result = Check(marks, rubric.hidden_points)
     if args.json:
         print(json.dumps(result.plain()))
         return 0 if result.marks.is_full else SCRIPT_FAILED

@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError, it_must_be
 from setcmas_simu.fleet.fleet import mapped, parse_robots
 from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.yaml_entries import Entry
@@ -43,7 +43,8 @@ class Kind:
 
     def expected(self, value: Any) -> str:
         """Return the words that follow "must be" for a refused value."""
-        return f'{self.must_be}{did_you_mean(value, self.choices)}'
+        del value  # other kinds look at it
+        return self.must_be
 
     def parse(self, text: str) -> Any:
         """Return the value of a text; a malformed text unchanged."""
@@ -73,14 +74,15 @@ class Kind:
         """Return the value of a YAML entry, or raise SetcmasError with file and line."""
         value = self.value(entry.plain())
         if not self.accepts(value):
-            raise entry.mistake(self.expected(value))
+            raise entry.mistake(self.expected(value), self.choices)
         return value
 
     def check(self, name: str, value: Any) -> None:
         """Raise SetcmasError unless a value is of this kind; `name` is its name in the message."""
         if not self.accepts(value):
             shown = str(value).removesuffix('.0') if isinstance(value, Real) else repr(value)
-            raise SetcmasError(f'{name} is {shown}; it must be {self.expected(value)}')
+            expected = it_must_be(self.expected(value), value, self.choices)
+            raise SetcmasError(f'{name} is {shown}{expected}')
 
 
 @dataclass(frozen=True)

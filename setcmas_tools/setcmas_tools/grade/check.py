@@ -90,13 +90,15 @@ class Check:
 
     Attributes:
         marks: The marks.
+        hidden_points: Points of the hidden parts of the rubric, which do not count.
     """
 
     marks: Marks
+    hidden_points: float = 0.0
 
     def __str__(self) -> str:
         """Return a line per criterion, and hints below missed ones."""
-        return '\n'.join(_lines(self.marks))
+        return '\n'.join(_lines(self.marks, self.hidden_points))
 
     def plain(self) -> dict[str, Any]:
         """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
@@ -186,10 +188,11 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         chosen = chosen_rubric(None, rubric).shown()
         name = getattr(law, '__name__', chosen.function)
         run = runs_here(law, chosen.function)
-        return Check(mark(chosen, run, name, Student(name)))
+        return Check(mark(chosen, run, name, Student(name)), chosen.hidden_points)
     with opened(str(law)) as own:
         chosen = chosen_rubric(own.script, rubric).shown()
-        return Check(own.marks(chosen, runs_here(str(own.script), chosen.function)))
+        marks = own.marks(chosen, runs_here(str(own.script), chosen.function))
+        return Check(marks, chosen.hidden_points)
 
 
 @dataclass(frozen=True)
@@ -302,7 +305,7 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     )
 
 
-def _lines(marks: Marks) -> Iterator[str]:
+def _lines(marks: Marks, hidden_points: float) -> Iterator[str]:
     yield f'{marks.title}: {marks.submission}'
     if marks.unfilled:
         yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
@@ -315,7 +318,8 @@ def _lines(marks: Marks) -> Iterator[str]:
     missed = (one for scenario in marks.scenarios for one in scenario.criteria if not one.is_full)
     for metric in dict.fromkeys(one.metric for one in missed if one.metric in OF_ANSWERS):
         yield textwrap.fill(f'{metric}: {COMPARED[metric][1]}', _WIDTH, subsequent_indent='  ')
-    yield marks.points_text
+    more = f'; {points_text(hidden_points)} more are for hidden parts, which setcmas grade marks'
+    yield f'{marks.points_text}{more if hidden_points else ""}'
 
 
 def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing import Any
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import OneOf
+from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import UNITS, Criterion, figures_of, read_criteria
@@ -79,7 +79,10 @@ class MarkedScenario:
         return tuple(path for path in named if path.is_absolute())
 
 
-_KEYS = ('title', 'exercise', 'function', 'solution', 'references', 'mistakes', 'scenarios')
+_KEYS = (
+    'title', 'exercise', 'function', 'solution', 'references', 'mistakes', 'hidden_points',
+    'scenarios',
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,7 @@ class Rubric:
         mistakes: Typical mistakes with their hints.
         references: Folders with the solution's runs by scenario, for students without the
             solution; empty if it is there.
+        hidden_points: Points of the parts that have been left out of it.
     """
 
     file: Path
@@ -104,6 +108,7 @@ class Rubric:
     solution: Path | None = None
     mistakes: tuple[Mistake, ...] = ()
     references: Mapping[str, Path] = field(default_factory=dict)
+    hidden_points: float = 0.0
     _runs: dict[str, Run] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -144,7 +149,9 @@ class Rubric:
     def shown(self) -> Rubric:
         """Return the rubric without hidden parts."""
         scenarios = [one.shown() for one in self.scenarios if not one.hidden]
-        return replace(self, scenarios=tuple(one for one in scenarios if one.criteria))
+        shown = replace(self, scenarios=tuple(one for one in scenarios if one.criteria))
+        hidden = self.hidden_points + self.max_score - shown.max_score
+        return replace(shown, hidden_points=hidden)
 
     def solution_run(self, scenario: MarkedScenario) -> Run | None:
         """Return the run of the model solution, made once; None if there is no solution.
@@ -228,6 +235,7 @@ def read_rubric(path: Path) -> Rubric:
         solution=solution,
         mistakes=read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
         references=references,
+        hidden_points=_POINTS.of(fields['hidden_points']) if 'hidden_points' in fields else 0.0,
     )
     if references and rubric.compares_answers:
         raise fields['references'].error(
@@ -301,6 +309,7 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     return [MarkedScenario(own, criteria, one, hidden) for own, one in named]
 
 
+_POINTS = Number(least=0.0)
 _EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ..., at_most: ...}]'}
 
 

@@ -103,6 +103,8 @@ def _text(rubric: Rubric, shown: Rubric, is_public: bool) -> str:
             scenario.name: f'references/{number}'
             for number, scenario in enumerate(shown.scenarios, start=1)
         }
+    if shown.hidden_points:
+        content['hidden_points'] = shown.hidden_points
     scenarios = [_shown(one) for one in fields['scenarios'].items() if not _is_hidden(one)]
     content['scenarios'] = [one for one in scenarios if one['criteria']]
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)

@@ -21,7 +21,7 @@ from setcmas_ctrl.scripts.conversion_script import GivenConversion
 from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors
+from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.fleet.fleet import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
 from setcmas_simu.options.group import ClashError, Option, Options, option, plain
@@ -353,10 +353,8 @@ def options() -> dict[str, Option]:
 def _option(name: str) -> Option:
     known = options()
     if name not in known:
-        raise SetcmasError(
-            f"a scenario has no value '{name}'; it must be one of {', '.join(known)}"
-            f'{did_you_mean(name, known)}'
-        )
+        expected = it_must_be(f'one of {", ".join(known)}', name, known)
+        raise SetcmasError(f"a scenario has no value '{name}'{expected}")
     return known[name]
 
 

@@ -66,7 +66,7 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source, command):
         (('unused', '--robot', '--si-to-uni'), 'each write a script of their own'),
         (
             ('unused', '--exercise'),
-            "unknown exercise 'unused'; must be one of bearing_formation, ",
+            "unknown exercise 'unused'; it must be one of bearing_formation, ",
         ),
     ],
 )

@@ -78,7 +78,12 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
         ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
         ('links', 'knots', 8, 'knots.yaml'),
-        ('metric: disagreement', 'metric: disagrement', 11, 'did you mean disagreement'),
+        (
+            'metric: disagreement',
+            'metric: disagrement',
+            11,
+            "metric is 'disagrement'; did you mean disagreement? It must be disagreement, ",
+        ),
         ('below: 0.1, ', '', 11, 'one of at_most, below'),
         ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
         ('below: 0.1, ', 'below: 0.1, above: 0, ', 11, 'has two bounds, below and above'),

@@ -63,9 +63,11 @@ def test_students_check_without_the_solution_and_get_the_same_marks(rubric, tmp_
     points = {}
     for name, text in laws.items():
         (tmp_path / f'{name}.py').write_text(text)
-        own, full = (check(tmp_path / f'{name}.py', one).marks for one in (theirs, rubric))
-        assert own.score == full.score
-        points[name] = [one.points for one in own.scenarios[0].criteria]
+        own, full = (check(tmp_path / f'{name}.py', one) for one in (theirs, rubric))
+        assert own.marks.score == full.marks.score
+        assert own.hidden_points == full.hidden_points == 2
+        assert str(own).endswith('; 2 more are for hidden parts, which setcmas grade marks')
+        points[name] = [one.points for one in own.marks.scenarios[0].criteria]
     assert points['right'] == [3, 3, 3]
     assert points['next'][:2] == [3, 0]  # one place further, the polygon is as regular
 

@@ -17,7 +17,7 @@ def run(tmp_path):
         ('', 'waypoints', 'defines no WPL'),
         ('WPL = [1, 2]', 'waypoints', r'WPL is \[1, 2\]; it must be points'),
         ('R = 2', 'tracking', 'defines no W'),
-        ('', 'dance', "unknown task 'dance'; must be one of"),
+        ('', 'dance', "unknown task 'dance'; did you mean distances"),
         ('', None, 'mine.py declares no task; add --task'),
     ],
 )
