@@ -17,6 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import setcmas_tools.plots  # noqa: F401, which quiets matplotlib; it is loaded later
 from setcmas_ctrl.scripts.script_errors import (
     described_place,
     quoted_line,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import Field, fields
 from importlib import resources
@@ -23,6 +24,9 @@ _OFFERED = (
     'random_poses', 'pose', 'arena', 'obstacles',
 )  # fmt: skip
 """Options of the page, in order; the others need ROS, a solver, or files."""
+
+_COMMANDS = re.compile(r'\nCommands\n(    .*\n)+"""')
+"""The end of an exercise's docstring: a page has no terminal to type them in."""
 
 
 def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
@@ -59,7 +63,7 @@ def _names(group: ScriptGroup) -> list[str]:
 def _law(name: str, file: Path) -> dict[str, Any]:
     return {
         'name': name,
-        'text': file.read_text(encoding='utf-8'),
+        'text': _COMMANDS.sub('"""', file.read_text(encoding='utf-8'), count=1),
         'settings': [one for one in names_to_set(file) if one.isupper()],  # others are state
     }
 

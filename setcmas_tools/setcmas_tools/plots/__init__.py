@@ -16,6 +16,8 @@ def _prepare_matplotlib() -> None:
     for name in ('matplotlib', 'PIL'):
         if logging.getLogger(name).level == logging.NOTSET:
             logging.getLogger(name).setLevel(logging.WARNING)
+    # It says that it builds a cache of fonts, which reads as if a script had printed it.
+    logging.getLogger('matplotlib.font_manager').setLevel(logging.ERROR)
     if sys.platform != 'linux' or 'MPLCONFIGDIR' in os.environ:
         return
     config = os.environ.get('XDG_CONFIG_HOME') or '~/.config'

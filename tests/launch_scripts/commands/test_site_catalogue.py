@@ -22,6 +22,7 @@ def test_laws_and_exercises_have_their_texts(offered):
     assert laws['consensus']['text'].startswith('"""')
     assert laws['kuramoto']['settings'] == ['K', 'W', 'DW', 'SPEED', 'WAIT']  # no state
     assert 'TODO' in exercises['consensus']['text']
+    assert not [name for name, one in exercises.items() if 'setcmas new' in one['text']]
     assert exercises['ctc']['function'] == 'ctc'
     assert exercises['consensus']['points'] == 10
     assert 'def control' in offered['template']['text']

@@ -1,7 +1,7 @@
 // The table of the robots, and details of the selected one.
 
 import {find, number} from './canvas.js';
-import {callAt, poseAt, robots, stateAt, valueAt, wrapped} from './history.js';
+import {callAt, isLive, poseAt, robots, stateAt, valueAt, wrapped} from './history.js';
 
 const rows = new Map();
 const UNKNOWN = {x: NaN, y: NaN, theta: NaN, v: NaN};
@@ -49,13 +49,13 @@ function line(...parts) {
 }
 export function fillAbout(now, selected) {
   find('about').replaceChildren();
-  if (!selected) { line('Select a robot, here or in the picture, to see what its law wanted.'); return; }
+  if (!selected) { line(`Select a robot, here or in the picture, to see ${isLive ? 'its pose and speeds' : 'what its law wanted'}.`); return; }
   const pose = poseAt(selected, now), call = callAt(selected, now), {kind, words} = stateAt(selected, now);
   line(selected.name).className = 'name';
   if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
     isNaN(pose.omega) ? '' : `, turn rate ${number(pose.omega, 3)} rad/s`);
   else line('Its pose is unknown at this time.');
-  if (call) aboutCall(call); else if (!words) line('No call of its law is recorded before this time.');
+  if (call) aboutCall(call); else if (!words && !isLive) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
   const message = call && valueAt(call.calls, call.t);
   if (message) line(`Its law sent ${message.text} at t = ${number(message.t, 2)} s.`);
