@@ -5,50 +5,17 @@ The pause node (`setcmas_expe.pause`) publishes them; everybody else listens thr
 
 from __future__ import annotations
 
-import enum
 import math
 import time
-from dataclasses import dataclass
 
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.control.control_options import PAUSE_TIMEOUT_S
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
-
-
-class PauseCause(enum.Enum):
-    """Why robots are paused; the values are texts for people."""
-
-    OPERATOR = 'paused'
-    SILENT = 'no message from the pause node'
-    NOT_STARTED = 'the pause node sent a start without a pause before it'
-    SEVERAL = 'several pause nodes publish /paused; is another experiment in this ROS domain?'
-    EMERGENCY = 'a stop is held'
-    LATCHED = 'stopped until a person starts'
-
-
-@dataclass(frozen=True)
-class PauseReason:
-    """Why robots are paused.
-
-    Attributes:
-        cause: The kind of reason.
-        text: The reason for people.
-        may_be_load: Whether an overloaded computer may have caused it.
-    """
-
-    cause: PauseCause
-    text: str
-    may_be_load: bool = False
-
-    @property
-    def is_of_operator(self) -> bool:
-        """Whether a start by the operator is all that is missing."""
-        return self.cause is PauseCause.OPERATOR
-
 
 SURE_AFTER_S = 0.25
 """Time in s with only "go" messages before it counts: the sender of a message is unknown, but a

@@ -120,11 +120,10 @@ def test_robots_gather_where_the_elected_leader_starts():
     assert np.abs(run.poses[-1, :2] - run.poses[0, :2, leader - 1, None]).max() < 0.05
 
 
-def test_leader_election_with_too_few_numbers_says_so_once_and_goes_on(capfd):
+def test_leader_election_with_too_few_numbers_goes_on():
     run = simulate('leader_election', 4, 2.0, set={'NUMBERS': [5, 7]})
 
     assert run.failed_robots == []
-    assert capfd.readouterr().out.count('NUMBERS has 2 of 4 numbers') == 1
     assert {one.value[0] for one in run.messages[-4:]} == {7}
 
 

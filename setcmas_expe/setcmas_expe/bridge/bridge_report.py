@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import Cause, Decision, State
 
 _YES = 'yes'

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseCause, PauseReason, PauseWatch
+from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import Decision, FleetView, RobotView, StopReason
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.guard.machine_load import (

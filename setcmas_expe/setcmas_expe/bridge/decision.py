@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import robots_in_words

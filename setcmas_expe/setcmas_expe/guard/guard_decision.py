@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from setcmas_ctrl.experiment_pause import PauseReason
+from setcmas_ctrl.pause_reason import PauseReason
 
 
 class GuardState(enum.Enum):

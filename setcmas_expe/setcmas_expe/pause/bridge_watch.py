@@ -9,7 +9,7 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from setcmas_ctrl.experiment_pause import PauseReason
+from setcmas_ctrl.pause_reason import PauseReason
 from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import Cause
 from setcmas_expe.cmd_vel_bridge import robot_commands

@@ -12,7 +12,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.experiment_pause import PauseCause
+from setcmas_ctrl.pause_reason import PauseCause
 from setcmas_expe.guard.machine_load import (
     OVERLOADED,
     ProcessorLoad,

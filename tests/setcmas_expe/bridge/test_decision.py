@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import (
     HOLD_S,
     Cause,

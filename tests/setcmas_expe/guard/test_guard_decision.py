@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.guard.guard_decision import GuardSituation, GuardState, StartLatch
 
 PAUSED, SILENT, NOT_STARTED = (

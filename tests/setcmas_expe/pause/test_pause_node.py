@@ -14,7 +14,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.supervisor import Supervisor
-from setcmas_ctrl.experiment_pause import PauseCause, PauseReason
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.bridge_report import report_values
 from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason
 from setcmas_expe.guard.machine_load import time_since_boot
