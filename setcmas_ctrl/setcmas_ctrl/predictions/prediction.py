@@ -45,6 +45,9 @@ def _function(thing: object) -> Predict:
     return thing
 
 
+_MOST_ROBOTS = 300
+"""Larger fleets are not predicted: their eigenvalues would take seconds."""
+
 PREDICTIONS = PluginGroup('setcmas.predictions', 'prediction', _function)
 """Predictions of the laws of installed packages, by the name of the law."""
 
@@ -62,7 +65,7 @@ def predicted_law(script: bytes) -> str | None:
 
 
 def predicted(name: str, law: Mapping[str, Any], conditions: Conditions) -> Prediction:
-    """Return what theory says of a run.
+    """Return what theory says of a run; nothing of more than 300 robots.
 
     Args:
         name: Name of the law.
@@ -73,6 +76,8 @@ def predicted(name: str, law: Mapping[str, Any], conditions: Conditions) -> Pred
         SetcmasError: The prediction cannot be imported.
         InvalidPluginError: It returns something else.
     """
+    if len(conditions.adjacency) > _MOST_ROBOTS:
+        return Prediction()
     result = PREDICTIONS.get(name)(SimpleNamespace(**law), conditions)
     if not isinstance(result, Prediction):
         raise InvalidPluginError(
