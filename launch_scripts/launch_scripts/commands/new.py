@@ -4,6 +4,7 @@ Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
   setcmas new my_law --from consensus --exercise   the exercise, for you to fill in
+  setcmas new my_task --exercise-from solution.py  an exercise of yours, and its rubric
   setcmas new my_robot --robot                     your own robot, for --model my_robot.py
   setcmas new my_driver --si-to-uni                how velocities become commands
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
@@ -21,6 +22,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from launch_scripts.environment import missing_ros
+from setcmas_ctrl.scripts.cut_exercise import cut_exercise, draft_rubric
 from setcmas_ctrl.scripts.loader import ALGORITHMS, CONDITIONS, EXERCISES, find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
@@ -40,6 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='copy the exercise, with blanks to fill in, instead of the finished law; without '
         '--from, the exercise called NAME',
     )
+    cut = (
+        'for teachers: a copy of this solution without the parts between the lines "# BEGIN '
+        'SOLUTION" and "# END SOLUTION", and a draft of the rubric'
+    )
+    parser.add_argument('--exercise-from', metavar='FILE.py', type=Path, help=cut)
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     conversion = 'a script with the built-in si_to_uni, for --si-to-uni'
     parser.add_argument('--si-to-uni', action='store_true', help=conversion)
@@ -58,6 +65,8 @@ def main(args: argparse.Namespace) -> int:
     if not args.name:
         raise SetcmasError('NAME is missing; give the script a name, such as my_law')
     target = _new_file(args.name)
+    if args.exercise_from:
+        return _write_exercise(args, target)
     others = [name for name in ('robot', 'si_to_uni') if getattr(args, name)]
     if len([*others, *filter(None, [args.source or args.exercise])]) > 1:
         raise SetcmasError(
@@ -85,8 +94,21 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
+def _write_exercise(args: argparse.Namespace, target: Path) -> int:
+    if args.source or args.exercise or args.robot or args.si_to_uni:
+        raise SetcmasError('--exercise-from writes an exercise; leave the other options out')
+    solution, rubric = args.exercise_from, target.with_suffix('.yaml')
+    exercise = cut_exercise(solution)
+    _write(rubric, draft_rubric(solution, target.stem).encode())
+    _write(target, exercise.encode())
+    print(f'students get {target}; edit {rubric}, then run')
+    print(f'    setcmas check {solution} --rubric {rubric}')
+    print(f'    setcmas grade --handout check.zip --rubric {rubric}')
+    return 0
+
+
 def _write_lab_file(args: argparse.Namespace) -> int:
-    if args.source or args.exercise:
+    if args.source or args.exercise or args.exercise_from:
         raise SetcmasError('--lab writes a lab file; --from and --exercise are for scripts')
     target = Path(args.name or 'lab').with_suffix('.yaml')
     _write(target, DEFAULT_FILE.read_bytes())
@@ -96,7 +118,8 @@ def _write_lab_file(args: argparse.Namespace) -> int:
 
 
 def _write_session(args: argparse.Namespace) -> int:
-    if args.source or args.exercise or args.robot or args.si_to_uni or args.lab:
+    others = args.source, args.exercise, args.exercise_from, args.robot, args.si_to_uni, args.lab
+    if any(others):
         raise SetcmasError('--session writes a whole folder; leave the other options out')
     sessions = Path(str(resources.files('setcmas_ctrl') / 'sessions'))
     source = sessions / f'session_{args.session}.md'
