@@ -211,25 +211,6 @@ class UnreadCommands:
         )
 
 
-class OnlySender:
-    """Remembers the process that is alone on a topic, to detect a second publisher."""
-
-    def __init__(self, node: Node, topic: str) -> None:
-        """Watch a topic (full name) through a node."""
-        self.process: set[bytes] = set()
-        self._node = node
-        self._topic = topic
-
-    def impostor(self) -> str:
-        """Return a message about a second publisher; '' if there is none."""
-        found = participants(self._node, self._topic)
-        if len(found) == 1:
-            self.process = found
-        others = strangers(self._node, self._topic, self.process)
-        rivals = len(found) > 1 and others
-        return f'{others[0]} also publishes its wheel odometry' if rivals else ''
-
-
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
 _LAST_COMMAND_S = 0.3
 
