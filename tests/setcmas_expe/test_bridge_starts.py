@@ -127,8 +127,23 @@ def test_a_robot_that_moves_against_a_commanded_zero_is_reported(lab, bridges, V
         return lab.status(1)[1]['runs_away'] == 'yes'
 
     lab.peer.wait_for(pushed)
-    bridges.wait_for_output('robot 1 still moves (0.')
-    assert ' despite zero commands: switch it off' in bridges.output()
+    bridges.wait_for_output('robot 1 does not obey zero: it has no motor_power: switch it off')
+
+
+def test_a_robot_that_has_stood_and_then_moves_is_carried(lab, bridges):
+    lab.let_go({1: GO})
+    lab.paused = True
+    lab.peer.wait_for(lambda: lab.status(1)[1]['speed'] == '0.000')
+    begin, told = lab.ticks, set()
+
+    def carried():
+        spent = (lab.ticks - begin) / HZ
+        lab.poses[1] = (-1.0 + 0.2 * spent, 0.0, 0.5)
+        told.add(lab.status(1)[1]['runs_away'])
+        return spent > 3.0
+
+    lab.peer.wait_for(carried)
+    assert told == {''}
 
 
 def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):

@@ -8,9 +8,10 @@ from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import (
     IGNORES_ZERO,
+    MOVES_M_S,
+    RUNS_AWAY_AFTER_S,
     SLOWS_WITHIN_OVER_RADIO_S,
     Obedience,
-    Runaways,
 )
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_simu.fleet import topics
@@ -34,8 +35,10 @@ class WheelWatch:
         self._guard = guard
         self._motors = MotorPower(node, robot.topic(topics.MOTOR_POWER))
         self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
-        self._runaways = Runaways(lab.limits)
+        self._limits = lab.limits
+        self._by_mocap = Obedience(lab.limits, RUNS_AWAY_AFTER_S)  # of a robot without odometry
         self._was_paused = self._told_unguarded = False
+        self._may_roll = False  # it has not stood since it was told to move; else it is carried
 
     def measure(self, V: float, omega: float, now: float) -> None:
         """Note the forward speed (m/s) and turn rate (rad/s) of the wheels at a time (s)."""
@@ -68,18 +71,18 @@ class WheelWatch:
         self._find_runaway(decision, view, now)
 
     def _find_runaway(self, decision: Decision, view: RobotView, now: float) -> None:
-        """Cut the motors of a robot that motion capture sees moving on against zero."""
-        is_zero = decision.V == decision.omega == 0.0
-        is_seen = not view.pose_fault and now - view.measured < _RECENT_S
-        seen = view.velocities if is_seen else (0.0, 0.0)
-        wheels = view.wheels if now - view.rolled < _RECENT_S else None
+        """Cut the motors of a robot without odometry that motion capture sees moving on."""
+        if now - view.rolled < _RECENT_S:
+            return  # its wheels say whether it drives, or is carried
+        commanded = decision.V, decision.omega
+        self._may_roll |= any(commanded)
+        if not view.pose_fault and now - view.measured < _RECENT_S:
+            moves = self._limits.faster_wheel(*view.velocities) > MOVES_M_S
+            self._by_mocap.measure(*(view.velocities if moves else (0.0, 0.0)), now)
+            self._may_roll &= moves or any(commanded)
         has_rival = view.trouble is not None and view.trouble.cause.is_contest
-        if self._runaways.update(self._robot, is_zero, seen, wheels, has_rival, now):
-            self._logger.error(
-                f'robot {self._robot} still moves ({self._runaways.robots[self._robot]:.2f} m/s) '
-                'despite zero commands: switch it off'
-            )
-        if self._robot in self._runaways.robots:
+        ignores_zero = self._by_mocap.update(*commanded, now) == IGNORES_ZERO
+        if ignores_zero and (self._may_roll or has_rival):
             self._cut_motors()
 
     def _cut_motors(self) -> None:

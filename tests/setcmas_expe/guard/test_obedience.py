@@ -6,7 +6,6 @@ from setcmas_expe.guard.obedience import (
     SLOWS_WITHIN_OVER_RADIO_S,
     SLOWS_WITHIN_S,
     Obedience,
-    Runaways,
 )
 from setcmas_simu.robots.model import IDEAL, ROBOT_LIMITS
 
@@ -127,52 +126,3 @@ def test_who_came_to_rest_is_known_until_the_next_command_to_move():
     obedience.update(0.1, 0.0, 0.6)
     obedience.update(0.0, 0.0, 0.6)
     assert not obedience.came_to_rest
-
-
-def runs_away(runaways, is_zero, seen, wheels, now, has_rival=False):
-    """Return whether a robot with this forward speed (m/s) is a new runaway."""
-    wheels = None if wheels is None else (wheels, 0.0)
-    return runaways.update(1, is_zero, (seen, 0.0), wheels, has_rival, now)
-
-
-def test_a_robot_that_does_not_stop_is_noticed_once():
-    runaways = Runaways(IDEAL)
-
-    assert not runs_away(runaways, False, 0.2, None, 1.0)
-    assert not runs_away(runaways, True, 0.2, None, 0.9 * RUNS_AWAY_AFTER_S + 1.0)
-    assert runs_away(runaways, True, -0.2, None, 1.1 * RUNS_AWAY_AFTER_S + 1.0)
-    assert not runs_away(runaways, True, 0.19, None, 1.2 * RUNS_AWAY_AFTER_S + 1.0)
-    assert runaways.robots == {1: 0.19}
-
-    runs_away(runaways, False, 0.2, None, 8.0)
-    assert runaways.robots == {}
-    assert not runs_away(runaways, True, 0.2, None, 8.5)
-
-
-def test_a_robot_that_came_to_rest_is_carried():
-    runaways = Runaways(IDEAL)
-    assert not runs_away(runaways, True, 0.3, None, 0.0)  # it was never commanded
-    assert not runs_away(runaways, True, 0.3, None, 5.0)
-    runs_away(runaways, False, 0.2, None, 6.0)
-    runs_away(runaways, True, 0.01, None, 6.5)
-
-    assert not runs_away(runaways, True, 0.3, None, 9.0)
-    assert runaways.robots == {}
-
-
-def test_a_robot_whose_wheels_show_no_more_than_noise_is_carried():
-    runaways = Runaways(ROBOT_LIMITS['burger'])
-    for step in range(60):
-        seen = (0.5 if step > 20 else 0.0, 0.0)
-        assert not runaways.update(1, True, seen, NOISE[step % 3], False, step / 20)
-
-
-@pytest.mark.parametrize(('wheels', 'rival'), [(None, True), (0.0, False)])
-def test_a_robot_whose_wheels_turn_again_or_that_has_a_rival_is_driven(wheels, rival):
-    runaways = Runaways(IDEAL)
-    for now in (0.0, 9.0, 9.1):
-        assert not runs_away(runaways, True, 0.0, wheels, now, rival)
-
-    again = None if wheels is None else 0.2
-    assert not runs_away(runaways, True, 0.2, again, 9.2, rival)
-    assert runs_away(runaways, True, 0.2, again, 9.3 + RUNS_AWAY_AFTER_S, rival)
