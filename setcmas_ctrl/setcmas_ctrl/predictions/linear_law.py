@@ -1,9 +1,7 @@
 """Linear laws: what follows from their matrix, and how late all poses may be.
 
-A law v = -K (p - goal) turns a unicycle by omega = komega e with the heading error e. Far away the
-direction of the goal hardly changes: e' = -komega e(t - tau). Near it, at a speed of K times the
-distance, that direction turns by K sin(e), so e' = K e - komega e(t - tau). Commands that are held
-for a period h are old by h/2 on average. All arguments are in 1/s and s.
+A law v = -K (p - goal) turns a unicycle by omega = komega e with the heading error e, so that far
+away e' = -komega e(t - tau). Commands that are held for a period h are old by h/2 on average.
 """
 
 from __future__ import annotations
@@ -11,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from math import acos, log, pi, sqrt
+from math import log, pi
 from typing import Any
 
 import numpy as np
@@ -116,7 +114,7 @@ class LinearLaw:
         if self.kept == 1 and self.task and of_robots:
             yield from self._meeting_point(conditions)
         if of_robots and not is_late and self.starts is None:
-            yield from self._delay_margins(values, conditions)
+            yield self._delay_margin(values, conditions)
             if conditions.threshold and np.allclose(self.matrix, self.matrix.T):
                 yield self._event_bound(conditions)
 
@@ -134,10 +132,10 @@ class LinearLaw:
             by = f'mean of the starts with weights {formula}'
             yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
 
-    def _delay_margins(self, values: NDArray[Any], conditions: Conditions) -> Iterator[Theorem]:
-        """Yield how late all poses may be, from the eigenvalues of M that are not kept.
+    def _delay_margin(self, values: NDArray[Any], conditions: Conditions) -> Theorem:
+        """Return how late all poses may be, from the eigenvalues of M that are not kept.
 
-        Unicycles need headings that are not too late, either, and meet with less delay.
+        With later ones robots drive away from each other. A little below, unicycles circle.
         """
         h, K, komega = conditions.period, np.abs(values), conditions.komega
         margin = float(((pi / 2 - np.abs(np.angle(values))) / K).min()) - h / 2
@@ -146,11 +144,7 @@ class LinearLaw:
             margin, formula = turns, 'pi/(2 komega) - h/2'
         excludes = frozenset({Departure.CHANGES, Departure.EVENTS})
         name = 'delay.bearable_delay_of_all_poses_s'
-        yield Theorem(name, max(margin, 0.0), formula, excludes)
-        if komega and (meets := meeting_delay(K.max(), komega, h)) < margin:
-            formula = 'acos(K/komega)/sqrt(komega^2 - K^2) - h/2'
-            name = 'delay.largest_delay_with_which_robots_meet_s'
-            yield Theorem(name, meets, formula, excludes)
+        return Theorem(name, max(margin, 0.0), formula, excludes)
 
     def _event_bound(self, conditions: Conditions) -> Theorem:
         """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
@@ -179,13 +173,3 @@ def stable_delay(gain: float, period: float) -> float:
     loop that binds first decides: position with the gain K, or heading with komega.
     """
     return max(pi / (2 * gain) - period / 2, 0.0)
-
-
-def meeting_delay(K: float, komega: float, period: float) -> float:
-    """Return the delay in s up to which robots meet; with a larger one they circle, if stable.
-
-    s = K - komega exp(-s tau) has its first root on the imaginary axis at i sqrt(komega^2 - K^2).
-    """
-    if komega <= K:
-        return 0.0
-    return max(acos(K / komega) / sqrt(komega**2 - K**2) - period / 2, 0.0)
