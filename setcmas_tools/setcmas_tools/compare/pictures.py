@@ -100,7 +100,7 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
             axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=as_written(f'distance to {names[0]} (m)'), ylim=(0.0, None))
         shift = f', shifted by {-other.shift:g} s' if other.shift else ''
-        axes.set_title(as_written(f"'{name}'{shift}"))
+        axes.set_title(as_written(f'{name}{shift}'))
         legend(axes, line_handles(robots))
     time_axis(panels, min(one.t[0] for one in shifted), max(one.t[-1] for one in shifted))
     return figure

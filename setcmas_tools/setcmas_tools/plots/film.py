@@ -22,6 +22,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -29,6 +30,7 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_tools.plots.plot_settings import FILMS, FilmSettings, check_style
 from setcmas_tools.plots.style import as_written, legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
+    MOST_NUMBERS,
     DrawnPlane,
     draw_references,
     draw_world,
@@ -43,6 +45,7 @@ _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
 _FLASH_S = 0.5  # in the film's time
 _FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and end
 _FLASH_COLOUR = (0.9, 0.45, 0.0)
+_NUMBER_POINTS = (7.0, 7.0)  # from a robot to its number
 _JOINT = 2  # positions by which pieces of a trail overlap
 _RATES_HZ = {'mp4': 25, 'gif': 10}
 _MOST_GIF_FRAMES = 1200
@@ -119,7 +122,15 @@ class FilmFrames:
         )  # fmt: skip
         for lines in (self._edges, self._trails, self._robots):
             self._axes.add_collection(lines, autolim=False)
-        self._above: list[Artist] = [self._robots, self._clock]
+        halo = [withStroke(linewidth=2.5, foreground='white')]
+        self._numbers = [
+            self._axes.annotate(
+                str(robot), (0.0, 0.0), _NUMBER_POINTS, textcoords='offset points',
+                fontsize=rcParams['legend.fontsize'], path_effects=halo, in_layout=False,
+            )
+            for robot in (self._grid.robots if nb_robots <= MOST_NUMBERS else [])
+        ]  # fmt: skip
+        self._above: list[Artist] = [self._robots, *self._numbers, self._clock]
         if len(self._all_triggers):
             self._above.insert(0, self._flashes)
         drawn = self._drawn.trails, self._drawn.markers
@@ -148,6 +159,9 @@ class FilmFrames:
                 self._positions[:, k], self._symbols, np.moveaxis(turns, 2, 0), strict=True
             )
         ])  # fmt: skip
+        for number, place in zip(self._numbers, self._positions[:, k], strict=False):
+            number.xy = tuple(place)
+            number.set_visible(bool(np.isfinite(place).all()))
         self._clock.set_text(self._caption(now))
         self._set_flashes(k, now)
         for artist in self._above:

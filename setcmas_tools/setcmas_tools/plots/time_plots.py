@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
@@ -68,6 +69,9 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title='Disagreement', ylabel=r'$|\delta|\, /\sqrt{N}$  (m)')
     axes.set_yscale('log')
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter('{x:g}')
+    axes.yaxis.set_minor_formatter(NullFormatter())
     table, grid = run.table, run.grid()
     values = disagreement(grid.x, grid.y)
     values[~(values > 0)] = np.nan  # without logarithm

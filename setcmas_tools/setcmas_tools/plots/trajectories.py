@@ -36,6 +36,8 @@ from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 MOST_NUMBERS = 20
 """Fleets of more robots are drawn without their numbers."""
 
+_NUMBER_POINTS = 11.0  # from a start to its robot's number
+_STILL_M = 0.05
 _NEAR = 0.005  # share of the range of all curves
 _DASH = 4.0  # in widths of the line
 
@@ -254,11 +256,15 @@ def _draw_end(axes: Axes, path: FleetTable, colour: Colour, size: float, corners
 
 
 def _number(axes: Axes, path: FleetTable, robot: int) -> None:
+    """Write a robot's number beside its start, on the side that its path leaves free."""
     path = finite_rows(path, 'x', 'y')
     for x, y in zip(path.x[:1], path.y[:1], strict=True):
+        away = np.array([x - path.x.mean(), y - path.y.mean()])
+        length = float(np.hypot(*away))
+        offset = _NUMBER_POINTS * (away / length if length > _STILL_M else np.sqrt([0.5, 0.5]))
         axes.annotate(
-            str(robot), (x, y), (6, 6), textcoords='offset points', zorder=5,
-            fontsize=rcParams['legend.fontsize'],
+            str(robot), (x, y), tuple(offset), textcoords='offset points', zorder=5,
+            ha='center', va='center', fontsize=rcParams['legend.fontsize'],
         )  # fmt: skip
 
 

@@ -173,3 +173,12 @@ def test_complaints_of_ffmpeg_are_reported(run, monkeypatch):
 
     with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the video: .*nothing'):
         animate(run(1), kind='mp4')
+
+
+def test_robots_have_their_numbers_beside_them(run, monkeypatch):
+    black = []
+    for most in (0, 3):
+        monkeypatch.setattr(film, 'MOST_NUMBERS', most)
+        with Image.open(animate(run(3), kind='gif', speed=16.0)) as opened:
+            black.append(count(frame(opened, 1), (0, 0, 0)))
+    assert black[1] > black[0] + 10

@@ -9,8 +9,9 @@ from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.robots.models import symbol
 from setcmas_tools import simulate
 from setcmas_tools.plots.style import plot_style
-from setcmas_tools.plots.time_plots import draw_distances, draw_errors
+from setcmas_tools.plots.time_plots import draw_disagreement, draw_distances, draw_errors
 from setcmas_tools.plots.trajectories import draw_trajectories
+from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import MARKER, TRAIL, Drawing
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
@@ -28,6 +29,28 @@ def drawn(draw, nb_robots, references=None, **parameters):
 
 def names(axes):
     return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize(
+    ('end', 'side'), [((1, 0), (-1, 0)), ((0, 1), (0, -1)), ((-1, 0), (1, 0))]
+)
+def test_the_number_of_a_robot_is_where_its_path_is_not(end, side):
+    rows = [[t, 1, t * end[0], t * end[1], 0, 0, 0] for t in np.arange(5.0)]
+    with plot_style():
+        figure = Figure()
+        draw_trajectories(figure, run_of(fleet_table(rows)))
+
+    (number,) = (text for text in figure.axes[0].texts if text.get_text() == '1')
+    assert np.sign(np.round(number.get_position(), 6)) == pytest.approx(side)
+
+
+def test_ticks_of_the_disagreement_are_plain_numbers():
+    axes = drawn(draw_disagreement, 4)
+    axes.figure.draw_without_rendering()
+
+    labels = [text.get_text() for text in axes.get_yticklabels(which='both')]
+    assert any(labels)
+    assert not any('^' in label for label in labels)
 
 
 def test_places_and_waypoints_of_a_formation():
