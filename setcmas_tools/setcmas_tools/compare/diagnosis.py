@@ -217,7 +217,7 @@ def _measured(calls: Sequence[Calls], function: Function) -> str:
     for one in calls:
         differs = one.differs(one.solution)
         if function is not Function.CONDITION:
-            differs = differs[:-2] & differs[1:-1] & differs[2:]  # for more than a call or two
+            differs = differs[:-2] & differs[1:-1] & differs[2:]
         for call, robot in np.argwhere(differs)[:1].tolist():
             return _difference(one, call, robot, function)
     return ''
@@ -227,14 +227,15 @@ def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
     who, own = _wrong_robots([calls])[0], calls.own[call, robot]
     if function is Function.CONDITION:
         does = 'sends' if own[0] else 'does not send'
-        text = f'it {does}, {calls.heading[call, robot]:.2g} m at the last position sent'
+        text = f'it {does} {calls.heading[call, robot]:.2g} m from the last position sent'
     elif function is Function.SI_TO_UNI:
         right = _command(calls.solution[call, robot])
         text = f'it returns {_command(own)}; from the same place, right is {right}'
     else:
         right = _velocity(saturated(calls.solution[call, robot], calls.limit))
         text = f'its velocity is {_velocity(own)}; from the same place, the right one is {right}'
-    first = f"In '{calls.name}', robot {robot + 1} first differs from the solution at"
+    longer = '' if function is Function.CONDITION else ' for more than two calls'
+    first = f"In '{calls.name}', robot {robot + 1} first differs from the solution{longer} at"
     only = '' if who.startswith('all') else 'only '
     affected = f' This affects {only}{who}.' if who else ''
     return f'{first} t = {calls.t[call]:.1f} s: {text}.{affected}'

@@ -6,7 +6,7 @@ the submission got, so that neither the paths nor the timing of earlier calls ma
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,7 @@ def compared(
     base: Scenario,
     script: Path | None,
     function: Function,
+    robots: Sequence[int] = (),
 ) -> dict[str, float | None]:
     """Return comparisons by name, with 9 digits; None for missing ones.
 
@@ -66,6 +67,7 @@ def compared(
         base: The scenario without the submission.
         script: The solution; None is the default condition or si_to_uni, or unknown.
         function: What answers: a control law, a triggering condition, or si_to_uni.
+        robots: Those whose answers are compared; empty for all.
     """
     _, apart = distances_between(run, solution)
     distances = np.array([*apart.values()])
@@ -76,6 +78,8 @@ def compared(
     if {*OF_ANSWERS} & {*names} and (script or not is_law):
         right = Altered(SOLUTION, script, is_kept=True)
         calls = calls_of('', base, run, function, [right])
+    if calls and robots:
+        calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, robots))
     of_answers: dict[str, Callable[[Calls], float | None]] = {
         'answer_error': _sending_error if function is Function.CONDITION else _velocity_error,
         'direction_error': _direction_error if is_law else (lambda _: None),

@@ -97,7 +97,7 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         if solution:
             names = {one.metric for one in scenario.criteria}
             right = scenario.base, rubric.solution, Function(rubric.function)
-            figures |= compared(names, done.run, solution, *right)
+            figures |= compared(names, done.run, solution, *right, scenario.robots)
     return ScenarioMark(
         scenario.name,
         _criteria(scenario.criteria, figures, done),

@@ -11,7 +11,7 @@ from typing import Any
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import UNITS, Criterion, figures_of, read_criteria
@@ -26,7 +26,7 @@ from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
 CONTROL, CTC, SI_TO_UNI = FUNCTIONS = ('control', 'ctc', 'si_to_uni')
 """Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""
 
-_OWN = ('name', 'criteria', 'hidden', 'seeds')
+_OWN = ('name', 'criteria', 'hidden', 'seeds', 'compared_robots')
 _PLACES = {CONTROL: 'algo', CTC: 'ctc', SI_TO_UNI: 'si_to_uni'}
 _SUBMITTED = {
     CONTROL: {'algo', 'exercise'},
@@ -45,12 +45,14 @@ class MarkedScenario:
         criteria: Criteria for its run.
         base: The scenario without the submission.
         hidden: Whether students only see its points.
+        robots: Those whose answers are compared with the solution; empty for all.
     """
 
     name: str
     criteria: tuple[Criterion, ...]
     base: Scenario
     hidden: bool = False
+    robots: tuple[int, ...] = ()
 
     def of(self, submission: Any, function: str = CONTROL) -> Scenario:
         """Return the scenario with a submission as its law, condition or si_to_uni.
@@ -297,6 +299,9 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     base = Scenario.read(replace(entry, value=given), base)
     hidden = 'hidden' in fields and fields['hidden'].flag()
     criteria = read_criteria(fields['criteria'])
+    of_fleet = Whole(1, most=base.nb_robots)
+    listed = fields['compared_robots'].items() if 'compared_robots' in fields else ()
+    robots = tuple(of_fleet.of(one) for one in listed)
     named = [(name, base)]
     if 'seeds' in fields:
         seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
@@ -306,7 +311,7 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     with entry.located():
         for _, one in named:
             one.start_poses()
-    return [MarkedScenario(own, criteria, one, hidden) for own, one in named]
+    return [MarkedScenario(own, criteria, one, hidden, robots) for own, one in named]
 
 
 _POINTS = Number(least=0.0)

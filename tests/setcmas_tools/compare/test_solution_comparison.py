@@ -62,3 +62,18 @@ def test_a_solution_gets_the_messages_that_a_submission_received(gain, error):
         'answer_error': pytest.approx(error / 1.5, abs=1e-3),
         'direction_error': pytest.approx(0.0, abs=1e-3),
     }
+
+
+@pytest.mark.parametrize(('robots', 'degrees'), [((), 60.0), ((2, 3), 0.0), ((1,), 180.0)])
+def test_answers_of_some_robots_are_compared(tmp_path, robots, degrees):
+    script = ALGORITHMS.file('consensus')
+    law = tmp_path / 'law.py'
+    law.write_text(
+        f'{script.read_text()}\nright = control\ndef control(i, *rest):\n'
+        '    return right(i, *rest) if i > 1 else (0, 0)\n'
+    )
+    base = Scenario.of('', nb_robots=3, duration=3)
+    run, solution = simulate(base.replace(algo=str(law))), simulate(base.replace(algo=str(script)))
+
+    found = compared(['direction_error'], run, solution, base, script, Function.CONTROL, robots)
+    assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)

@@ -77,6 +77,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('loss: 1e-1', 'seeds: []', 4, 'seeds must be a non-empty list'),
         ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
         ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
+        ('loss: 1e-1', 'compared_robots: [4]', 9, 'a whole number from 1 to 3'),
         ('links', 'knots', 8, 'knots.yaml'),
         (
             'metric: disagreement',
