@@ -14,7 +14,7 @@ KINDS = {
     'script slow, 1 s': _mode('slow', 'no command|takes'),
     'script NaN': _mode('nan', 'nan'),
     'script infinite': _mode('inf', 'inf'),
-    'script returns None': _mode('none', 'None|nothing'),
+    'script returns None': _mode('none', 'None'),
     'script returns three values': _mode('three', r'three|3'),
     'script raises': _mode('raise', 'ZeroDivisionError'),
     'script calls sys.exit': _mode('exit', 'SystemExit|sys.exit|exit'),

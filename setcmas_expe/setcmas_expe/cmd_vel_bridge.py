@@ -76,6 +76,7 @@ class CmdVelBridge(RobotNode):
             (topics.robot_topic(self.robot, topics.CMD_VEL_WANTED), 'controllers command it'),
             (topics.robot_topic(self.robot, topics.CMD_CART_VEL), 'nodes command it'),
             (topics.mocap_topic(self.robot), 'nodes send its poses'),
+            (robot.topic(topics.ODOM), 'nodes send its wheel odometry'),
         ]
         self._battery_scale = Battery()
         self.view = RobotView(self.robot)

@@ -182,6 +182,7 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
 @pytest.mark.parametrize(
     ('kind', 'topic', 'reason'),
     [
+        (Odometry, '/tb3_1/odom', '2 nodes send its wheel odometry'),
         (Odometry, '/mocap/tb3_1/odom', '2 nodes send its poses (/mocap/tb3_1/odom)'),
         (Odometry, '/qualisys/tb3_1/odom', '2 nodes send it on /qualisys/tb3_1/odom'),
         (TwistStamped, '/tb3_1/cmd_vel_wanted', '2 controllers command it'),
@@ -190,7 +191,7 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
 )
 def test_a_robot_whose_poses_or_commands_two_nodes_send_stands(lab, kind, topic, reason):
     lab.let_go({1: GO})
-    for _ in range(2 if kind is Point32 else 1):
+    for _ in range(2 if topic in ('/tb3_1/odom', '/tb3_1/cmd_cart_vel') else 1):
         lab.peer.node.create_publisher(kind, topic, 1)
 
     see_it_stand(lab, reason)

@@ -34,7 +34,7 @@ from setcmas_expe.pause.operator_joystick import (
 from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Launcher
-from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import (
     FleetNode,
     RosProcess,
@@ -172,9 +172,9 @@ class Pause(FleetNode):
     def _release(self) -> None:
         if not self._emergency.why:
             self._once('there is no stop to release')
-        elif strangers := self._other_holders():
+        elif self.count_publishers(topics.EMERGENCY_STOPPED) > 1:
             self._once(
-                f'not released: {strangers[0]} also publishes {topics.EMERGENCY_STOPPED}: end it, '
+                f'not released: another node publishes {topics.EMERGENCY_STOPPED}, too: end it, '
                 'and press R twice'
             )
         elif self._emergency.release(time.monotonic()):
@@ -184,10 +184,6 @@ class Pause(FleetNode):
                 f'press R again after 1 to {RELEASES_WITHIN_S:g} s to release it; robots stay '
                 'paused until you start them'
             )
-
-    def _other_holders(self) -> list[str]:
-        own = {cmd_vel_topics.own_participant(self)}
-        return cmd_vel_topics.strangers(self, topics.EMERGENCY_STOPPED, own)
 
     def _once(self, warning: str) -> None:
         """Warn, but not again while a held key or a publisher repeats the cause."""
