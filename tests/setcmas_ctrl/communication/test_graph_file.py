@@ -58,11 +58,11 @@ def test_segments_and_links(load):
     [
         ('', 1, 'has no graph'),
         ('edges: [', 1, 'not YAML'),
-        ('graph: rong\n', 1, "graph is 'rong'; it must be complete, ring"),
+        ('graph: rong\n', 1, "graph is 'rong'; did you mean ring? It must be complete"),
         (
             '# comment\nedge:\n  - 1 - 2\n',
             2,
-            "there is no key 'edge'; it must be one of segments, graph",
+            "there is no key 'edge'; did you mean edges? It must be one of segments",
         ),
         ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; it must be '1 - 2'"),
         ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'robots have no links to themselves'),
