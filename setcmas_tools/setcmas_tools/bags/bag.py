@@ -25,7 +25,7 @@ from setcmas_tools.bags.message_types import (
     UnresolvedTypeError,
 )
 
-_LONGEST_GAP_NS = 86_400 * 10**9
+_LONGEST_GAP_NS = 3_600 * 10**9
 """Between two messages; a longer one is between the times of two clocks."""
 _LONGEST_START_NS = 10**9
 """The same after time 0, which messages get before their clock is known."""
@@ -126,8 +126,8 @@ class Bag:
         time_ns, name = times[0 if first else end]
         self._notices.append(
             f'{len(times) - (end - first):,} of {len(times):,} messages are left out: their times '
-            f'are of another clock, such as {_date(time_ns)} of {name}; the others begin at '
-            f'{_date(self.start_ns)}'
+            f'are an hour or more away, as of another clock, such as {_date(time_ns)} of {name}; '
+            f'the others begin at {_date(self.start_ns)}'
         )
 
     def deliver(
