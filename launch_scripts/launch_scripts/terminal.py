@@ -271,21 +271,30 @@ LATEST_S = 0.4
 _FIRST_WITHIN_S = 2.0
 _CATCHES_UP_S = 0.5  # keys that were typed while nothing answered may arrive this long after
 _QUESTION, _ANSWER = f'{ESC}[5n', f'{ESC}[0n'
-_ANSWER_THEMSELVES = {'tmux: server': 'tmux', 'screen': 'screen', 'mosh-server': 'mosh'}
+_ANSWER_THEMSELVES = {
+    'tmux: server': 'tmux',
+    'screen': 'screen',
+    'zellij': 'zellij',
+    'mosh-server': 'mosh',
+}
+_OF_SSH = ('sshd', 'sshd-session')
 
 
 @contextmanager
-def open_operator_keyboard(holds_joystick: bool) -> Iterator[Keyboard]:
+def open_operator_keyboard(holds_joystick: bool, emulated: bool) -> Iterator[Keyboard]:
     """Read single keys of a person who must be there; restore the terminal at the end.
 
     Args:
         holds_joystick: Whether robots move only while a button of a joystick at this computer is
             held: then keys over ssh stop robots and nothing else.
+        emulated: Whether no real robots move: then only what the environment says of ssh counts.
 
     Raises:
         SetcmasError: Nobody would notice that the connection over ssh hangs.
     """
     is_remote = bool(os.environ.get('SSH_CONNECTION') or os.environ.get('SSH_TTY'))
+    if not emulated:  # sudo and su clear the environment; the person at tmux may be anywhere
+        is_remote |= any(name in _OF_SSH or name in _ANSWER_THEMSELVES for name in _parents())
     with kept_terminal(single_keys=True) as there:
         asks = there and is_remote and not holds_joystick
         yield RemoteKeyboard() if asks else Keyboard(there, only_stops=is_remote)
@@ -311,8 +320,8 @@ class RemoteKeyboard(Keyboard):
         self._catches_up_until = math.inf
         if name := _between():
             raise SetcmasError(
-                f'{name} answers in place of a terminal over ssh, so robots would drive on when '
-                f'the connection hangs: run setcmas outside of {name}, {_OTHER_WAY}'
+                f'{name} answers in place of your terminal, so robots would drive on when a '
+                f'connection to it hangs: run setcmas outside of {name}, {_OTHER_WAY}'
             )
         deadline = time.monotonic() + _FIRST_WITHIN_S
         while self._answered < 0:
@@ -356,12 +365,15 @@ _OTHER_WAY = 'or add --hold and hold the button of a joystick that is wired to t
 
 
 def _between() -> str:
-    """Return which program between ssh and this process answers by itself; empty if none."""
+    """Return which program between the person and this process answers by itself; '' if none."""
+    return next(filter(None, map(_ANSWER_THEMSELVES.get, _parents())), '')
+
+
+def _parents() -> Iterator[str]:
+    """Yield the names of the processes above this one, in small letters."""
     process = os.getppid()
     with suppress(OSError, ValueError, IndexError):
         while process > 1:
             name, rest = Path(f'/proc/{process}/stat').read_text().split('(', 1)[1].rsplit(')', 1)
-            if known := _ANSWER_THEMSELVES.get(name.lower()):
-                return known
+            yield name.lower()
             process = int(rest.split()[1])
-    return ''

@@ -173,6 +173,29 @@ def test_a_program_that_answers_in_its_place_is_refused(name, tmp_path):
     assert f'outside of {name.partition(":")[0].removesuffix("-server")}' in done.stderr
 
 
+@pytest.mark.parametrize(
+    ('name', 'emulated', 'refused'),
+    [('sshd', False, True), ('tmux: server', False, True), ('tmux: server', True, False)],
+)
+def test_a_person_who_may_be_elsewhere_is_found_by_the_parents(name, emulated, refused, tmp_path):
+    (tmp_path / name).symlink_to('/bin/sh')
+    code = (
+        'from launch_scripts.terminal import RemoteKeyboard, open_operator_keyboard as opened\n'
+        f'with opened(False, {emulated}) as keys: print(type(keys) is RemoteKeyboard)'
+    )
+    command = [str(tmp_path / name), '-c', '"$0" -c "$1"; true', sys.executable, code]
+    master, slave = pty.openpty()
+
+    done = subprocess.run(command, stdin=slave, capture_output=True, text=True, env=LOCAL)
+
+    os.close(master), os.close(slave)
+    assert ('--hold' in done.stderr) is refused
+    assert (done.stdout == 'False\n') is not refused
+
+
+LOCAL = {name: value for name, value in os.environ.items() if not name.startswith('SSH_')}
+
+
 class SshTerminal(Terminal):
     """A terminal at the other end of ssh, which answers whenever it is read."""
 

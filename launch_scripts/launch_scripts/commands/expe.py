@@ -105,7 +105,9 @@ def main(args: argparse.Namespace) -> int:
     joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
     with (
         fleet_views(ViewOptions.of(args), numbers, experiment=True) as views,
-        open_operator_keyboard(args.hold and joystick is not None) as keyboard,
+        open_operator_keyboard(
+            args.hold and joystick is not None, scenario.lab.emulate
+        ) as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):
         display = StatusDisplay(supervisor.stdout)
