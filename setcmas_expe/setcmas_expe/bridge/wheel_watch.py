@@ -7,10 +7,10 @@ from setcmas_expe.guard.guard_decision import GuardState
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import (
-    IGNORES_ZERO,
     MOVES_M_S,
     RUNS_AWAY_AFTER_S,
     SLOWS_WITHIN_OVER_RADIO_S,
+    Disobedience,
     Obedience,
 )
 from setcmas_expe.lab.lab import Lab, LabRobot
@@ -48,12 +48,12 @@ class WheelWatch:
         """Note the last command; return how the robot disobeys; empty if it obeys."""
         found = self._obedience.update(*sent, now)
         report = self._guard.recent_report
-        if found == IGNORES_ZERO or (report and report.state is GuardState.DEAF):
+        if found is Disobedience.IGNORES_ZERO or (report and report.state is GuardState.DEAF):
             self._cut_motors()
         elif self._guard.has_ended:  # its base keeps its last velocity
             self._motors.cut()
         self._motors.step(now)
-        return found or self.disobeys
+        return found.value if found else self.disobeys
 
     def obey(self, decision: Decision, view: RobotView, now: float) -> None:
         """Switch the motors as decided: a start gives them power, whoever cut them."""
@@ -81,8 +81,8 @@ class WheelWatch:
             self._by_mocap.measure(*(view.velocities if moves else (0.0, 0.0)), now)
             self._may_roll &= moves or any(commanded)
         has_rival = view.trouble is not None and view.trouble.cause.is_contest
-        ignores_zero = self._by_mocap.update(*commanded, now) == IGNORES_ZERO
-        if ignores_zero and (self._may_roll or has_rival):
+        found = self._by_mocap.update(*commanded, now)
+        if found is Disobedience.IGNORES_ZERO and (self._may_roll or has_rival):
             self._cut_motors()
 
     def _cut_motors(self) -> None:
@@ -92,4 +92,4 @@ class WheelWatch:
             way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
             self._logger.error(f'robot {self._robot} does not obey zero: {way}')
         self._motors.cut()
-        self.disobeys = IGNORES_ZERO
+        self.disobeys = Disobedience.IGNORES_ZERO.value

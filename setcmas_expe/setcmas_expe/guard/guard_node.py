@@ -33,7 +33,7 @@ from setcmas_expe.guard.guard_decision import (
 )
 from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.guard.motor_power import MotorPower
-from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
+from setcmas_expe.guard.obedience import Disobedience, Obedience
 from setcmas_expe.guard.service_manager import notify
 from setcmas_expe.guard.surroundings import Base, Surroundings
 from setcmas_simu.fleet import topics
@@ -208,7 +208,8 @@ class CmdVelGuard(RobotNode):
     def _disobeys(self) -> bool:
         """Return whether the base goes on despite zero, whoever commands it."""
         commanded = self.commands.newest(self.time.now) if self.base.is_open else self.sent
-        ignores = self.obedience.update(*commanded, self.time.now) == IGNORES_ZERO
+        found = self.obedience.update(*commanded, self.time.now)
+        ignores = found is Disobedience.IGNORES_ZERO
         # Between experiments a person may push an open base, and then drive it without a start.
         return ignores and not (self.base.is_open and self.obedience.came_to_rest)
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import enum
 import math
 
 from setcmas_simu.robots.model import VelocityLimits
 
-IGNORES_ZERO = 'its wheels turn despite zero commands'
+
+class Disobedience(enum.Enum):
+    """How the wheels of a robot disobey, with a text for people."""
+
+    SILENT = 'its wheel odometry is silent; is it switched off?'
+    DOES_NOT_TURN = 'its wheels do not turn as commanded: are its motors on?'
+    IGNORES_ZERO = 'its wheels turn despite zero commands'
+
 
 FOLLOWS_WITHIN_S = 0.7
 """Longest time in s until the wheels begin to turn."""
@@ -76,20 +84,20 @@ class Obedience:
         self._resting_since = math.inf if self._turning else min(self._resting_since, now)
         self._nb_measured += 1
 
-    def update(self, V: float, omega: float, now: float) -> str:
-        """Note the last command (m/s, rad/s); return how wheels disobey; empty if they obey."""
+    def update(self, V: float, omega: float, now: float) -> Disobedience | None:
+        """Note the last command (m/s, rad/s); return how wheels disobey; None if they obey."""
         if self._measured is None:
-            return ''
+            return None
         if now - self._measured > _SILENT_AFTER_S:
             self._follows = self._stops = self._zero_since = now
             self.came_to_rest = False
-            return 'its wheel odometry is silent; is it switched off?'
+            return Disobedience.SILENT
         if self._turning or self._limits.faster_wheel(V, omega) <= _COMMANDED_M_S:
             self._follows = now
         ignores_zero = self._ignores_zero(V, omega, now, self._measured)
         if now - self._follows > FOLLOWS_WITHIN_S:
-            return 'its wheels do not turn as commanded: are its motors on?'
-        return IGNORES_ZERO if ignores_zero else ''
+            return Disobedience.DOES_NOT_TURN
+        return Disobedience.IGNORES_ZERO if ignores_zero else None
 
     def _ignores_zero(self, V: float, omega: float, now: float, measured: float) -> bool:
         moves = V != 0.0 or omega != 0.0
