@@ -108,6 +108,7 @@ class EmergencyWatch:
         self._node = node
         self.stopped = False
         self._is_taken_over = False
+        self._nb_publishers = 0
         self._free_since = math.inf
         stop, state = topics.EMERGENCY_STOP, topics.EMERGENCY_STOPPED
         # The first profile matches publishers without latching, the second latching ones.
@@ -119,10 +120,13 @@ class EmergencyWatch:
 
     def take(self) -> bool:
         """Take messages; return whether robots must stop."""
-        if self.stopped and self._node.count_publishers(topics.EMERGENCY_STOPPED) != 1:
-            self._is_taken_over = False  # a new pause node must take it over, too
+        before = self._nb_publishers
+        self._nb_publishers = self._node.count_publishers(topics.EMERGENCY_STOPPED)
         for topic in self._topics:
             topic.take()
+        # A message may be older than the count: what came from two says nothing of the last one.
+        if before != 1 or self._nb_publishers != 1:
+            self._is_taken_over = False  # a new pause node must take it over, too
         return self.stopped
 
     def _on_stop(self, message: Bool) -> None:

@@ -1,0 +1,44 @@
+import pytest
+
+pytest.importorskip('rclpy')
+
+import time
+
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from setcmas_ctrl.experiment_pause import SURE_AFTER_S, EmergencyWatch
+from setcmas_simu.ros import qos
+
+TOPIC = '/emergency_stopped'
+
+
+@pytest.mark.parametrize('looks_in_between', [True, False])
+def test_a_held_stop_outlives_the_pause_node_that_held_it_though_another_says_go(
+    peer, looks_in_between
+):
+    watch = EmergencyWatch(peer.node)
+    nodes = [Node(name, context=peer.context) for name in ('holder', 'other')]
+    holder, other = (node.create_publisher(Bool, TOPIC, qos.LATCHED) for node in nodes)
+    peer.wait_for(lambda: peer.node.count_publishers(TOPIC) == 2)
+    watch.take()
+    holder.publish(Bool(data=True))
+    if looks_in_between:
+        peer.wait_for(watch.take)
+    nodes[0].destroy_publisher(holder)
+    peer.wait_for(lambda: peer.node.count_publishers(TOPIC) == 1)
+    peer.wait_for(watch.take)
+
+    def is_held_after(stopped):
+        begin = time.monotonic()
+        while time.monotonic() < begin + 2.0 * SURE_AFTER_S:
+            other.publish(Bool(data=stopped))
+            peer.spin(0.05)
+            watch.take()
+        return watch.stopped
+
+    assert is_held_after(False)
+    assert is_held_after(True)  # it takes the stop over
+    assert not is_held_after(False)
+    for node in nodes:
+        node.destroy_node()
