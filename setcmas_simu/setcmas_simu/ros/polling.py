@@ -32,9 +32,6 @@ class PolledTopic:
     """Passes the messages of a topic to a function when `take` is called.
 
     An executor would wake up for each message and rebuild its wait set every time.
-
-    Attributes:
-        received_ns: When the last message arrived, on the system's clock; 0 before the first.
     """
 
     def __init__(
@@ -49,7 +46,6 @@ class PolledTopic:
 
         Messages that another process has cut short are left out.
         """
-        self.received_ns = 0
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
@@ -76,7 +72,6 @@ class PolledTopic:
                     continue
                 if taken is None:
                     return
-                self.received_ns = taken[1]['received_timestamp']
                 yield taken[0]
 
 
