@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 
+from setcmas_expe.mocap.pose_track import StampClock
+
 SILENCE_S = 0.3
 """Silence after a command to move at which the guard stops the robot, in s."""
+
+LATEST_S = 0.2
+"""Largest delay of a command that is followed, compared with the least seen, in s."""
 
 REPEAT_S = 1.0
 """How long a guard whose base also listens to cmd_vel repeats zero after a silence, in s."""
@@ -23,6 +28,18 @@ class Commands:
         self._silence_s = silence_s
         self._newest = (math.inf, 0.0)  # unknown
         self._received = now
+        self.forget_clock()
+
+    def forget_clock(self) -> None:
+        """Compare delays anew: another computer, whose clock differs, may command the robot."""
+        self._clock = StampClock()
+
+    def is_late(self, stamp: float, now: float) -> bool:
+        """Return whether a command comes too late to be followed, as where a network queues.
+
+        Its stamp is in s on its sender's clock; 0 if unknown: then it is not.
+        """
+        return self._clock.lateness(stamp, now) > LATEST_S
 
     def receive(self, V: float, omega: float, now: float) -> None:
         """Take a command (m/s, rad/s); one that is not finite is one to move, and soon ends."""

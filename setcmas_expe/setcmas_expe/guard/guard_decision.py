@@ -33,7 +33,7 @@ class GuardState(enum.Enum):
 
 
 _TEXTS = {
-    GuardState.SILENT: 'its commands have ended',
+    GuardState.SILENT: 'its commands have ended, or come late',
     GuardState.CONTESTED: '{} command it',
     GuardState.INTRUDED: '{} commands it past its guard',
     GuardState.DEAF: 'it does not obey zero: its motors are off',

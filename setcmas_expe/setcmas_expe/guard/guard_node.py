@@ -107,9 +107,12 @@ class CmdVelGuard(RobotNode):
             self._look_around()
         self._cmd_vel.take()
         self._take_wheels()
+        commanders = self.surroundings.commanders()
+        if len(commanders) != 1:
+            self.commands.forget_clock()
         situation = GuardSituation(
             emergency=self.emergency.take(),
-            commanders=self.surroundings.commanders(),
+            commanders=commanders,
             intruders=self.surroundings.intruders(),
             disobeys=self._disobeys(),
             base_listens=self.base.is_there,
@@ -164,14 +167,18 @@ class CmdVelGuard(RobotNode):
         self.commands = Commands(self.time.now)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
+        # Not on an open topic: there the guard's own zeros come back, stamped by its own clock.
+        if isinstance(message, TwistStamped) and not self.base.is_open:
+            sent = message.header.stamp
+            if self.commands.is_late(sent.sec + 1e-9 * sent.nanosec, self.time.now):
+                return
         # It came after the last step, and counts as that old: this process may have stalled.
         self.commands.receive(*velocities(message), self._stepped)
 
     def _take_wheels(self) -> None:
         if message := self.wheels():
-            V, omega = message.twist.twist.linear.x, message.twist.twist.angular.z
-            if math.isfinite(V) and math.isfinite(omega):
-                self.obedience.measure(V, omega, self.time.now)
+            twist = message.twist.twist
+            self.obedience.measure(twist.linear.x, twist.angular.z, self.time.now)
 
     def _have_commands_ended(self) -> bool:
         """Return whether there is no command to follow."""

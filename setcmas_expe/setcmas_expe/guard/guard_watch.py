@@ -17,7 +17,6 @@ from setcmas_simu.ros.polling import PolledTopic
 SILENT_AFTER_S = 0.5
 """Silence at which a guard counts as gone, in s; it reports five times a second."""
 
-PAST_GUARD = 'past its guard'
 MISSING = 'no cmd_vel_guard on it'
 _SILENT = 'its cmd_vel_guard is silent'
 _SEVERAL = '{} nodes report as its guard'

@@ -76,9 +76,14 @@ class Obedience:
         self._nb_measured = 0  # since then
 
     def measure(self, V: float, omega: float, now: float) -> None:
-        """Note the forward speed (m/s) and the turn rate (rad/s) of the wheels."""
+        """Note the forward speed (m/s) and the turn rate (rad/s) of the wheels.
+
+        NaN measures nothing: if nothing else comes, they count as silent.
+        """
         if self._measured is None:
-            self._follows = self._stops = self._zero_since = now
+            self._follows = self._stops = self._zero_since = self._measured = now
+        if not (math.isfinite(V) and math.isfinite(omega)):
+            return
         self._wheels, self._measured = self._limits.faster_wheel(V, omega), now
         self._turning = wheels_turn(V, omega)
         self._resting_since = math.inf if self._turning else min(self._resting_since, now)

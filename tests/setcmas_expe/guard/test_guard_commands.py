@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from setcmas_expe.guard.guard_commands import REPEAT_S, SILENCE_S, STOP, Commands
+from setcmas_expe.guard.guard_commands import LATEST_S, REPEAT_S, SILENCE_S, STOP, Commands
 
 FORWARD = (0.1, 0.0)
 
@@ -52,3 +52,25 @@ def test_a_command_that_is_not_a_number_does_not_keep_a_robot_going(first, later
     commands.receive(first, 0.0, 10.0)
     commands.receive(later, 0.0, 10.2)
     assert commands.must_repeat_zero(10.31)
+
+
+@pytest.mark.parametrize('ahead', [0.0, 1.7e9, -5.0])
+def test_commands_that_queue_in_the_network_are_late_whatever_the_clock_of_their_sender(ahead):
+    commands = Commands(0.0)
+
+    def late(now, delay):
+        return commands.is_late(now - delay + ahead, now)
+
+    assert not any(late(10.0 + step / 20, 0.02 + 0.03 * (step % 2)) for step in range(20))
+    assert not late(12.0, 0.02 + LATEST_S - 0.01)
+    assert all(late(12.5 + step / 20, 0.5 + step / 40) for step in range(40))
+    assert not late(15.0, 0.03)
+
+    commands.forget_clock()  # another computer, whose clock is a second behind
+    assert not late(16.0, 1.0)
+    assert late(16.5, 1.3)
+
+
+def test_a_command_without_a_stamp_is_never_late():
+    commands = Commands(0.0)
+    assert not any(commands.is_late(0.0, float(now)) for now in range(9))

@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
@@ -30,6 +31,7 @@ class Robot:
     def __init__(self, peer, operator, topic='cmd_vel_guarded', kind=TwistStamped):
         self.peer = peer
         self.wanted = self.paused = self.stopped = None
+        self.delay = 0.0  # of its commands, in s
         self.motors = []
         self.wheels = Odometry()
         self.received = peer.listen(kind, f'/tb3_1/{topic}')
@@ -60,6 +62,8 @@ class Robot:
         twist = message
         if self._kind is TwistStamped:
             twist = message.twist
+            stamp = divmod(time.time_ns() - round(1e9 * self.delay), 10**9)
+            message.header.stamp = Time(sec=stamp[0], nanosec=stamp[1])
         twist.linear.x, twist.angular.z = wanted
         return message
 
@@ -144,6 +148,29 @@ def test_a_guard_that_stalls_does_not_follow_the_command_that_came_before(start,
     peer.wait_for_new(robot.received, 10)
 
     assert {velocities(message) for message in robot.received[known:]} == {STOP}
+
+
+def test_commands_that_queue_in_the_network_stop_the_robot_until_a_start(start, peer, operator):
+    robot = Robot(peer, operator)
+    start(*GUARD, *NAMESPACE)
+    robot.start(COMMAND)
+
+    def queue():
+        robot.delay = min(robot.delay + 0.04, 1.0)  # stamps do not go backwards
+
+    growing = peer.node.create_timer(0.05, queue)
+    robot.wait_for(GuardState.SILENT, STOP)
+    peer.wait_for(lambda: robot.delay == 1.0)
+    robot.paused = True  # a start alone does not help
+    robot.wait_for(GuardState.PAUSED)
+    known, robot.paused = len(robot.reports), False
+    robot.wait_for(GuardState.SILENT)
+    states = {GuardReport.read(message).state for message in robot.reports[known:]}
+    assert GuardState.FOLLOWING not in states
+
+    peer.node.destroy_timer(growing)
+    robot.delay = 0.0
+    robot.start(COMMAND)
 
 
 def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, operator, other):

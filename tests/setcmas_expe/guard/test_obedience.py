@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from setcmas_expe.guard.obedience import (
@@ -45,6 +47,12 @@ def test_a_robot_that_falls_silent_is_off_and_one_that_was_always_silent_is_unkn
     forward = (0.1, 0.0)
     assert judged(forward, forward, 2.0, silent_from=0.5) is Disobedience.SILENT
     assert not judged(forward, forward, 2.0, silent_from=0.0)
+
+
+@pytest.mark.parametrize('number', [math.nan, math.inf])
+def test_wheels_that_measure_no_number_are_silent_from_the_first_message_on(number):
+    assert judged((0.0, 0.0), (number, 0.0), 0.9) is None
+    assert judged((0.0, 0.0), (0.0, number), 2.0) is Disobedience.SILENT
 
 
 def test_a_robot_that_is_switched_off_while_it_drives_does_not_turn_its_wheels():
