@@ -4,7 +4,7 @@ Each robot moves towards the average position of itself and its neighbours:
 
     v_i = -K / (1 + sum_j a_ij) sum_j a_ij (p_i - p_j)
 
-where a_ij are the weights of the graph (--graph). In the complete graph the gain is K/N, and the
+where a_ij are the weights of the graph. In the complete graph the gain is K/N, and the
 positions converge to their average at the rate K.
 Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology
 and time-delays, IEEE Transactions on Automatic Control 49(9), 2004; the gain of a neighbourhood as

@@ -6,7 +6,7 @@ In an undirected connected graph they meet at the mean of their starts at the ra
 directed graph in which some robot reaches all others they meet at w' p(0) with w' L = 0 and
 w' 1 = 1, which is the mean if and only if the graph is balanced.
 
-If the neighbours' positions are late by tau (--delay tau), robots of an undirected graph meet at
+If the neighbours' positions are late by tau, robots of an undirected graph meet at
 sum_i (1 + K d_i tau) p_i(0) / sum_i (1 + K d_i tau) with d_i = sum_j a_ij, for any tau. If their
 own position is as late (DELAY = tau), they meet if and only if K lambda_N tau < pi/2.
 Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology

@@ -5,7 +5,7 @@
 with the length l_ij of the link. The weight grows without bound as a link comes near D, so no link
 that is shorter than D at the start is ever lost. The law, called at intervals h (H at first),
 limits the speed to (D - l)/(2 h) with the longest link l < D, so that no link grows beyond D
-before the next call, unless messages are late or lost. Start with `--range D`.
+before the next call, unless messages are late or lost. Run it with a range of D.
 Source: Ji and Egerstedt, Distributed coordination control of multiagent systems while preserving
 connectedness, IEEE Transactions on Robotics 23(4), 2007.
 """
@@ -18,7 +18,7 @@ from setcmas_ctrl.control.saturation import dead_band, saturate
 task = 'consensus'  # selects its metrics and plots
 
 K = 0.1  # gain (m/s)
-D = 6.0  # range (m), that of --range
+D = 6.0  # range (m), as that of the run
 MARGIN = 0.999  # of D, beyond which the weight does not grow any more
 H = 0.2  # longest interval (s) between the first two calls
 SLOW = 0.01  # speed (m/s) below which robots stop

@@ -102,7 +102,7 @@ class LawScripts:
                     f'{path.name} has {", ".join(sorted(own)) or "none"}'
                     for path, own in names.items()
                 )
-                raise SetcmasError(f'--set {name}: no control script assigns it: {has}')
+                raise SetcmasError(f'setting {name}: no control script assigns it: {has}')
         return {
             path: {name: value for name, value in settings.items() if name in own}
             for path, own in names.items()

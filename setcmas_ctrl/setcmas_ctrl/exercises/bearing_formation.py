@@ -12,8 +12,8 @@ Formula to implement
 
 What to observe
     1. How large is the shape at the end, and where is its centre? Try other starts.
-    2. Robots start in the mirror image of the shape (--poses): what happens to its scale?
-    3. Four robots in --graph ring: is a square determined by the bearings of its sides?
+    2. Robots start in the mirror image of the shape: what happens to its scale?
+    3. Four robots in the graph ring: is a square determined by the bearings of its sides?
 
 Commands
     setcmas new my_bearings --from bearing_formation --exercise    a copy of this file to edit
@@ -25,7 +25,7 @@ import numpy as np
 
 from setcmas_ctrl import network
 
-exercise = 'bearing_formation'  # selects the tests of setcmas check
+exercise = 'bearing_formation'  # selects its tests
 
 K = 0.2  # gain (1/s)
 

@@ -11,8 +11,8 @@ Formula to implement
 
 What to observe
     1. Do the robots meet? Is it at the average of their start positions?
-    2. The disagreement decays as exp(-K t). Compare K = 0.2, 0.5 and 2 (--set). When does the
-       speed limit --vnom hide the difference?
+    2. The disagreement decays as exp(-K t). Compare K = 0.2, 0.5 and 2. When does the speed
+       limit vnom hide the difference?
     3. Let every robot use only its successor (a_ij = 1 for one j). Do they still meet? How fast?
 
 Commands
@@ -26,7 +26,7 @@ Commands
 import numpy as np
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'consensus'  # selects the tests of setcmas check
+exercise = 'consensus'  # selects its tests
 
 K = 0.5  # gain (1/s)
 

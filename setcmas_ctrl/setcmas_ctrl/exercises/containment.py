@@ -11,9 +11,9 @@ Formula to implement
     nothing is NaN.
 
 What to observe
-    1. Where do the followers end in --graph ring? Compute -inv(L_FF) L_FL p_L for eight robots.
+    1. Where do the followers end in the graph ring? Compute -inv(L_FF) L_FL p_L for eight robots.
     2. Which rate do the metrics predict, and which eigenvalue is it?
-    3. With one leader (--set LEADERS=[1]) where do all robots meet? And without leaders?
+    3. With one leader (LEADERS = [1]) where do all robots meet? And without leaders?
 
 Commands
     setcmas new my_containment --from containment --exercise    a copy of this file to edit
@@ -25,7 +25,7 @@ import numpy as np
 
 from setcmas_ctrl import network
 
-exercise = 'containment'  # selects the tests of setcmas check
+exercise = 'containment'  # selects its tests
 
 K = 0.3  # gain (1/s)
 LEADERS = [1, 2, 3]  # robots that stand still

@@ -11,9 +11,9 @@ Formula to implement
     such a point, v_i = 0. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
-    1. Does the cost (`setcmas metrics`, coverage) ever rise? Where do four robots end?
-    2. Start several times at random (--random-poses auto --seed 2): is the end always the same?
-    3. What happens with --range 3, where cells overlap?
+    1. Does the cost (see the metrics) ever rise? Where do four robots end?
+    2. Start several times at random (other seeds): is the end always the same?
+    3. What happens with a range of 3 m, where cells overlap?
 
 Commands
     setcmas new my_coverage --from coverage --exercise    a copy of this file to edit
@@ -24,7 +24,7 @@ Commands
 import numpy as np
 
 task = 'coverage'  # selects its metrics and plots
-exercise = 'coverage'  # selects the tests of setcmas check
+exercise = 'coverage'  # selects its tests
 
 K = 0.5  # gain (1/s)
 BOX = [[-6, -6], [6, 6]]  # lower left and upper right corner (m)

@@ -1,7 +1,7 @@
 """Exercise: the triggering condition. Robots send their state only when necessary.
 
 Goal
-    With --event-triggered a robot sends its state only when its communication triggering
+    With event-triggered communication a robot sends its state only when its triggering
     condition `ctc` holds; in between, all laws, its own too, use the last state that it sent.
     Find a condition that needs few messages and still gives a good consensus.
 
@@ -25,7 +25,7 @@ Commands
 
 import numpy as np
 
-exercise = 'ctc'  # selects the tests of setcmas check
+exercise = 'ctc'  # selects its tests
 
 THRESHOLD = 0.25  # (m)
 

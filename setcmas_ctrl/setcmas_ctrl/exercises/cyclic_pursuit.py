@@ -14,7 +14,7 @@ What to observe
     1. On which circle do five robots end, and how fast do they drive along it? In theory at
        2 K sin(pi/N) rad/s.
     2. What happens for ALPHA = 0, and for ALPHA = 1.2 pi/N?
-    3. Does it work in --graph directed_ring? And in a graph file with the opposite directions?
+    3. Does it work in the graph directed_ring? And in a graph file with the opposite directions?
 
 Commands
     setcmas new my_pursuit --from cyclic_pursuit --exercise    a copy of this file to edit
@@ -24,7 +24,7 @@ Commands
 
 import numpy as np
 
-exercise = 'cyclic_pursuit'  # selects the tests of setcmas check
+exercise = 'cyclic_pursuit'  # selects its tests
 
 K = 0.05  # gain (1/s)
 

@@ -12,9 +12,9 @@ Formula to implement
 
 What to observe
     1. Which shape do five robots form, where, and how is it turned? Does their centre move?
-    2. Four robots in --graph ring: which shapes with the right sides are possible? Which graph is
-       rigid?
-    3. Try other starts (--random-poses auto --seed 2): when is a part of the shape mirrored?
+    2. Four robots in the graph ring: which shapes with the right sides are possible? Which graph
+       is rigid?
+    3. Try random starts: when is a part of the shape mirrored?
 
 Commands
     setcmas new my_distances --from distance_formation --exercise    a copy of this file to edit
@@ -26,7 +26,7 @@ import numpy as np
 
 from setcmas_ctrl import network
 
-exercise = 'distance_formation'  # selects the tests of setcmas check
+exercise = 'distance_formation'  # selects its tests
 task = 'distances'  # selects its metrics and plots
 
 K = 0.02  # gain (1/(m^2 s))

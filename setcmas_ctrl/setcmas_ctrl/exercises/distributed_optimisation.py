@@ -16,7 +16,7 @@ Formula to implement
 What to observe
     1. Where do the robots meet? Compare with sum q_i c_i / sum q_i.
     2. Leave out the memory v_i. Where do the robots stop then, and how far apart?
-    3. Do they meet at the minimiser in --graph directed_ring, too? Which smaller BETA helps?
+    3. Do they meet at the minimiser in the graph directed_ring, too? Which smaller BETA helps?
 
 Commands
     setcmas new my_optimisation --from distributed_optimisation --exercise    a copy to edit
@@ -29,7 +29,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'distributed_optimisation'  # selects the tests of setcmas check
+exercise = 'distributed_optimisation'  # selects its tests
 
 Q = [1.0, 2.0, 4.0]  # weights q_i of the costs of robots 1, 2, ..., repeated for further robots
 ALPHA = 0.2  # gain of the costs (1/s)

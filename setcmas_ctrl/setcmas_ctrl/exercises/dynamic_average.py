@@ -13,10 +13,10 @@ Formula to implement
     is the value received from robot j.
 
 What to observe
-    1. How far do estimates stay from their mean in --graph path, ring and complete? In theory
+    1. How far do estimates stay from their mean in the graphs path, ring and complete? In theory
        pinv(K L) Pi r' with Pi r' = r' - mean(r'), roughly proportional to 1/lambda_2.
     2. Leave out r_i' in x_i'. How well do robots follow the mean then?
-    3. Lose messages with --loss 0.1: why does the error remain after the losses end?
+    3. Lose a tenth of the messages: why does the error remain after the losses end?
 
 Commands
     setcmas new my_average --from dynamic_average --exercise    a copy of this file to edit
@@ -29,7 +29,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'dynamic_average'  # selects the tests of setcmas check
+exercise = 'dynamic_average'  # selects its tests
 
 K = 0.5  # gain of the estimates (1/s)
 KP = 0.8  # gain of the position (1/s)

@@ -12,8 +12,8 @@ Formula to implement
 
 What to observe
     1. Plot the disagreement: on a logarithmic scale, is it still a straight line?
-    2. How does the settling time change with ALPHA (--graph ring --set ALPHA=0.8)?
-    3. Why do robots oscillate at the end? Compare --rate 5 and --rate 50.
+    2. How does the settling time change with ALPHA (ALPHA = 0.8 in the graph ring)?
+    3. Why do robots oscillate at the end? Compare rates of 5 and 50 Hz.
 
 Commands
     setcmas new my_finite_time --from finite_time_consensus --exercise    a copy to edit
@@ -26,7 +26,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'finite_time_consensus'  # selects the tests of setcmas check
+exercise = 'finite_time_consensus'  # selects its tests
 
 K = 0.2  # gain (m^(1 - ALPHA)/s)
 ALPHA = 0.5  # exponent

@@ -26,7 +26,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'alignment'  # selects its metrics and plots
-exercise = 'kuramoto'  # selects the tests of setcmas check
+exercise = 'kuramoto'  # selects its tests
 
 K = 0.3  # coupling (1/s)
 W = 0.2  # mean rate of the robots (rad/s)

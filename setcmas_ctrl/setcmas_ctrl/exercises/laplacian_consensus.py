@@ -12,8 +12,8 @@ Formula to implement
 
 What to observe
     1. Compute the Laplacian L = D - A of a path of four robots and its eigenvalues. The
-       disagreement decays as exp(-K lambda_2 t). Compare with `setcmas metrics`.
-    2. Compare --graph path, ring, star and complete: how large is lambda_2 of each?
+       disagreement decays as exp(-K lambda_2 t). Compare with the metrics.
+    2. Compare the graphs path, ring, star and complete: how large is lambda_2 of each?
     3. Put a directed path 1 -> 2 -> 3 -> 4 in a graph file: where do the robots meet now?
 
 Commands
@@ -28,7 +28,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'laplacian_consensus'  # selects the tests of setcmas check
+exercise = 'laplacian_consensus'  # selects its tests
 
 K = 0.2  # gain (1/s)
 

@@ -13,9 +13,9 @@ Formula to implement
     v_i = K ((x, y) - p_i)
 
 What to observe
-    1. After how many calls do all agree (`setcmas metrics`: agreement time)? Compare --graph path,
+    1. After how many calls do all agree (metrics: agreement time)? Compare the graphs path,
        ring and complete with the diameter of the graph.
-    2. What happens with --loss 0.5, and with --delay 1?
+    2. What happens with a loss of 0.5, and with a delay of 1 s?
     3. Put a directed path in a graph file: which leaders do the first and the last robot have?
 
 Commands
@@ -29,7 +29,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'leader_election'  # selects the tests of setcmas check
+exercise = 'leader_election'  # selects its tests
 
 K = 0.5  # gain (1/s)
 NUMBERS = [0.3, 0.1, 0.7, 0.2, 0.9, 0.4]  # of robots 1 to 6; a larger fleet needs more

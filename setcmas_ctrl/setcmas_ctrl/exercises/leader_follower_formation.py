@@ -26,7 +26,7 @@ import numpy as np
 import rviz_marker
 
 task = 'formation'  # selects its metrics and plots
-exercise = 'leader_follower_formation'  # selects the tests of setcmas check
+exercise = 'leader_follower_formation'  # selects its tests
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)

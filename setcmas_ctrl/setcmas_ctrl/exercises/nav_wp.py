@@ -11,8 +11,8 @@ Formulas to implement
 
 What to observe
     1. The path between two waypoints is not straight. Which property of a unicycle explains it?
-    2. The speed is limited to --vnom. Within which distance of a waypoint does KP matter?
-    3. Make REACHED smaller (--set REACHED=0.01). What happens, and why?
+    2. The speed is limited to vnom. Within which distance of a waypoint does KP matter?
+    3. Make REACHED smaller (REACHED = 0.01). What happens, and why?
 
 Commands
     setcmas new my_nav --from nav_wp --exercise             a copy of this file to edit
@@ -25,7 +25,7 @@ import numpy as np
 import rviz_marker
 
 task = 'waypoints'  # selects its metrics and plots
-exercise = 'nav_wp'  # selects the tests of setcmas check
+exercise = 'nav_wp'  # selects its tests
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)

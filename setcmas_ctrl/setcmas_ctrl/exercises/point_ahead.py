@@ -14,7 +14,7 @@ Formula to implement
 
 What to observe
     1. Write P as x + L cos(theta), y + L sin(theta), and derive the formula from its velocity.
-    2. Compare the path with that of the built-in si_to_uni (leave --si-to-uni out): which robot
+    2. Compare the path with that of the built-in si_to_uni: which robot
        swings out wide, which one drives backwards, and when?
     3. For a constant v the heading error e obeys e' = -(|v| / L) sin(e), and the function is
        called every 0.2 s. At 0.5 m/s, for which L does the heading oscillate, and for which does
@@ -29,7 +29,7 @@ Commands
 
 from math import cos, sin
 
-exercise = 'point_ahead'  # selects the tests of setcmas check
+exercise = 'point_ahead'  # selects its tests
 
 L = 0.15  # distance of P from the axle (m)
 

@@ -11,10 +11,10 @@ Formula to implement
     that it stays finite. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
-    1. Compare the links at the start and at the end (`setcmas metrics`: broken links), with your
+    1. Compare the links at the start and at the end (metrics: broken links), with your
        law and with the weight 1.
     2. How large is the weight for l = 0, D/2 and 0.99 D?
-    3. Why may a link break nevertheless when the law is called only every 0.5 s (--rate 2)?
+    3. Why may a link break nevertheless when the law is called only every 0.5 s (a rate of 2 Hz)?
 
 Commands
     setcmas new my_rendezvous --from rendezvous --exercise    a copy of this file to edit
@@ -27,10 +27,10 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'rendezvous'  # selects the tests of setcmas check
+exercise = 'rendezvous'  # selects its tests
 
 K = 0.1  # gain (m/s)
-D = 6.0  # range (m), that of --range
+D = 6.0  # range (m), as that of the run
 MARGIN = 0.999  # of D, beyond which the weight does not grow any more
 
 

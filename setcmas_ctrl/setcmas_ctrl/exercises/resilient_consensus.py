@@ -13,9 +13,9 @@ Formula to implement
     v_i = K / (1 + |N_i|) sum over j in N_i of (p_j - p_i)
 
 What to observe
-    1. Set F = 0 (--set F=0): where does the rebel take the others?
+    1. Set F = 0: where does the rebel take the others?
     2. Do honest robots leave the interval of their starts? See honest.largest_exit_m.
-    3. In --graph ring it fails: two arcs of equal values never meet. How robust is a ring?
+    3. In the graph ring it fails: two arcs of equal values never meet. How robust is a ring?
 
 Commands
     setcmas new my_resilience --from resilient_consensus --exercise    a copy of this file to edit
@@ -28,7 +28,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'resilience'  # selects its metrics and plots
-exercise = 'resilient_consensus'  # selects the tests of setcmas check
+exercise = 'resilient_consensus'  # selects its tests
 
 K = 0.5  # gain (1/s)
 F = 1  # robots that may not follow the law

@@ -12,9 +12,9 @@ Formula to implement
     of robot j arrives. The position of a robot from which robot i has received nothing is NaN.
 
 What to observe
-    1. Compare G = 0, 0.2 and 0.8 with --graph ring: when do the robots oscillate?
-    2. In --graph directed_ring G must exceed a bound. Compute it for five robots; try both sides.
-    3. Where do they meet? Why is this the mean of their starts in --graph ring?
+    1. Compare G = 0, 0.2 and 0.8 in the graph ring: when do the robots oscillate?
+    2. In directed_ring G must exceed a bound. Compute it for five robots; try both sides.
+    3. Where do they meet? Why is this the mean of their starts in the graph ring?
 
 Commands
     setcmas new my_second_order --from second_order_consensus --exercise    a copy to edit
@@ -27,7 +27,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'consensus'  # selects its metrics and plots
-exercise = 'second_order_consensus'  # selects the tests of setcmas check
+exercise = 'second_order_consensus'  # selects its tests
 
 K = 0.1  # gain of positions (1/s^2)
 G = 0.4  # gain of velocities (1/s)

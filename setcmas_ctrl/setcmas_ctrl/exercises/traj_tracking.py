@@ -12,7 +12,7 @@ Formulas to implement
 What to observe
     1. Run with v = KP (r - p) alone. How far does the robot lag behind? In theory |dr/dt| / KP.
     2. Add dr/dt (feedforward). Which error remains, and where does it come from?
-    3. Make the point faster (--set W=0.4). From which speed on can the robot not follow?
+    3. Make the point faster (W = 0.4). From which speed on can the robot not follow?
 
 Commands
     setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
@@ -25,7 +25,7 @@ import numpy as np
 import rviz_marker_array
 
 task = 'tracking'  # selects its metrics and plots
-exercise = 'traj_tracking'  # selects the tests of setcmas check
+exercise = 'traj_tracking'  # selects its tests
 
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)

@@ -12,9 +12,9 @@ Formula to implement
 
 What to observe
     1. Which velocity do all have at the end? Compare with the mean of those at the start.
-    2. How fast do they align in --graph ring with 4, 8 and 16 robots? In theory at the rate
+    2. How fast do they align in the graph ring with 4, 8 and 16 robots? In theory at the rate
        K lambda_2.
-    3. What changes with --delay 1, and with --loss 0.3?
+    3. What changes with a delay of 1 s, and with a loss of 0.3?
 
 Commands
     setcmas new my_alignment --from velocity_alignment --exercise    a copy of this file to edit
@@ -27,7 +27,7 @@ import numpy as np
 from setcmas_ctrl import network
 
 task = 'alignment'  # selects its metrics and plots
-exercise = 'velocity_alignment'  # selects the tests of setcmas check
+exercise = 'velocity_alignment'  # selects its tests
 
 K = 0.3  # gain (1/s)
 SPEED = 0.2  # at the start (m/s)

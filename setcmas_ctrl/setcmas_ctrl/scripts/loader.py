@@ -238,7 +238,7 @@ def load_script(
         raise SetcmasError(f'{name}{describe_failure(error, path)}') from error
     for name in settings:
         if name not in vars(module):
-            raise SetcmasError(f"--set {name}: {path.name} has no module-level name '{name}'")
+            raise SetcmasError(f"setting {name}: {path.name} has no module-level name '{name}'")
     return module
 
 

@@ -47,12 +47,14 @@ def parse_setting(text: str) -> tuple[str, Any]:
     """Return the name and the value of a text such as 'kp=1.2', or raise SetcmasError."""
     name, equals, value = text.partition('=')
     if not (equals and name.strip().isidentifier() and value.strip()):
-        raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
+        raise SetcmasError(f"invalid setting '{text}'; must be {_FORM}")
     try:
         return name.strip(), yaml.load(value, _Loader)
     except yaml.YAMLError as error:
         reason = getattr(error, 'problem', None) or 'not YAML'
-        raise SetcmasError(f"--set '{text}': invalid value ({reason}); must be {_FORM}") from error
+        raise SetcmasError(
+            f"setting '{text}': invalid value ({reason}); must be {_FORM}"
+        ) from error
 
 
 def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:
@@ -69,7 +71,9 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
     plain = plain_names(source, script)
     for name, value in settings.items():
         if name not in plain:
-            raise SetcmasError(f'--set {name}: {_refusal(name, symbols.get(name), plain, script)}')
+            raise SetcmasError(
+                f'setting {name}: {_refusal(name, symbols.get(name), plain, script)}'
+            )
         for assigned, own in literals(tree):
             if assigned == name:
                 converted(name, own, value, script)
@@ -137,12 +141,12 @@ def converted(name: str, own: Any, value: Any, script: str) -> Any:
     wanted, given = _kind(own), _kind(value)
     if wanted is None:
         raise SetcmasError(
-            f'--set {name}: in {script} it is a {type(own).__name__}; choose a name '
+            f'setting {name}: in {script} it is a {type(own).__name__}; choose a name '
             'with a plain value'
         )
     if own is not None and wanted != given:
         raise SetcmasError(
-            f'--set {name}: {value!r} is {given or "no plain value"}; it must be {wanted}, '
+            f'setting {name}: {value!r} is {given or "no plain value"}; it must be {wanted}, '
             f'since {script} has {name} = {own!r}'
         )
     if isinstance(own, np.ndarray):

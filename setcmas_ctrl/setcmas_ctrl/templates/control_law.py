@@ -1,8 +1,8 @@
-"""My control law: describe in one line what the robots do (`setcmas list` shows it)."""
+"""My control law: describe in one line what the robots do."""
 
 import numpy as np
 
-K = 0.5  # gain (1/s); change it for one run with `--set K=1.2`
+K = 0.5  # gain (1/s)
 
 # Keep state in variables here. Every robot has its own copy of this file and its variables.
 calls = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -22,25 +23,27 @@ from setcmas_tools.plots.plot import show, window
 from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
 
 _PANEL_IN = 4.4  # width and height of a scenario's panel
+_PANELS = 2  # in a row: more are too small on a page and on a slide
 _WANTED: dict[str, Any] = {'color': '0.72', 'linewidth': 5.0, 'zorder': 1.0}
 _LEAST_SPAN_M = 1.0
 _SUFFIXES = ('.png', '.pdf', '.svg')
 
 
 def draw_marks(figure: Figure, marks: Marks) -> None:
-    """Draw the paths of each scenario that has some, in panels side by side.
+    """Draw the paths of each scenario that has some, two panels side by side.
 
     The figure is empty, and was made within `plot_style`.
     """
     scenarios = [one for one in marks.scenarios if one.paths]
-    figure.set_size_inches(_PANEL_IN * max(1, len(scenarios)) + 1.6, _PANEL_IN + 0.6)
+    columns, rows = min(_PANELS, len(scenarios)) or 1, math.ceil(len(scenarios) / _PANELS) or 1
+    figure.set_size_inches(_PANEL_IN * columns + 1.6, (_PANEL_IN + 0.6) * rows)
     if not scenarios:
         return
-    panels = figure.subplots(1, len(scenarios), squeeze=False)[0]
+    panels = [figure.add_subplot(rows, columns, 1 + k) for k in range(len(scenarios))]
     for axes, scenario in zip(panels, scenarios, strict=True):
         _draw_scenario(axes, scenario)
     robots = sorted({path.robot for one in scenarios for path in one.paths})
-    panels[-1].legend(
+    panels[columns - 1].legend(
         handles=[Line2D([], [], label='wanted', **_WANTED), *robot_handles(robots)],
         loc='upper left', bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0,
     )  # fmt: skip

@@ -51,7 +51,7 @@ def draw_graph(figure: Figure, run: Run) -> None:
     graphs = _chosen(_graphs(record, max(robots[-1], int(record.changes[:, 1:3].max()))))
     columns = min(_PANELS_IN_ROW, len(graphs))
     rows = math.ceil(len(graphs) / columns)
-    side = 5.0 if len(graphs) == 1 else 3.4
+    side = 6.0 if len(graphs) == 1 else 3.4
     figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
     panel = 72 * final_width(side * columns) / columns  # in points
     diameter = min(_LARGEST_PT, panel * min(0.9 * math.pi / _HALF / len(robots), 0.15))

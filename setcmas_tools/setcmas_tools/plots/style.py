@@ -97,7 +97,7 @@ def finish(figure: Figure, run: str = '') -> None:
     paper = _paper.get()
     if paper is None:
         figure.axes[0].set_title(
-            as_written(run), loc='right', fontsize=rcParams['font.size'], color='0.4'
+            as_written(run), loc='right', fontsize=rcParams['legend.fontsize'], color='0.4'
         )
         return
     for axes in figure.axes:

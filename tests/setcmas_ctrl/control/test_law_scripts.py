@@ -57,9 +57,9 @@ def test_a_file_whose_name_begins_as_robots_do_is_meant_by_its_folder():
         (
             '1:leader.py,2-3:follower.py',
             {'k': 1.0},
-            r'--set k: no control script assigns it: leader\.py has V; follower\.py has K, W',
+            r'setting k: no control script assigns it: leader\.py has V; follower\.py has K, W',
         ),
-        ('leader.py', {'K': 1.0}, r"--set K: leader\.py has no module-level name 'K'"),
+        ('leader.py', {'K': 1.0}, r"setting K: leader\.py has no module-level name 'K'"),
     ],
 )
 def test_mistakes_are_reported(algo, settings, message):

@@ -114,7 +114,7 @@ def test_robots_do_not_share_a_value(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('w=1', r"--set w: law\.py has no module-level name 'w'; it has .*; did you mean W\?"),
+        ('w=1', r"setting w: law\.py has no module-level name 'w'; it has .*; did you mean W\?"),
         ('robotNo=1', 'has no module-level name'),
         ('np=1', r'law\.py imports it; choose a name that law\.py assigns itself: FAST, '),
         ('pi=3', 'imports it'),

@@ -15,7 +15,7 @@ def test_the_first_run_of_a_newcomer_reads_as_a_success():
 
     assert sentence == (
         'The robots met: at most 0.04 m apart at the end, 0.25 m from the mean of their starts '
-        '(all faced +x and drove while turning; with --model omnidirectional none turns). '
+        '(all faced +x and drove while turning; omnidirectional robots do not turn). '
         'Rate 0.502 1/s, theory 0.527.'
     )
     assert [line.partition(':')[0] for line in others] == ['disagreement', 'centre at the end']

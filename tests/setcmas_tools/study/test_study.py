@@ -187,7 +187,7 @@ def test_words_are_joined_by_no_line():
         ('K,delya\n1,0\n', 'line 1: delya: unknown name; did you mean delay'),
         ('K,loss\n1,0\n\n1,2\n', 'line 4: loss is 2; it must be'),
         ('graph\nring\nrign\n', "line 3: unknown graph 'rign'; .*did you mean ring"),
-        ('K\n1\nfast\n', "line 3: --set K: 'fast' is a string"),
+        ('K\n1\nfast\n', "line 3: setting K: 'fast' is a string"),
     ],
 )
 def test_a_mistake_in_a_file_of_cases_has_its_line(tmp_path, law, text, told):
