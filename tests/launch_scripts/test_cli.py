@@ -78,7 +78,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy_and_looks_no_plugin_u
         (('ctrl',), 'there is no control law: add --algo'),
         (('ctrl', '--algo', 'consensu'), 'did you mean consensus'),
         (('ctrl', '--algo', 'consensus', '--vnom', '0'), '--vnom is 0; it must be above 0 m/s'),
-        (('ctrl', '--algo', 'consensus', '--set', 'K'), "invalid --set 'K'"),
+        (('ctrl', '--algo', 'consensus', '--set', 'K'), "invalid setting 'K'"),
         (
             ('ctrl', '--algo', 'consensus', '--set', 'k=1'),
             "no module-level name 'k'.*did you mean K",
