@@ -133,7 +133,8 @@ def test_the_filter_stands_between_laws_and_robots(start, peer, script):
     start(*CTRL, '--algo', law, '--filter', 'barrier', '--min-separation', '0.8', '--vnom', '2')
     allowed = [peer.listen(Point32, f'/tb3_{robot}/cmd_cart_vel_allowed') for robot in (1, 2)]
     wanted, odometry = peer.cmd_cart_vel(1), [peer.odometry(robot) for robot in (1, 2)]
-    peer.wait_for(lambda: all(allowed) and allowed[0][-1].z == 1.0 and wanted[-1].x > 0.09)
+    peer.wait_for(lambda: all(allowed) and allowed[0][-1].z == 1.0)
+    peer.wait_for(lambda: wanted and wanted[-1].x > 0.09)
 
     def apart():
         return position(odometry[1][-1])[0] - position(odometry[0][-1])[0]
