@@ -111,7 +111,8 @@ class Experiment:
         self._pause = supervisor.start('pause', pause, listens=True, reports=Report | Status)
         self._pause.on_report = self._on_report
         if joystick:
-            supervisor.start('joystick', joystick, needed=False)
+            # Without it, whoever publishes on its topic would be the operator.
+            supervisor.start('joystick', joystick)
         controllers = ControllerOptions(
             nb_robots=lab.nb_robots,
             experiment=True,

@@ -38,7 +38,7 @@ _TEXTS = {
     GuardState.INTRUDED: '{} commands it past its guard',
     GuardState.DEAF: 'it does not obey zero: its motors are off',
     GuardState.OBSTRUCTED: 'its lidar sees something {} m ahead',
-    GuardState.BLIND: 'its lidar is silent',
+    GuardState.BLIND: 'its lidar is silent or covered',
     GuardState.UNCONNECTED: 'its base does not listen; is its bringup running?',
     GuardState.EMERGENCY: 'a stop is held; R twice releases it',
 }
@@ -69,7 +69,7 @@ class GuardSituation:
         base_listens: Whether the base listens.
         has_ended: Whether there is no command to follow.
         clearance: Distance in m to what stands in the way within the braking distance; inf if
-            nothing does, NaN if the lidar is silent.
+            nothing does, NaN if the lidar is silent or covered.
     """
 
     emergency: bool

@@ -189,7 +189,7 @@ class CmdVelGuard(RobotNode):
     def _clearance(self) -> float:
         """Return how far ahead something stands within the braking distance, in m.
 
-        It is inf if nothing does, or the robot is not to drive; NaN if the lidar is silent.
+        It is inf if nothing does, or the robot is not to drive; NaN if the lidar is blind.
         """
         if not self.scan:
             return math.inf
@@ -200,7 +200,7 @@ class CmdVelGuard(RobotNode):
         V, _ = self.limits.scaled_down(*self.commands.newest(self.time.now))
         scan, width = self._scan, self.limits.wheel_separation
         found = lidar.clearance(scan.ranges, scan.angle_min, scan.angle_increment, V, width)
-        return found if found < lidar.braking_distance(V) else math.inf
+        return math.inf if found >= lidar.braking_distance(V) else found
 
     def _switch_motors(self, before: GuardState, state: GuardState) -> None:
         """Switch the motors: off where zeros do not or may not help, on only by a start."""

@@ -23,10 +23,11 @@ BRAKING_M_S2 = 2.5
 """Deceleration in m/s^2 with which ROBOTIS' navigation stack brakes a Burger
 (turtlebot3_navigation2, param/burger.yaml)."""
 
-SILENT_AFTER_S = 1.0
-"""Silence in s after which a lidar counts as dead."""
+SILENT_AFTER_S = REACTION_S
+"""Silence in s after which a lidar counts as dead: the braking distance allows for no more."""
 
 _FEWEST_POINTS = 3  # a single one may be dust
+_NEAREST_M = 1e-3  # stands for what is too near to be measured
 
 
 def braking_distance(V: float) -> float:
@@ -39,15 +40,23 @@ def clearance(
 ) -> float:
     """Return the distance (m) of the nearest thing in the way of a robot; inf if there is none.
 
+    It is NaN if the lidar sees nothing, near or far: it may be covered.
+
     Args:
-        ranges: Distances in m of a scan; those that are not finite and positive are left out.
+        ranges: Distances in m of a scan; inf where nothing is in its range, -inf where something
+            is nearer than that (REP 117). NaN and what is not positive measure nothing.
         first: Angle of the first of them in rad, from straight ahead to the left.
         step: Angle between two of them in rad.
         V: Forward speed in m/s; backwards if negative. A robot that only turns meets nothing.
         wheel_separation: Distance in m between its wheels.
     """
-    distances = np.asarray(ranges, dtype=float)
+    distances = np.array(ranges, dtype=float)
+    too_near = np.isneginf(distances)
+    last = first + step * len(distances)
+    if not math.isfinite(last) or not (too_near | (distances > 0.0)).any():
+        return math.nan
     angles = first + step * np.arange(len(distances))
+    distances[too_near] = _NEAREST_M
     seen = np.isfinite(distances) & (distances > 0.0)
     ahead = math.copysign(1.0, V) * distances[seen] * np.cos(angles[seen])
     beside = np.abs(distances[seen] * np.sin(angles[seen]))

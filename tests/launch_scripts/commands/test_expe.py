@@ -80,6 +80,26 @@ def test_when_a_process_dies_everything_stops(terminal, victim):
     assert f'(process {dying.pid}) was killed by SIGKILL' in terminal.read()
 
 
+def test_without_its_joystick_an_experiment_ends_because_another_could_start_its_robots(
+    domain, tmp_path, monkeypatch
+):
+    node = tmp_path / 'lib' / 'joy' / 'joy_node'
+    node.parent.mkdir(parents=True)
+    node.write_text('#!/bin/sh\nexec sleep 600\n')
+    node.chmod(0o755)
+    prefixes = os.pathsep.join([str(tmp_path), os.environ.get('AMENT_PREFIX_PATH', '')])
+    monkeypatch.setenv('AMENT_PREFIX_PATH', prefixes.rstrip(os.pathsep))
+    terminal = Terminal('expe', *PATIENT_LAB, '--algo', 'nav_wp', '--nb-robots', '1')
+    try:
+        terminal.wait_for('button 7 of the joystick.*PAUSED')
+        children = psutil.Process(terminal.process.pid).children()
+        next(child for child in children if 'sleep' in child.cmdline()).kill()
+        ends(terminal, children, 128 + signal.SIGKILL)
+        assert 'joystick (process' in terminal.read()
+    finally:
+        terminal.close()
+
+
 def test_with_a_duration_it_starts_records_and_ends_by_itself(start, tmp_path):
     process = start(
         *SETCMAS, 'expe', *PATIENT_LAB, '--algo', 'consensus', '--nb-robots', '2',
