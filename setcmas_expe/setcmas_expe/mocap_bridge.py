@@ -17,7 +17,7 @@ from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.on_board import DeadReckoning
-from setcmas_expe.mocap.pose_track import SLOWEST_HZ, PoseTrack
+from setcmas_expe.mocap.pose_track import SLOWEST_HZ, TOO_SLOW_HZ, PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_simu.fleet import topics
@@ -43,9 +43,11 @@ class TrackedRobot:
 
     def __init__(self, node: FleetNode, robot: LabRobot, lab: Lab) -> None:
         self.number, self.body = robot.number, robot.mocap_name
-        self.track = PoseTrack(lab.arena, lab.limits)
         start = robot.start if lab.mocap.source.from_start else None
         self.reckoning = DeadReckoning(start) if start else None
+        # Wheel odometry knows nothing of a robot that is carried, or that counts from 0 again.
+        may_be_carried = lab.checks_motion and not start
+        self.track = PoseTrack(lab.arena, lab.limits, may_be_carried)
         self.velocities = VelocityFilter()
         odom, state = topics.mocap_topic(robot.number), topics.pose_state_topic(robot.number)
         self.odom = node.create_publisher(Odometry, odom, qos.STATE)
@@ -120,6 +122,9 @@ class MocapBridge(FleetNode):
         trouble = self.receiver.trouble(robot.body) or track.trouble
         if robot.reckoning:
             trouble = trouble or robot.reckoning.trouble
+        if track.rate < TOO_SLOW_HZ:
+            least = f'it must send at least {TOO_SLOW_HZ:g}'
+            trouble = trouble or f'motion capture sends {track.rate:.1f} poses a second; {least}'
         level = DiagnosticStatus.ERROR if trouble else DiagnosticStatus.OK
         values = {'height': '' if track.height is None else f'{track.height:.3f}'}
         name = topics.robot_name(robot.number)

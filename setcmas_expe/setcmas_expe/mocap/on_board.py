@@ -22,6 +22,8 @@ _TURN_PER_METRE = 0.005  # rad
 _TURN_PER_TURN = 0.01  # rad per rad: base of wheels
 _STEP_M = 0.05
 _OLDEST_S = 0.5
+_OFF_S = 1.0  # of silence: shorter than any restart
+_ORIGIN_M = 0.01
 _MAP, _ODOM, _BASES = 'map', 'odom', ('base_footprint', 'base_link')
 
 
@@ -46,6 +48,8 @@ class DeadReckoning:
         self._turn_error = 0.0
         self._moving_since: float | None = None
         self._time = 0.0
+        self._placed = math.inf
+        self._restarted = False
         self._said = 0.0
 
     def placed(self, sample: Sample, now: float) -> Sample:
@@ -57,7 +61,9 @@ class DeadReckoning:
             self._first = self._last = pose
         step = math.dist(pose[:2], self._last[:2])
         turned = abs(float(wrap_angle(pose[2] - self._last[2])))
-        self._last = pose
+        is_back_at_zero = math.hypot(*pose[:2]) < _ORIGIN_M < step
+        self._restarted |= is_back_at_zero and now - self._placed > _OFF_S
+        self._last, self._placed = pose, now
         if self._moving_since is None and step + turned > 0:
             self._moving_since = now
         self._time = 0.0 if self._moving_since is None else now - self._moving_since
@@ -70,6 +76,11 @@ class DeadReckoning:
     @property
     def trouble(self) -> str:
         """Why its poses are not good enough any more; empty while they are."""
+        if self._restarted:
+            return (
+                'its wheel odometry counts from 0 again (was it switched off and on?): put the '
+                'robots at their start poses, and start again'
+            )
         if self.drift <= MOST_DRIFT_M and self._time <= LONGEST_S:
             return ''
         return (

@@ -15,19 +15,24 @@ from setcmas_simu.robots.model import VelocityLimits
 _DRIFT = 1e-3
 """Largest drift between two clocks, in s per s."""
 
-_DRIFT_PAUSED = 1.0
-"""The same while robots are paused: then a clock that was slewed is forgotten."""
+_SLEW = 0.1
+"""Largest rate in s per s at which a clock is slewed; chrony allows no more."""
+
+_DELAY_S = 0.2
+"""Lateness in s that came faster than any slew: it is delay, whatever a clock does."""
 
 
 class StampClock:
     """Estimates delays from stamps of another machine's clock.
 
     The smallest difference between arrival and stamp so far counts as no delay. Stamps that go
-    backwards mean that the clock was set: delay cannot reverse their order.
+    backwards mean that the clock was set: delay cannot reverse their order. A pause forgets that a
+    clock was slewed, but not that a network holds messages up: its delay grows faster.
     """
 
     def __init__(self) -> None:
         self._offset: float | None = None
+        self._slewed = 0.0  # the offset, as far as a slewed clock explains it
         self._stamp = self._now = 0.0
         self.repeats = 0
         """Number of measurements in a row that repeated the stamp before."""
@@ -43,15 +48,21 @@ class StampClock:
             return 0.0
         offset = now - stamp
         if self._offset is None or stamp < self._stamp:
-            self._offset = offset
-        drift = (_DRIFT_PAUSED if paused else _DRIFT) * max(0.0, now - self._now)
-        self._offset = min(offset, self._offset + drift)
+            self._offset = self._slewed = offset
+        step = max(0.0, now - self._now)
+        is_delay = offset - self._slewed - _SLEW * step > _DELAY_S
+        self._slewed = min(offset, self._slewed + (0.0 if is_delay else _SLEW * step))
+        drift = 0.0 if is_delay else _SLEW if paused else _DRIFT
+        self._offset = min(offset, self._offset + drift * step)
         self._stamp, self._now = stamp, now
         return offset - self._offset
 
 
 SLOWEST_HZ = 10.0
 """Rate of measurements below which users are warned, in Hz."""
+
+TOO_SLOW_HZ = 4.0
+"""Rate of measurements below which robots stop, in Hz: wrong ones are found too late then."""
 
 _REMEMBERED = 20
 _NOISE_M = 0.03  # largest distance between poses of a robot at rest: noise, and loose markers
@@ -120,7 +131,8 @@ class PoseTrack:
         height: Height of its body in m, smoothed; None before the first good pose.
     """
 
-    def __init__(self, arena: Arena, limits: VelocityLimits) -> None:
+    def __init__(self, arena: Arena, limits: VelocityLimits, may_be_carried: bool = True) -> None:
+        """Start without a pose; a robot `may_be_carried` if its motion then proves which it is."""
         self.pose: Pose | None = None
         self.measured = -math.inf
         self.fault: PoseFault | None = None
@@ -128,6 +140,7 @@ class PoseTrack:
         self.rejected: Counter[str] = Counter()
         self.height: float | None = None
         self._arena = arena
+        self._may_be_carried = may_be_carried
         self._clock = StampClock()
         self._reach = Reach(limits)
         self._arrivals: deque[float] = deque(maxlen=_REMEMBERED)
@@ -180,6 +193,11 @@ class PoseTrack:
                 'down; is y_up wrong in the lab file? If you moved its body, restart the '
                 'experiment'
             )
+        elif fault is PoseFault.JUMPED and not self._may_be_carried:
+            self.trouble = (
+                'it jumped (was it carried, or switched off and on, or were names swapped?): undo '
+                'that, or restart the experiment'
+            )
 
     def _fault_in_time(self, sample: Sample, pose: Pose, measured: float) -> PoseFault | None:
         place = sample.position, sample.orientation
@@ -204,7 +222,7 @@ class PoseTrack:
 
     def _has_settled(self, pose: Pose, now: float, paused: bool) -> bool:
         """Return whether a carried robot is at rest at its new place."""
-        if not paused:
+        if not (paused and self._may_be_carried):
             self._candidate = None
             return False
         if self._candidate is None or not _near(self._candidate[0], pose):

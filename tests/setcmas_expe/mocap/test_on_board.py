@@ -59,6 +59,17 @@ def test_time_is_limited_from_the_first_move_on():
     assert reckoning.trouble.startswith('wheel odometry may be')
 
 
+def test_odometry_that_counts_from_zero_again_is_found():
+    reckoning = DeadReckoning((0.5, -1.0, 0.0))
+    for now, x in ((0.0, 0.0), (1.0, 0.1), (30.0, 0.1), (30.1, 0.0)):
+        reckoning.placed(sample(x, 0.0, 0.0), now)
+        assert not reckoning.trouble  # it may drive back, or be silent for a while
+
+    reckoning.placed(sample(0.1, 0.0, 0.0), 31.0)
+    reckoning.placed(sample(0.0, 0.0, 0.0), 60.0)
+    assert 'counts from 0 again' in reckoning.trouble
+
+
 def test_invalid_odometry_is_left_to_the_checks_of_all_poses():
     reckoning = DeadReckoning((0, 0, 0))
     invalid = sample(math.nan, 0.0, 0.0)

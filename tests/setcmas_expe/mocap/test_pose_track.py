@@ -74,6 +74,16 @@ def test_a_jump_is_rejected_until_a_pause_while_the_pose_stands_still(tracker):
     assert tracker.track.pose[0] == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_jump_stays_a_fault_where_no_motion_proves_which_robot_it_is(tracker):
+    tracker.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'], may_be_carried=False)
+    tracker.feed(1.0)
+    tracker.paused = True
+
+    assert tracker.feed(10.0, x=1.0) == 0
+    assert 'undo that, or restart the experiment' in tracker.track.trouble
+    assert tracker.feed(0.5) == 25  # undone
+
+
 def test_poses_of_a_robot_that_is_carried_are_rejected_even_while_paused(tracker):
     tracker.feed(1.0)
     tracker.paused = True
@@ -122,14 +132,33 @@ def test_lateness_counts_as_age_whatever_the_clock_of_the_sender(tracker):
 def test_a_slewed_clock_of_the_sender_is_forgotten_in_a_pause(tracker):
     tracker.feed(2.0)
     tracker.clock -= 0.001
-    for _ in range(500):  # half a second, which a daemon slews in some minutes
-        tracker.clock -= 0.001
+    for _ in range(314):  # by half a second, as fast as chrony slews by default
+        tracker.clock -= 0.08 * 0.02
         tracker.feed(0.02)
     assert tracker.age() > 0.4
+    tracker.silence(0.5)  # Wi-Fi holds messages up meanwhile
+    tracker.latency = 0.5
+    tracker.feed(1.0)
+    tracker.latency = 0.0
 
     tracker.paused = True
-    tracker.feed(1.0)
+    tracker.feed(6.0)
     tracker.paused = False
+    tracker.feed(0.1)
+    assert tracker.age() < 0.01
+
+
+@pytest.mark.parametrize('latency', [0.5, 1.0, 2.0])
+def test_a_pause_does_not_make_late_poses_fresh(tracker, latency):
+    tracker.feed(2.0)
+    tracker.silence(latency)
+    tracker.latency = latency
+    tracker.feed(0.5)
+    tracker.paused = True
+    tracker.feed(120.0)
+
+    assert tracker.age() == pytest.approx(latency, abs=0.01)
+    tracker.latency = 0.0
     tracker.feed(0.1)
     assert tracker.age() < 0.01
 
