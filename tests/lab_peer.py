@@ -27,6 +27,7 @@ class LabPeer:
         self.wanted = dict.fromkeys(robots)  # V, omega; None: silence
         self.paused = None
         self.noise = 1e-5
+        self.poses_every = 1  # ticks
         node = peer.node
         self._mocap = {i: node.create_publisher(Odometry, f'/qualisys/tb3_{i}/odom', 5)
                        for i in robots}  # fmt: skip
@@ -43,7 +44,7 @@ class LabPeer:
     def _publish(self):
         self.ticks += 1
         for robot, pose in self.poses.items():
-            if pose is not None:
+            if pose is not None and self.ticks % self.poses_every == 0:
                 self._mocap[robot].publish(self._odometry(pose))
         for robot, wanted in self.wanted.items():
             if wanted is not None:

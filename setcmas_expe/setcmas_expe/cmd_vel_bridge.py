@@ -75,7 +75,9 @@ class CmdVelBridge(RobotNode):
         self._sole = [
             (topics.robot_topic(self.robot, topics.CMD_VEL_WANTED), 'controllers command it'),
             (topics.robot_topic(self.robot, topics.CMD_CART_VEL), 'nodes command it'),
+            (topics.robot_topic(self.robot, topics.CMD_CART_VEL_ALLOWED), 'nodes command it'),
             (topics.mocap_topic(self.robot), 'nodes send its poses'),
+            (topics.pose_state_topic(self.robot), 'nodes judge its poses'),
             (robot.topic(topics.ODOM), 'nodes send its wheel odometry'),
         ]
         self._battery_scale = Battery()
@@ -97,14 +99,16 @@ class CmdVelBridge(RobotNode):
             view = _seen(view, odom, now)
         if state := self.pose_state():
             height = diagnostic_values(state).get('height')
-            view = replace(view, pose_fault=state.message, height=float(height or 'nan'))
+            is_accepted = state.level == DiagnosticStatus.OK
+            fault = '' if is_accepted else state.message or Cause.POSE_REJECTED.value
+            view = replace(view, pose_fault=fault, judged=now, height=float(height or 'nan'))
         if command := self.wanted():
             # As old as the last look: it came some time after it.
             view = replace(view, wanted=velocities(command), commanded=self._looked)
         if wheels := self.wheels():
             V, omega = velocities_of(wheels)
+            self.wheel_watch.measure(V, omega, now)
             if math.isfinite(V) and math.isfinite(omega):
-                self.wheel_watch.measure(V, omega, now)
                 view = replace(view, wheels=(V, omega), rolled=now)
         if battery := self.battery():
             percent = self._battery_scale.percent(battery.percentage)
@@ -128,12 +132,13 @@ class CmdVelBridge(RobotNode):
         """Publish the state of the robot: OK, WARN (stopped) or ERROR (lost); return it."""
         is_moving = decision.state is State.MOVING
         level = DiagnosticStatus.OK if is_moving else DiagnosticStatus.WARN
-        disobeys = self.wheel_watch.disobeys
-        if disobeys or (decision.why and decision.why.cause.is_blind):
+        runs_away = self.wheel_watch.runs_away
+        self.wheel_watch.runs_away = False
+        if runs_away or (decision.why and decision.why.cause.is_blind):
             level = DiagnosticStatus.ERROR
         view, age = self.view, self.time.now - self.view.measured
         values = report_values(decision) | {
-            'runs_away': 'yes' if disobeys else '',
+            'runs_away': 'yes' if runs_away else '',
             'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
             'battery': f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
             'speed': f'{view.velocities[0]:.3f}',

@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point32, TwistStamped
 from lab_peer import BRIDGES, HZ, LabPeer
 from nav_msgs.msg import Odometry
@@ -187,11 +188,13 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
         (Odometry, '/qualisys/tb3_1/odom', '2 nodes send it on /qualisys/tb3_1/odom'),
         (TwistStamped, '/tb3_1/cmd_vel_wanted', '2 controllers command it'),
         (Point32, '/tb3_1/cmd_cart_vel', '2 nodes command it (/tb3_1/cmd_cart_vel)'),
+        (Point32, '/tb3_1/cmd_cart_vel_allowed', '2 nodes command it (/tb3_1/cmd_cart_vel_a'),
+        (DiagnosticStatus, '/mocap/tb3_1/pose_state', '2 nodes judge its poses'),
     ],
 )
 def test_a_robot_whose_poses_or_commands_two_nodes_send_stands(lab, kind, topic, reason):
     lab.let_go({1: GO})
-    for _ in range(2 if topic in ('/tb3_1/odom', '/tb3_1/cmd_cart_vel') else 1):
+    for _ in range(2 if topic == '/tb3_1/odom' or 'cart' in topic else 1):
         lab.peer.node.create_publisher(kind, topic, 1)
 
     see_it_stand(lab, reason)
@@ -228,6 +231,7 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
     motors.clear()
     lab.paused = True
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    peer.spin(1.0)  # it comes to rest
 
     wheels.twist.twist.linear.x = 0.1
     peer.wait_for(lambda: False in motors)
@@ -235,6 +239,8 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
     wheels.twist.twist.linear.x = 0.0
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     assert True not in motors
+    reports = [status for message in lab.diagnostics for status in message.status]
+    assert not any(item.key == 'runs_away' and item.value for r in reports for item in r.values)
     lab.let_go({1: GO})
     wheels.twist.twist.linear.x = 0.1
     peer.wait_for(lambda: motors[-1] is True)
@@ -251,3 +257,6 @@ def test_a_robot_without_motor_power_is_to_be_switched_off(start, peer):
 
     line = 'robot 1 does not obey zero: it has no motor_power: switch it off'
     peer.wait_for(lambda: line in bridges.output())
+    for _ in range(3):  # while it does not stop
+        lab.diagnostics.clear()
+        peer.wait_for(lambda: lab.status(1)[1]['runs_away'] == 'yes')

@@ -88,7 +88,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
 def test_odometry_diagnostics_and_arena_are_published(start, peer, lab):
     odometry = peer.listen(Odometry, '/mocap/tb3_1/odom')
     arena = peer.listen(MarkerArray, '/arena', qos.LATCHED)
-    start(*BRIDGES, '--nb-robots', '2', '--arena=-2,2,-1,1')
+    start(*BRIDGES, '--nb-robots', '2', '--arena=-1.1,2,-1,1')
     battery = peer.publisher(BatteryState, '/tb3_1/battery_state', qos=qos.SENSOR)
     let_go(lab)
     peer.wait_for(lambda: odometry)
@@ -105,18 +105,16 @@ def test_odometry_diagnostics_and_arena_are_published(start, peer, lab):
     assert float(values['speed']) == pytest.approx(0.0, abs=0.01)
     border, *discs = arena[0].markers
     assert (border.ns, border.type) == ('arena', border.LINE_STRIP)
-    assert {(p.x, p.y) for p in border.points} == {(x, y) for x in (-2, 2) for y in (-1, 1)}
+    assert {(p.x, p.y) for p in border.points} == {(x, y) for x in (-1.1, 2) for y in (-1, 1)}
     assert [(d.ns, d.id, d.header.frame_id, d.scale.x) for d in discs] == [
         ('separation', i, f'tb3_{i}/base_footprint', 0.35) for i in (1, 2)
     ]
 
-    lab.poses[2] = None
-    peer.wait_for(lambda: lab.status(2)[0].level == b'\x02')
-    lab.poses[1] = (2.5, 0.0, 0.0)  # carried outside, which takes a pause to be believed
     lab.paused = True
-    peer.wait_for(lambda: lab.status(1)[0].level == b'\x02')
+    lab.poses = dict.fromkeys((1, 2))
+    peer.wait_for(lambda: lab.status(1)[0].level == lab.status(2)[0].level == b'\x02')
+    lab.poses = {1: (-1.15, 0.0, math.pi), 2: (1.0, 0.0, 0.0)}
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
-    lab.poses[2] = (1.0, 0.0, 0.0)
     lab.paused = False
     peer.wait_for(lambda: 'outside the arena' in lab.status(1)[0].message)
     assert lab.status(1)[1]['state'] == 'stopped'
@@ -151,3 +149,17 @@ def test_wheel_odometry_begins_at_the_measured_start_poses(start, peer, lab, tmp
 
     place = odometry[-1].pose.pose.position
     assert (place.x, place.y) == pytest.approx((1.0, 0.5))
+
+    lab.paused = True
+    lab.poses[1] = (5.0, 5.0, 0.3)  # switched off and on: its odometry begins anew
+    peer.wait_for(lambda: 'undo that, or restart' in lab.status(1)[0].message)
+    peer.spin(2.0)
+    assert 'undo that, or restart' in lab.status(1)[0].message
+
+
+def test_a_robot_whose_poses_are_rare_is_not_ready(start, peer, lab):
+    start(*BRIDGES, '--nb-robots', '2')
+    let_go(lab)
+    lab.paused, lab.poses_every = True, 6
+
+    peer.wait_for(lambda: 'poses a second; it must send at least 4' in lab.status(1)[0].message)

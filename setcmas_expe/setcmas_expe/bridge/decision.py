@@ -108,6 +108,7 @@ class RobotView:
         same_since: When the first of the last poses came that are equal.
         velocities: By motion capture.
         pose_fault: Why its newest poses are rejected; empty if they are accepted.
+        judged: When the mocap bridge last said whether they are.
         height: Height of its body in m; NaN if unknown.
         wanted: What its controller wants.
         commanded: When that came.
@@ -125,6 +126,7 @@ class RobotView:
     same_since: float = math.inf
     velocities: Velocities = (0.0, 0.0)
     pose_fault: str = ''
+    judged: float = -math.inf
     height: float = math.nan
     wanted: Velocities = (0.0, 0.0)
     commanded: float = -math.inf
@@ -251,9 +253,12 @@ def _blindness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Stop
         if late > _LATE_SHARE * longest_s:
             text += (
                 f': they come {late:.1f} s late by their stamps (a slow network, or a motion '
-                'capture clock that was changed: pause for a second, then start)'
+                'capture clock that was changed: if a pause of 10 s does not help, and the '
+                'network is well, restart setcmas expe)'
             )
         return StopReason(Cause.POSE_OLD, text)
+    if not now - robot.judged <= longest_s:
+        return StopReason(Cause.POSE_REJECTED, 'pose rejected: the mocap bridge is silent')
     same_for, driven_for = robot.received - robot.same_since, now - robot.driven_since
     if min(same_for, driven_for) >= FROZEN_S:
         return StopReason(Cause.FROZEN)

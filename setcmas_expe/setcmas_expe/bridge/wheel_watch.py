@@ -24,12 +24,13 @@ class WheelWatch:
     """Compares what a robot is commanded with what it does, and switches its motors.
 
     Attributes:
-        disobeys: How it disobeys, since the last pause; empty if it obeys.
+        runs_away: Whether it ignored zero since its last report, which sets this to False.
     """
 
     def __init__(self, node: FleetNode, robot: LabRobot, lab: Lab, guard: GuardWatch) -> None:
         """Reach the motors of a robot through a node; its guard watches the wheels, too."""
-        self.disobeys = ''
+        self.runs_away = False
+        self._disobeys = ''  # since the last pause
         self._robot = robot.number
         self._logger = node.get_logger()
         self._guard = guard
@@ -50,15 +51,17 @@ class WheelWatch:
         report = self._guard.recent_report
         if found is Disobedience.IGNORES_ZERO or (report and report.state is GuardState.DEAF):
             self._cut_motors()
+            # A robot that has come to rest has obeyed: a person pushes it.
+            self.runs_away |= not self._obedience.came_to_rest
         elif self._guard.has_ended:  # its base keeps its last velocity
             self._motors.cut()
         self._motors.step(now)
-        return found.value if found else self.disobeys
+        return found.value if found else self._disobeys
 
     def obey(self, decision: Decision, view: RobotView, now: float) -> None:
         """Switch the motors as decided: a start gives them power, whoever cut them."""
         if decision.state is State.PAUSED:
-            self.disobeys, self._was_paused = '', True
+            self._disobeys, self._was_paused = '', True
             self._motors.leave()
         elif not (decision.why and decision.why.cause.lasts) and not self._guard.has_ended:
             if self._motors.is_cut or (self._was_paused and not self._guard.is_there()):
@@ -84,6 +87,7 @@ class WheelWatch:
         found = self._by_mocap.update(*commanded, now)
         if found is Disobedience.IGNORES_ZERO and (self._may_roll or has_rival):
             self._cut_motors()
+            self.runs_away = True
 
     def _cut_motors(self) -> None:
         """Switch the motors off until the next start: the robot moves although commanded zero."""
@@ -92,4 +96,4 @@ class WheelWatch:
             way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
             self._logger.error(f'robot {self._robot} does not obey zero: {way}')
         self._motors.cut()
-        self.disobeys = Disobedience.IGNORES_ZERO.value
+        self._disobeys = Disobedience.IGNORES_ZERO.value
