@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
@@ -66,6 +65,8 @@ def file_errors(what: str) -> Iterator[None]:
 
 def nearest(name: object, known: Iterable[str], most: int = 1) -> list[str]:
     """Return the known names that are most like a name, whatever their case."""
+    import difflib  # a page in a browser starts sooner without it
+
     by_case = {one.lower(): one for one in known}
     return [by_case[one] for one in difflib.get_close_matches(str(name).lower(), by_case, n=most)]
 

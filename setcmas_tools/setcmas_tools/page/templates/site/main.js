@@ -185,6 +185,7 @@ const CLICKS = {
 async function begin() {
   const [catalogue, parts] = await Promise.all(['catalogue.json', 'python.json'].map(async name => (await fetch(name)).json()));
   python = new Python(parts, hear);
+  prepare();  // it takes longest
   createForm(catalogue, changed);
   createEditor(find('editor'), changed, run);
   for (const [id, does] of Object.entries(CLICKS)) find(id).addEventListener('click', does);
@@ -198,7 +199,6 @@ async function begin() {
   status('Loading Python ...');
   await followAddress();
   window.addEventListener('hashchange', followAddress);
-  prepare();
   document.body.classList.add('begun');
 }
 begin();

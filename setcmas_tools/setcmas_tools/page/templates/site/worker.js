@@ -16,8 +16,7 @@ async function boot({contents, wheel, packed, packages}) {
   addFiles(contents);
   importScripts(scriptOf('pyodide.asm.js'));
   const {loadPyodide} = await import(scriptOf('pyodide.mjs'));
-  python = await loadPyodide({indexURL: BASE});
-  await python.loadPackage(packages);
+  python = await loadPyodide({indexURL: BASE, packages});
   for (const name of [wheel, packed]) {
     python.unpackArchive(files.get(name), name.endsWith('.whl') ? 'wheel' : 'zip');
     files.delete(name);
