@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from setcmas_expe.bridge.decision import Decision, RobotView, State, Velocities
-from setcmas_expe.guard.guard_decision import GuardState
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import (
@@ -48,8 +47,7 @@ class WheelWatch:
     def trouble(self, sent: Velocities, now: float) -> str:
         """Note the last command; return how the robot disobeys; empty if it obeys."""
         found = self._obedience.update(*sent, now)
-        report = self._guard.recent_report
-        if found is Disobedience.IGNORES_ZERO or (report and report.state is GuardState.DEAF):
+        if found is Disobedience.IGNORES_ZERO or self._guard.found_deaf:
             self._cut_motors()
             # A robot that has come to rest has obeyed: a person pushes it.
             self.runs_away |= not self._obedience.came_to_rest

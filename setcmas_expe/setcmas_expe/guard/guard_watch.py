@@ -8,15 +8,17 @@ from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardState
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.polling import PolledTopic
 
 SILENT_AFTER_S = 0.5
 """Silence at which a guard counts as gone, in s; it reports five times a second."""
 
+_UNREAD = 5  # reports that may wait: one of deaf wheels holds for a moment, until motors are off
 MISSING = 'no cmd_vel_guard on it'
 _SILENT = 'its cmd_vel_guard is silent'
 _SEVERAL = '{} nodes report as its guard'
@@ -88,23 +90,25 @@ class GuardWatch:
 
     Attributes:
         report: Its last report; None before the first.
+        found_deaf: Whether one of the reports that were taken last has named deaf wheels.
     """
 
     def __init__(self, node: Node, namespace: str) -> None:
         """Listen through a node to the guard in a robot's namespace (without a slash)."""
         self.report: GuardReport | None = None
+        self.found_deaf = False
         self._node = node
         self._name = namespace
         self._topic = f'/{namespace}/{topics.GUARD_STATE}'
         self._received = self._now = -math.inf
         self._nb_senders = 0
         self._messages = PolledTopic(
-            node, DiagnosticStatus, self._topic, self._on_report, qos.STATE
+            node, DiagnosticStatus, self._topic, self._on_report, QoSProfile(depth=_UNREAD)
         )
 
     def take(self, now: float) -> None:
         """Take new reports; `now` is in s on a steady clock."""
-        self._now = now
+        self._now, self.found_deaf = now, False
         self._messages.take()
 
     def look_around(self) -> set[bytes]:
@@ -167,5 +171,6 @@ class GuardWatch:
             return
         report, before = GuardReport.read(message), self.intruder
         self.report, self._received = report, self._now
+        self.found_deaf |= report.state is GuardState.DEAF
         if self.intruder and not before:  # also while robots are paused
             self._node.get_logger().error(f'{self._name}: {self.intruder}: SWITCH THE ROBOT OFF')
