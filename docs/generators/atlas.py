@@ -42,7 +42,7 @@ CHAPTERS: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ),
         ('finite_time_consensus', {'nb_robots': 8, 'duration': 60.0, 'graph': 'ring', **THEORY}),
         ('resilient_consensus', {'nb_robots': 8, 'duration': 60.0, **THEORY}),
-        ('leader_election', {'nb_robots': 8, 'duration': 20.0, 'graph': 'path'}),
+        ('leader_election', {'nb_robots': 8, 'duration': 60.0, 'graph': 'path'}),
         ('distributed_optimisation', {'nb_robots': 6, 'duration': 90.0, 'graph': 'ring', **EXACT}),
         ('dynamic_average', {'nb_robots': 5, 'duration': 60.0, 'graph': 'ring', **EXACT}),
     ],
@@ -131,8 +131,8 @@ SCENARIOS: list[tuple[str, str, dict[str, Any]]] = [
     (
         'Falling threshold',
         'The threshold c0 + c1 exp(-a t) falls from 1.02 to 0.02 m. No robot sends infinitely '
-        'often in finite time, and the robots come as near to each other as the bound above with '
-        'c = c0: here with half as many messages as with 0.2 m, and nine times nearer.\n\n'
+        'often in finite time, and the robots come as near to their centre as the bound above '
+        'with c = c0: here with half as many messages as with 0.2 m, and nine times nearer.\n\n'
         'Source: Seyboth, Dimarogonas and Johansson, Event-based broadcasting for multi-agent '
         'average consensus, Automatica 49(1), 2013.',
         {'nb_robots': 6, 'duration': 60.0, 'graph': 'ring', 'event_triggered': True,

@@ -3,8 +3,8 @@
 The law of the run is simulated from the same starts: as in theory (single integrators, called
 continuously), then sampled, with the speed limit, with the dead band of the law, as the robots of
 the run, with its messages, with its filter and as identified robots, as far as the run has these.
-The distance of each rung from the one before says what the new thing changes. The plot ladder.png
-is for a slide.
+The distance of each rung from the one before says what the new thing changes, in this
+order. The plot ladder.png is for a slide.
 
 Examples:
   setcmas explain out

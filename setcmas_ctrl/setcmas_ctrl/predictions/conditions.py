@@ -16,6 +16,7 @@ class Departure(Enum):
     """What a run has, and points that follow their law without limits have not."""
 
     TURNING = 'turning before driving'
+    OWN_TURNING = 'a si_to_uni of its own'
     SPEED_LIMIT = 'the speed limit'
     REST = 'robots at rest'
     FILTER = 'the safety filter'

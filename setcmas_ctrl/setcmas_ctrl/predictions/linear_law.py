@@ -1,7 +1,8 @@
 """Linear laws: what follows from their matrix, and how late all poses may be.
 
 A law v = -K (p - goal) turns a unicycle by omega = komega e with the heading error e, so that far
-away e' = -komega e(t - tau). Commands that are held for a period h are old by h/2 on average.
+away e' = -komega e(t - tau); near the goal its direction turns, and adds K sin(e).
+Commands that are held for a period h are old by h/2 on average.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Doubt(Enum):
 
     UNLINKED = 'the graph at the start leaves differences between robots that never decay'
     OSCILLATES = 'oscillations do not decay: the gain is too large'
-    DIVERGES = 'the robots drive away, ever faster'
+    DIVERGES = 'points without a speed limit would drive away, ever faster'
 
 
 @dataclass(frozen=True)
@@ -107,14 +108,15 @@ class LinearLaw:
         metric = f'{"modes" if swings else self.task or "modes"}.convergence_rate_1_s'
         values = values[np.argsort(np.abs(values))][self.kept :]
         if not is_late and self.kept == 1 and h * np.abs(values).max() < 1.0:
-            yield Theorem(metric, float(values.real.min()), f'lambda_2 of {self.formula}')
+            name = 'lambda_2' if np.allclose(self.matrix, self.matrix.T) else 'least Re lambda'
+            yield Theorem(metric, float(values.real.min()), f'{name} of {self.formula}')
         if conditions.delay == self.own_delay:  # else the meeting point moves, too
             rho = f'sampled model, h = {h:g} s: -ln(rho)/h'
             yield Theorem(metric, -log(abs(factor)) / h, rho)
         if self.kept == 1 and self.task and of_robots:
             yield from self._meeting_point(conditions)
         if of_robots and not is_late and self.starts is None:
-            yield self._delay_margin(values, conditions)
+            yield from self._delay_margin(values, conditions)
             if conditions.threshold and np.allclose(self.matrix, self.matrix.T):
                 yield self._event_bound(conditions)
 
@@ -132,19 +134,22 @@ class LinearLaw:
             by = f'mean of the starts with weights {formula}'
             yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
 
-    def _delay_margin(self, values: NDArray[Any], conditions: Conditions) -> Theorem:
-        """Return how late all poses may be, from the eigenvalues of M that are not kept.
+    def _delay_margin(self, values: NDArray[Any], conditions: Conditions) -> Iterator[Theorem]:
+        """Yield how late all poses may be at most, from the eigenvalues of M that are not kept.
 
-        With later ones robots drive away from each other. A little below, unicycles circle.
+        With later ones robots drive away from each other. Unicycles may do so, or circle, a little
+        below, and far below if their positions are not three times as slow as their headings.
         """
         h, K, komega = conditions.period, np.abs(values), conditions.komega
+        if h * K.max() > 0.5 or 0.0 < komega < 3.0 * K.max() - _NOTHING:
+            return
         margin = float(((pi / 2 - np.abs(np.angle(values))) / K).min()) - h / 2
         formula = '(pi/2 - |arg lambda|)/|lambda| - h/2'
         if komega and (turns := stable_delay(komega, h)) < margin:
             margin, formula = turns, 'pi/(2 komega) - h/2'
-        excludes = frozenset({Departure.CHANGES, Departure.EVENTS})
-        name = 'delay.bearable_delay_of_all_poses_s'
-        return Theorem(name, max(margin, 0.0), formula, excludes)
+        excludes = frozenset({Departure.CHANGES, Departure.EVENTS, Departure.OWN_TURNING})
+        name = 'delay.bearable_delay_of_all_poses_at_most_s'
+        yield Theorem(name, max(margin, 0.0), formula, excludes)
 
     def _event_bound(self, conditions: Conditions) -> Theorem:
         """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
@@ -169,7 +174,6 @@ class LinearLaw:
 def stable_delay(gain: float, period: float) -> float:
     """Return the delay in s up to which z' = -gain z(t - tau) does not grow: pi / (2 gain) - h/2.
 
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004. Of unicycles the
-    loop that binds first decides: position with the gain K, or heading with komega.
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
     """
     return max(pi / (2 * gain) - period / 2, 0.0)

@@ -1,7 +1,8 @@
 """Ladder: the law and the starts of a run, from single integrators to what was recorded.
 
 Each rung adds one thing that the run has and the theory of its law leaves out. So the distance
-of a rung from the one before says what that thing changes.
+of a rung from the one before says what that thing changes, given those before: in another order
+it may be more or less.
 """
 
 from __future__ import annotations

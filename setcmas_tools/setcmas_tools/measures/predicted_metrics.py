@@ -176,6 +176,7 @@ def departures(run: Run) -> dict[Departure, str]:
     given, commands, record = run.parameters, run.commands, run.record
     channel, is_triggered = channel_of(run, len(run.robots)), bool(given.get('event_triggered'))
     found: dict[Departure, str | bool] = {Departure.TURNING: _turns(run)}
+    found[Departure.OWN_TURNING] = any(one.option == 'si_to_uni' for one in run.inputs)
     if commands is not None:
         t, speeds = commands.t, np.hypot(commands.vx, commands.vy)
         if (fast := speeds >= _AT_LIMIT * largest_speed(run)).any():

@@ -32,7 +32,7 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, nb_
 
     assert (theorem.predicted, theorem.formula) == (
         pytest.approx(rates[1]),
-        'lambda_2 of K inv(I + D) L',
+        f'{"lambda_2" if graph in ("complete", "ring") else "least Re lambda"} of K inv(I + D) L',
     )
     assert sampled.predicted == pytest.approx(-np.log(factors[-2]) / 0.04)
     assert sampled.measured == pytest.approx(sampled.predicted, rel=0.07)  # faster modes add
@@ -53,6 +53,18 @@ def test_what_the_theory_leaves_out_is_said():
         assert note in last
     assert 'noise' not in last
     assert 'delay' not in last  # the sampled model has it
+
+
+@pytest.mark.parametrize('has_own', [False, True])
+def test_the_delay_that_robots_bear_is_said_only_of_the_built_in_turning(tmp_path, has_own):
+    own = tmp_path / 'ahead.py'
+    own.write_text('def si_to_uni(velocity, pose, komega):\n    return velocity[0], velocity[1]\n')
+    options = {'si_to_uni': str(own)} if has_own else {}
+    found = simulate('consensus', 4, 5.0, **options).metrics()['prediction']
+    names = [one.metric for one in found.figures]
+
+    assert ('delay.bearable_delay_of_all_poses_at_most_s' in names) == (not has_own)
+    assert ('a si_to_uni of its own' in found.differs) == has_own
 
 
 TRIGGERED = {
