@@ -72,7 +72,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy_and_looks_no_plugin_u
         (('simu', '--view', 'gazebo'), "--view is 'gazebo'; it must be auto, browser"),
         (('simu', '--robots', '3-1'), "--robots is '3-1'; it must be numbers from 1"),
         (('simu', '--nb-robots', '2', '--robots', '3'), 'robots 1 to 2'),
-        (('simu', '--pose', '1;2'), "--pose '1;2' must be ROBOT"),
+        (('simu', '--pose', '1;2'), "pose '1;2' must be ROBOT"),
         (('simu', '--nb-robots', '2', '--pose', '3:1,2'), 'names robot 3'),
         (('simu', '--poses', 'none.yaml'), "'none.yaml' cannot be read"),
         (('ctrl',), 'there is no control law: add --algo'),

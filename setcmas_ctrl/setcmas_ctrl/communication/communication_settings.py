@@ -79,7 +79,7 @@ class CommunicationOptions(Options):
     )
     threshold: float = option(
         LENGTH,
-        'without --ctc: send at this distance from the last position sent',
+        'without a condition of your own: send at this distance from the last position sent',
         default=THRESHOLD_M,
     )
     own_state: str = option(

@@ -25,8 +25,8 @@ def parse_pose_option(text: str) -> tuple[int, Pose]:
     """Return the robot and its pose in a text such as '3:1.0,2.0,1.57', or raise SetcmasError."""
     number, colon, values = text.partition(':')
     if not colon or not number.strip().isdecimal() or int(number) < 1:
-        raise SetcmasError(f"--pose '{text}' must be ROBOT:x,y,theta, such as '3:1.0,2.0,1.57'")
-    return int(number), _pose(values.split(','), f"--pose '{text}'")
+        raise SetcmasError(f"pose '{text}' must be ROBOT:x,y,theta, such as '3:1.0,2.0,1.57'")
+    return int(number), _pose(values.split(','), f"pose '{text}'")
 
 
 def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
@@ -104,9 +104,9 @@ def given_poses(
     named: set[int] = set()
     for text in pose_options:
         robot, pose = parse_pose_option(text)
-        check_in_fleet([robot], nb_robots, f"--pose '{text}'")
+        check_in_fleet([robot], nb_robots, f"pose '{text}'")
         if robot in named:
-            raise SetcmasError(f"--pose '{text}': robot {robot} already has a pose; remove one")
+            raise SetcmasError(f"pose '{text}': robot {robot} already has a pose; remove one")
         named.add(robot)
         given[robot] = pose
     return given

@@ -254,7 +254,7 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     if others and limits != NO_LIMITS:
         whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
         raise SetcmasError(
-            f"--limits '{limits}' is for unicycles, but --model makes {whom} "
+            f"limits '{limits}' is for unicycles, but the model makes {whom} "
             f'{", ".join(dict.fromkeys(others.values()))}, which have limits of '
             'their own; remove one of the two options'
         )

@@ -211,7 +211,7 @@ def test_models_that_do_not_exist_and_limits_of_other_models_are_refused():
     with pytest.raises(SetcmasError, match=r"robot script 'none\.py' not found"):
         check_models(['none.py'], 'ideal')
     with pytest.raises(
-        SetcmasError, match="'burger' is for unicycles, but --model makes robot 2 car"
+        SetcmasError, match="'burger' is for unicycles, but the model makes robot 2 car"
     ):
         check_models(['unicycle', 'car'], 'burger')
     check_models(['unicycle'], 'burger')
