@@ -23,7 +23,7 @@ def consensus(law: Any, conditions: Conditions) -> Prediction:
 
 def laplacian_consensus(law: Any, conditions: Conditions) -> Prediction:
     """Predict v_i = -K sum_j a_ij (p_i(t - DELAY) - p_j)."""
-    late = max(ceil(law.DELAY / conditions.period - 1e-9), 0) * conditions.period
+    late = round(max(ceil(law.DELAY / conditions.period - 1e-9), 0) * conditions.period, 9)
     matrix = law.K * conditions.laplacian
     return Prediction(LinearLaw(matrix, 'K L', 'consensus', own_delay=late))
 

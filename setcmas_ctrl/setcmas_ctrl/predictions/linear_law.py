@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from math import log, pi
+from math import ceil, log, pi
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ class Doubt(Enum):
     UNLINKED = 'the graph at the start leaves differences between robots that never decay'
     OSCILLATES = 'oscillations do not decay: the gain is too large'
     DIVERGES = 'points without a speed limit would drive away, ever faster'
+    UNJUDGED = 'it is not judged whether differences decay: too many robots for this delay'
 
 
 @dataclass(frozen=True)
@@ -64,32 +65,34 @@ class LinearLaw:
     def slowest_factor(self, conditions: Conditions) -> complex | None:
         """Return the factor with the largest modulus by which a mode changes from call to call.
 
-        It is an eigenvalue of the companion matrix, which acts on z(k), z(k - 1), ...; those of
-        the kept modes, which are 1, do not count. None if that matrix is too large.
+        Those of the kept modes, which are 1, do not count. If all positions are equally late, each
+        eigenvalue of M has a model of its own. None if the models are too large.
         """
-        h, size = conditions.period, len(self.matrix)
-        robot = np.arange(size) % len(conditions.adjacency)
-        received = np.where(robot[:, None] != robot, self.matrix, 0.0)
-        parts = (self.matrix - received, self.own_delay / h), (received, conditions.delay / h)
-        steps = [(part, *divmod(round(age, 6), 1.0)) for part, age in parts if part.any()]
-        longest = max((int(age) + (share > 0.0) for _, age, share in steps), default=0)
-        if size * (longest + 1) > _MOST_ROWS:
+        h, delay = conditions.period, conditions.delay
+        if self.own_delay == delay:
+            values = np.linalg.eigvals(self.matrix)
+            decaying = np.unique(values[np.argsort(np.abs(values))][self.kept :].round(12))
+            models = [[(np.array([[value]]), delay / h)] for value in decaying]
+        else:
+            robot = np.arange(len(self.matrix)) % len(conditions.adjacency)
+            received = np.where(robot[:, None] != robot, self.matrix, 0.0)
+            own = self.matrix - received
+            models = [[(own, self.own_delay / h), (received, delay / h)]]
+        calls = ceil(round(max(self.own_delay, delay) / h, 6)) + 1
+        if sum((len(parts[0][0]) * calls) ** 3 for parts in models) > _MOST_ROWS**3:
             return None
-        rows = np.zeros((size, longest + 2, size), self.matrix.dtype)
-        rows[:, 0] = np.eye(size)
-        for part, age, share in steps:  # between two calls robots move evenly
-            rows[:, int(age)] -= h * (1.0 - share) * part
-            rows[:, int(age) + 1] -= h * share * part
-        companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
-        companion[:size] = rows[:, : longest + 1].reshape(size, -1)
-        factors = np.linalg.eigvals(companion)
-        decaying = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
-        return complex(max(decaying, key=abs, default=0.0))
+        found = (np.linalg.eigvals(_companion(parts, h)) for parts in models)
+        factors = np.concatenate([np.zeros(0), *found])
+        if self.own_delay != delay:
+            factors = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
+        return complex(max(factors, key=abs, default=0.0))
 
     def doubt(self, conditions: Conditions) -> Doubt | None:
-        """Return why robots do not get where they should; None if they do, or if it is unknown."""
+        """Return why robots may not get where they should; None if they do."""
         factor = self.slowest_factor(conditions)
-        if factor is None or abs(factor) < 1.0 - _NOTHING:
+        if factor is None:
+            return Doubt.UNJUDGED
+        if abs(factor) < 1.0 - _NOTHING:
             return None
         if np.sum(np.abs(np.linalg.eigvals(self.matrix)) < _NOTHING) > self.kept:
             return Doubt.UNLINKED
@@ -169,6 +172,24 @@ class LinearLaw:
             f'the upper bound |L| c / lambda_2, c = {conditions.threshold:g} m',
             frozenset(Departure) - {Departure.EVENTS},
         )
+
+
+def _companion(parts: list[tuple[NDArray[Any], float]], h: float) -> NDArray[Any]:
+    """Return the matrix that takes z(k), z(k - 1), ... to the next call; parts have ages in calls.
+
+    Between two calls robots move evenly.
+    """
+    steps = [(part, *divmod(round(age, 6), 1.0)) for part, age in parts if part.any()]
+    longest = max((int(age) + (share > 0.0) for _, age, share in steps), default=0)
+    size = len(parts[0][0])
+    rows = np.zeros((size, longest + 2, size), parts[0][0].dtype)
+    rows[:, 0] = np.eye(size)
+    for part, age, share in steps:
+        rows[:, int(age)] -= h * (1.0 - share) * part
+        rows[:, int(age) + 1] -= h * share * part
+    companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
+    companion[:size] = rows[:, : longest + 1].reshape(size, -1)
+    return companion
 
 
 def stable_delay(gain: float, period: float) -> float:

@@ -72,6 +72,18 @@ def test_all_positions_late_on_a_directed_ring_grow_where_the_equation_does(K, g
     assert doubt == (Doubt.OSCILLATES if grows else None)
 
 
+@pytest.mark.parametrize(('nb_robots', 'h'), [(8, 0.04), (30, 0.2)])
+def test_large_fleets_with_all_positions_late_are_judged(nb_robots, h):
+    complete = 1.0 - np.eye(nb_robots)
+    given = conditions(complete, period=h, delay=2.0)
+
+    for K, grows in ((1.4 / 2 / nb_robots, False), (1.6 / 2 / nb_robots, True)):
+        assert (growth(complete, K, 2.0, 2.0, h) > 1.0) == grows
+        doubt = laplacian_law(complete, K, 2.0).doubt(given)
+        assert doubt == (Doubt.OSCILLATES if grows else None)
+    assert laplacian_law(complete, 0.01, 0.4).doubt(given) is Doubt.UNJUDGED
+
+
 def test_an_own_position_that_alone_is_late_does_not_oscillate():
     ring, complete = GRAPHS['ring'], 1.0 - np.eye(4)
 
