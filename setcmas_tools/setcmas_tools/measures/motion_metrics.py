@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.control.saturation import VNOM
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.model import SLOW
-from setcmas_simu.robots.models import fastest
+from setcmas_simu.robots.model import SLOW, Motion
+from setcmas_simu.robots.models import fastest, motion_of
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets
-from setcmas_tools.run.run import Run
+from setcmas_tools.run.run import Run, models_of
 
 SATURATION_TOLERANCE = 1e-3
 """A robot is saturated above (1 - this) vnom."""
@@ -76,9 +77,21 @@ def fleet_motion(run: Run) -> FleetMotion:
     if run.record:
         sent |= {robot: counts.sent for robot, counts in run.record.robots.items()}
     vnom = largest_speed(run)
+    free = {robot for robot, one in models_of(run).items() if motion_of(one) is Motion.FREE}
+    tracks = {robot: run.table.of(robot) for robot in robots}
+    for robot in free & tracks.keys():
+        tracks[robot] = replace(tracks[robot], v=_speeds(tracks[robot]))
     return FleetMotion(
-        {robot: robot_motion(run.table.of(robot), vnom, sent.get(robot, 0)) for robot in robots}
+        {robot: robot_motion(track, vnom, sent.get(robot, 0)) for robot, track in tracks.items()}
     )
+
+
+def _speeds(track: FleetTable) -> Floats:
+    """Return the speeds (m/s) between poses: v is forward only, and robots may drive sideways."""
+    ways = np.hypot(np.diff(track.x), np.diff(track.y))
+    times = np.diff(track.t)
+    known = (times > 0.0) & ~resets(track)
+    return np.append(np.nan, np.divide(ways, times, out=np.full(len(ways), np.nan), where=known))
 
 
 def largest_speed(run: Run) -> float:

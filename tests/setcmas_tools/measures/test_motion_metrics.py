@@ -5,6 +5,7 @@ import pytest
 from metrics_runs import T, compute, table, write_run
 from runs import measure
 
+from setcmas_tools import simulate
 from setcmas_tools.measures.metrics import measure as measure_run
 from setcmas_tools.measures.task import with_vnom
 from setcmas_tools.run.run import Run
@@ -94,3 +95,12 @@ def test_rows_before_the_first_command_do_not_count():
     assert metrics['robots'][1].time_in_saturation_s == pytest.approx(5.0)
     assert metrics['separation'].least_separation_time_s == 0.0
     assert metrics.duration_s == pytest.approx(5.0)
+
+
+def test_the_speed_of_robots_that_drive_in_any_direction_is_that_of_their_way():
+    run = simulate('consensus', 8, 20.0, model='omnidirectional')
+    fifth = run.metrics()['robots'][5]  # drives along -y
+
+    assert fifth.largest_speed_m_s == pytest.approx(0.5, rel=1e-3)
+    assert fifth.time_in_saturation_s > 3.0
+    assert fifth.time_in_dead_band_s < 10.0
