@@ -3,8 +3,10 @@
     send if |p_i - p_i_sent|^2 > SIGMA a (1 - a d_i) / d_i |z_i|^2, z_i = sum_j (p_i - p_j)
 
 with d_i neighbours j, 0 < SIGMA < 1 and 0 < a < 1 / d_i; a = 1 / (2 d_i) sends least often. With
-p' = -K L p_sent, robots of an undirected connected graph meet at the mean of their starts. A
-robot sends rarely, but must measure its neighbours' positions all the time.
+p' = -K L p_sent and the same a for all, robots of an undirected connected graph meet at the mean
+of their starts: here, if all have equally many neighbours. In other graphs take a common a in
+ctc, below 1 / the largest number of neighbours. A robot sends rarely, but must measure its
+neighbours' positions all the time.
 Source: Dimarogonas, Frazzoli and Johansson, Distributed event-triggered control for multi-agent
 systems, IEEE Transactions on Automatic Control 57(5), 2012.
 """

@@ -4,9 +4,11 @@
     z_i = sum_j (p_i_sent - p_j_sent)
 
 with d_i neighbours j, 0 < SIGMA < 1 and 0 < a < 1 / d_i; a = 1 / (2 d_i) sends least often. With
-p' = -K L p_sent, robots of an undirected connected graph meet at the mean of their starts, and
-measure nothing of their neighbours. Until one of these sends, the error grows at the speed
-K |z_i|, so a robot sends after sqrt(SIGMA) / (2 K d_i).
+p' = -K L p_sent and the same a for all, robots of an undirected connected graph meet at the mean
+of their starts: here, if all have equally many neighbours. In other graphs take a common a in
+ctc, below 1 / the largest number of neighbours. They measure nothing of their neighbours. Until
+one of these sends, the error grows at the speed K |z_i|, so a robot sends after
+sqrt(SIGMA) / (2 K d_i).
 Source: Garcia, Cao, Yu, Antsaklis and Casbeer, Decentralised event-triggered cooperative control
 with limited communication, International Journal of Control 86(9), 2013.
 """
