@@ -45,14 +45,16 @@ def cyclic_pursuit(law: Any, conditions: Conditions) -> Prediction:
     if law.ALPHA is not None and abs(law.ALPHA) < np.pi / count:
         return Prediction(LinearLaw(matrix, 'K R(alpha) (I - P)'))
     linear = LinearLaw(matrix, 'K R(alpha) (I - P)', kept=count)
-    if law.ALPHA is not None or not moves.all() or count < 3:
+    if law.ALPHA is not None or not moves.all() or count < 3 or conditions.delay:
         return Prediction(linear)
     radius = np.abs(np.fft.fft(conditions.starts[0] + 1j * conditions.starts[1])[-1]) / count
-    turn = 2 * law.K * np.sin(np.pi / count)
+    turn, h = 2 * law.K * np.sin(np.pi / count), conditions.period
+    radius *= abs(1.0 + 1j * h * turn) ** (conditions.duration / h)  # calls enlarge the circle
+    formula = '|DFT_(N-1) of x + i y|/N |1 + i h w|^(T/h), w = 2 K sin(pi/N)'
     return Prediction(
         linear,
         (
-            Theorem('circle.radius_m', float(radius), '|DFT_(N-1) of x + i y|/N'),
+            Theorem('circle.radius_at_end_m', float(radius), formula),
             Theorem('circle.turn_rate_rad_s', float(turn), '2 K sin(pi/N)'),
         ),
     )

@@ -13,6 +13,7 @@ from setcmas_tools.measures.predicted_metrics import Comparison
 from setcmas_tools.measures.safety_metrics import Separation
 
 _SHOWN_M = 0.005  # shorter distances read 0.00 m
+_RATES_DIFFER = 0.05
 _DIRECTIONS = ('+x', '+y', '-x', '-y')
 
 
@@ -24,9 +25,10 @@ def meeting(parts: Mapping[str, Measured]) -> str:
     text = f'The robots {"met" if agreement.have_met else "did not meet"}'
     if isinstance(separation, Separation) and separation.largest_distance_at_end_m is not None:
         text += f': at most {separation.largest_distance_at_end_m:.2f} m apart at the end'
-    predicted = {}
+    predicted, limit = {}, ''
     if isinstance(theory, Comparison):
         predicted = {figure.metric: figure.predicted for figure in theory.figures}
+        limit = theory.departures.get(Departure.SPEED_LIMIT, '')
         if agreement.have_met and 'consensus.final_centre_x_m' in predicted:
             x, y = (predicted[f'consensus.final_centre_{axis}_m'] for axis in 'xy')
             away = hypot(agreement.final_centre_x_m - x, agreement.final_centre_y_m - y)
@@ -37,6 +39,8 @@ def meeting(parts: Mapping[str, Measured]) -> str:
         return f'{text}.'
     expected = predicted.get('consensus.convergence_rate_1_s')
     theory_too = '' if expected is None else f', theory {expected:.3g}'
+    if expected and abs(agreement.convergence_rate_1_s / expected - 1.0) > _RATES_DIFFER:
+        theory_too += f' (the speed limit was {limit})' if limit else ''
     return f'{text}. Rate {agreement.convergence_rate_1_s:.3g} 1/s{theory_too}.'
 
 

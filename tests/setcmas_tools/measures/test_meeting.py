@@ -21,6 +21,12 @@ def test_the_first_run_of_a_newcomer_reads_as_a_success():
     assert [line.partition(':')[0] for line in others] == ['disagreement', 'centre at the end']
 
 
+def test_a_rate_far_from_theory_has_a_reason():
+    sentence = told('consensus', 8, 40, set={'K': 2.0})[0]
+
+    assert sentence.endswith('1/s, theory 2.55 (the speed limit was reached until 14.0 s).')
+
+
 def test_robots_that_need_not_turn_meet_where_theory_says():
     sentence = told('consensus', 8, 40, model='omnidirectional')[0]
 

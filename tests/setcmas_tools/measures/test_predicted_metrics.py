@@ -110,6 +110,15 @@ def test_laws_that_are_not_linear_have_no_bounds(law, options):
     assert 'prediction' not in simulate(law, 4, 3.0, **options).metrics()
 
 
+def test_calls_enlarge_the_circle_of_cyclic_pursuit_as_predicted():
+    options = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 5.0, 'set': {'SLOW': 0.0}}
+    run = simulate('cyclic_pursuit', 5, 300.0, **options)
+    from_centre = run.poses[-1, :2] - run.poses[-1, :2].mean(axis=1)[:, None]
+    radius = run.metrics()['prediction']['circle.radius_at_end_m'].predicted
+
+    np.testing.assert_allclose(np.hypot(*from_centre), radius, rtol=1e-3)
+
+
 def test_robots_start_where_they_were_at_the_first_command():
     run = simulate('laplacian_consensus', 4, 5.0)
     earlier = replace(run.table, t=run.table.t - 0.03)  # as over ROS: none is of t = 0
