@@ -23,9 +23,15 @@ Velocities = tuple[float, float]
 class Commands:
     """The commands of a robot; all times in s on a steady clock."""
 
-    def __init__(self, now: float, silence_s: float = SILENCE_S) -> None:
-        """Begin; the robot may be moving already although its commander is dead."""
+    def __init__(
+        self, now: float, silence_s: float = SILENCE_S, hears_itself: bool = True
+    ) -> None:
+        """Begin; the robot may be moving already although its commander is dead.
+
+        A guard `hears_itself` if it commands zero on the topic that it listens to.
+        """
         self._silence_s = silence_s
+        self._hears_itself = hears_itself
         self._newest = (math.inf, 0.0)  # unknown
         self._received = now
         self.forget_clock()
@@ -43,8 +49,8 @@ class Commands:
 
     def receive(self, V: float, omega: float, now: float) -> None:
         """Take a command (m/s, rad/s); one that is not finite is one to move, and soon ends."""
-        if (V, omega) == STOP and self.must_repeat_zero(now):
-            return  # the guard's own zero, where the base listens to cmd_vel, too
+        if self._hears_itself and (V, omega) == STOP and self.must_repeat_zero(now):
+            return  # perhaps the guard's own zero
         if not (math.isfinite(V) and math.isfinite(omega)):
             if self._newest != STOP:
                 return

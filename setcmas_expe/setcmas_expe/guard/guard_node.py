@@ -164,7 +164,7 @@ class CmdVelGuard(RobotNode):
             self.create_publisher(TYPES[base.kind], topic, qos.COMMAND) for topic in names
         ]
         self._frame = f'{self.get_namespace().strip("/")}/base_footprint'
-        self.commands = Commands(self.time.now)
+        self.commands = Commands(self.time.now, hears_itself=base.is_open)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         # Not on an open topic: there the guard's own zeros come back, stamped by its own clock.

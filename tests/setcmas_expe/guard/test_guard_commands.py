@@ -38,6 +38,18 @@ def test_a_robot_that_moves_already_is_stopped():
     assert not commands.must_repeat_zero(10.4 + REPEAT_S)
 
 
+@pytest.mark.parametrize('hears_itself', [True, False])
+def test_a_first_zero_that_comes_late_is_the_bridge_s_unless_it_may_be_the_guard_s_own(
+    hears_itself,
+):
+    commands = Commands(10.0, hears_itself=hears_itself)
+    now = 10.0 + SILENCE_S + 0.1  # when the guard has found its base and the bridge has found it
+
+    commands.receive(*STOP, now)
+
+    assert commands.have_ended(now) is hears_itself
+
+
 def test_silence_after_zero_is_nothing():
     commands = Commands(9.9)
     commands.receive(*FORWARD, 10.0)
