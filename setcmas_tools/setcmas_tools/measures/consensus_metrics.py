@@ -109,7 +109,7 @@ def _starts(run: Run) -> Starts:
     heading = float(theta[0]) if np.ptp(theta) < 1e-3 else None
     speed, commands = 0.0, run.commands
     if commands is not None:
-        first = commands.t == commands.t[0]
+        _, first = np.unique(commands.robot, return_index=True)  # over ROS at times of their own
         speed = float(np.hypot(commands.vx[first].mean(), commands.vy[first].mean()))
     return Starts(float(x.mean()), float(y.mean()), heading, speed)
 

@@ -62,7 +62,7 @@ def _reasons(starts: Starts, x: float, y: float, theory: Comparison) -> list[str
         faced = 'they' if starts.heading is None else 'all faced one way and'
         if starts.heading is not None and abs(starts.heading % (pi / 2)) < 1e-3:
             faced = f'all faced {_DIRECTIONS[round(starts.heading / (pi / 2)) % 4]} and'
-        reasons.append(f'{faced} drove while turning; omnidirectional robots do not turn')
+        reasons.append(f'{faced} drove while turning, which omnidirectional robots need not')
     is_balanced = _is_mean(starts, x, y) and starts.speed < SLOW
     if Departure.SPEED_LIMIT in theory.departures and not is_balanced:
         reasons.append('the speed limit slowed some more than others')
