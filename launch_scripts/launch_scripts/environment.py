@@ -15,6 +15,7 @@ from pathlib import Path
 
 from launch_scripts.terminal import LOG_FORMAT, warn
 from setcmas_simu.errors import SetcmasError, install_command
+from setcmas_simu.ros_domains import LARGEST_DOMAIN, SHARED_DOMAINS
 
 _PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _ON_PYPI = ('Linux', 'x86_64')
@@ -109,8 +110,6 @@ def open_streams() -> None:
 
 
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
-_LARGEST_DOMAIN = 232
-_SHARED_DOMAINS = range(102, 215)  # Linux gives their ports to other programs, too
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _LEAVING = (
     'ROS_STATIC_PEERS',
@@ -132,11 +131,11 @@ def require_ros(without: str = '') -> None:
             ROS_DOMAIN_ID is invalid.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
+    if not domain.isdecimal() or int(domain) > LARGEST_DOMAIN:
         raise SetcmasError(
-            f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {_LARGEST_DOMAIN}, or unset"
+            f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {LARGEST_DOMAIN}, or unset"
         )
-    if int(domain) in _SHARED_DOMAINS:
+    if int(domain) in SHARED_DOMAINS:
         warn(
             f'setcmas: ROS_DOMAIN_ID is {domain}, whose ports other programs may hold; if nodes '
             'do not find each other, use 0 to 101'

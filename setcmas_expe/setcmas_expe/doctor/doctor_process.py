@@ -30,13 +30,12 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError, did_you_mean, install_command
 from setcmas_simu.options.group import take_values
 from setcmas_simu.plugins import GROUPS, unknown_groups
+from setcmas_simu.ros_domains import LARGEST_DOMAIN, SHARED_DOMAINS
 
 _PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
 _RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
-_LARGEST_DOMAIN = 232
-_SHARED_DOMAINS = range(102, 215)  # Linux gives their ports to other programs, too
 _WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
 
 
@@ -102,9 +101,9 @@ def rmw_finding(variables: Mapping[str, str]) -> Finding:
 def domain_finding(variables: Mapping[str, str]) -> Finding:
     """Return whether the ROS domain works on all systems."""
     text = variables.get('ROS_DOMAIN_ID') or '0'
-    if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
+    if not text.isdecimal() or int(text) > LARGEST_DOMAIN:
         return Finding(PROBLEM, 'ROS domain', f"'{text}'", 'set ROS_DOMAIN_ID to 0 to 101')
-    if int(text) in _SHARED_DOMAINS:
+    if int(text) in SHARED_DOMAINS:
         advice = 'other programs may hold its ports; set ROS_DOMAIN_ID to 0 to 101'
         return Finding(NOTE, 'ROS domain', text, advice)
     return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
