@@ -11,11 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from launch_scripts.environment import (
-    closed_environment,
-    lab_environment,
-    own_address,
-)
+from launch_scripts.environment import closed_environment, lab_environment, own_address
 from launch_scripts.node_commands import (
     BRIDGES,
     CONTROLLER,

@@ -6,12 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.node_commands import (
-    CONTROLLER,
-    RECORDER,
-    SIMULATOR,
-    node_command,
-)
+from launch_scripts.node_commands import CONTROLLER, RECORDER, SIMULATOR, node_command
 from launch_scripts.supervisor import Child, Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_simu.reports.reports import Paused, Ready, Recording, Started

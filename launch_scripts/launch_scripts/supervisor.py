@@ -15,13 +15,7 @@ from types import FrameType
 from typing import IO, Any, TypeVar, cast
 
 from launch_scripts.environment import local_environment
-from launch_scripts.terminal import (
-    LineBuffer,
-    OutputQueue,
-    QueuedStream,
-    Stream,
-    write_line,
-)
+from launch_scripts.terminal import LineBuffer, OutputQueue, QueuedStream, Stream, write_line
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.reports import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports.reports import (

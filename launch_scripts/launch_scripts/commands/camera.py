@@ -18,12 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.environment import lab_environment, require_ros
-from launch_scripts.node_commands import (
-    CAMERA,
-    add_ros_arguments,
-    node_command,
-    ros_arguments,
-)
+from launch_scripts.node_commands import CAMERA, add_ros_arguments, node_command, ros_arguments
 from launch_scripts.supervisor import Supervisor
 from setcmas_simu.errors import SetcmasError
 

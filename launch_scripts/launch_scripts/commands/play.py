@@ -15,12 +15,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.node_commands import (
-    PLAYER,
-    add_ros_arguments,
-    node_command,
-    ros_arguments,
-)
+from launch_scripts.node_commands import PLAYER, add_ros_arguments, node_command, ros_arguments
 from launch_scripts.supervisor import Child, StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions

@@ -22,13 +22,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
 from setcmas_tools.measures.task import ignore, task_of
-from setcmas_tools.plots.style import (
-    drawn_robots,
-    edge_effects,
-    legend,
-    line_handles,
-    line_look,
-)
+from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of

@@ -31,13 +31,7 @@ from setcmas_tools.run.csv_columns import (
     TRIGGERS,
 )
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
-from setcmas_tools.run.law_output import (
-    Commands,
-    Drawing,
-    SafetyRecord,
-    commands,
-    safety_record,
-)
+from setcmas_tools.run.law_output import Commands, Drawing, SafetyRecord, commands, safety_record
 
 TASK_FILE = 'task.json'
 _MOST_TASK_BYTES = 10_000_000
