@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import os
 import queue
@@ -13,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from io import TextIOBase
 from pathlib import Path
 from typing import IO, cast
@@ -227,7 +225,7 @@ class OutputQueue:
                 self.broken = True
 
 
-class QueuedStream(io.TextIOBase):
+class QueuedStream(TextIOBase):
     """A text stream that writes through an OutputQueue."""
 
     encoding = 'utf-8'  # as `OutputQueue`; tqdm draws its bar accordingly
@@ -250,14 +248,14 @@ class QueuedStream(io.TextIOBase):
         return os.isatty(self._descriptor)
 
 
-@contextlib.contextmanager
+@contextmanager
 def progress_output() -> Iterator[None]:
     """Hide a progress bar on stderr while other output, in whole lines, is written."""
     from tqdm.contrib import DummyTqdmFile  # not needed for help texts
 
     with (
-        contextlib.redirect_stdout(cast(IO[str], DummyTqdmFile(sys.stdout))),
-        contextlib.redirect_stderr(cast(IO[str], DummyTqdmFile(sys.stderr))),
+        redirect_stdout(cast(IO[str], DummyTqdmFile(sys.stdout))),
+        redirect_stderr(cast(IO[str], DummyTqdmFile(sys.stderr))),
     ):
         yield
 

@@ -33,8 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Explain; return the exit status."""
-    from setcmas_tools.compare.ladder import ladder, ladder_table
-    from setcmas_tools.compare.ladder_plot import ladder_figure
+    from setcmas_tools.compare.ladder import ladder, ladder_figure, ladder_table
     from setcmas_tools.plots.style import plot_style, save_in
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run

@@ -15,10 +15,15 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
-from setcmas_tools.bags.bag_times import ArrivalTimes, bag_times
 from setcmas_tools.bags.bag_writer import BagWriter
 from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
-from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
+from setcmas_tools.bags.recorded_topic import (
+    ArrivalTimes,
+    Received,
+    RecordedTopic,
+    bag_times,
+    stored_qos,
+)
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 _TAKE_PERIOD_S = 0.05
