@@ -62,6 +62,7 @@ SCENARIOS = [
     'setcmas_ctrl.controllers.test_failures',
     'setcmas_ctrl.scripts.test_bad_scripts',
     'setcmas_ctrl.scripts.test_ros1_scripts',
+    'setcmas_expe.guard.test_service_manager',
     'setcmas_expe.test_bridge_starts',
     'setcmas_expe.test_faults',
     'setcmas_expe.test_foreign_robot',

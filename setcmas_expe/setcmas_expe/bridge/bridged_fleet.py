@@ -54,7 +54,8 @@ class BridgedFleet:
         for robot, decision in decisions.items():
             if decision.why and decision.why.cause.lasts and not decision.pause:
                 lasting.setdefault(decision.why, []).append(robot)
-        for why, robots in list(lasting.items())[:1]:
+        if lasting:
+            why, robots = next(iter(lasting.items()))
             each = ', each' if len(robots) > 1 else ''
             text = f'{robots_in_words(robots)}{each}: {why.text}'
             # An overloaded computer is late for all robots, a lost body or Wi-Fi for one.

@@ -8,9 +8,8 @@ from collections.abc import Callable, Collection, Mapping
 from setcmas_expe.bridge.body_identity import CRAWL_M_S, PROOF_M, Proving
 from setcmas_expe.bridge.decision import RobotView
 from setcmas_expe.bridge.motion_check import Deviation, MotionCheck
-from setcmas_expe.mocap.sample import Pose
+from setcmas_expe.mocap.sample import Pose, motion_between
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _LASTS_S = 2.0
 _OUT_OF_SIGHT_S = 0.8  # sooner than a carried body counts as settled
@@ -124,9 +123,8 @@ class MotionWatch:
             return True
         if self._paused_for < _RESTS_AFTER_S:
             return False
-        x, y, theta = self._places.setdefault(robot, pose)
-        turned = abs(float(wrap_angle(pose[2] - theta)))
-        return math.hypot(pose[0] - x, pose[1] - y) > _CARRIED_M or turned > _CARRIED_RAD
+        moved, turned = motion_between(self._places.setdefault(robot, pose), pose)
+        return moved > _CARRIED_M or turned > _CARRIED_RAD
 
     def _doubt(self, robot: int, deviation: Deviation, now: float) -> None:
         proved = self.is_proved(robot)

@@ -119,7 +119,7 @@ class LabWatch(FleetNode):
             fault=watch.fault or self.mocap.trouble(robot.mocap_name) or None,
             kinds=[listener.kind for listener in self.listeners(robot)],
             rival=guard.intruder or rival,
-            guard=guard.recent_report,
+            guard=guard.report if guard.is_there() else None,
             battery=watch.battery,
         )
 

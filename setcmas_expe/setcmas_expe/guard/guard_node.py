@@ -10,7 +10,10 @@ directly, the guard only commands zero there after a silence or in a stop.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
+import os
+import socket
 import sys
 from dataclasses import dataclass
 from typing import Any
@@ -34,7 +37,6 @@ from setcmas_expe.guard.guard_decision import (
 from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
-from setcmas_expe.guard.service_manager import notify
 from setcmas_expe.guard.surroundings import Base, Surroundings
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
@@ -163,7 +165,7 @@ class CmdVelGuard(RobotNode):
         self._to_base: list[Publisher] = [
             self.create_publisher(TYPES[base.kind], topic, qos.COMMAND) for topic in names
         ]
-        self._frame = f'{self.get_namespace().strip("/")}/base_footprint'
+        self._frame = f'{self._name}/base_footprint'
         self.commands = Commands(self.time.now, hears_itself=base.is_open)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
@@ -259,6 +261,18 @@ def main(argv: list[str] | None = None) -> int:
     GuardOptions.add_to(parser)
     prefer_this_process()
     return node_main(parser, _guard, argv)
+
+
+def notify(state: str) -> None:
+    """Tell systemd, if that started this process, a state of sd_notify(3), such as WATCHDOG=1."""
+    address = os.environ.get('NOTIFY_SOCKET', '')
+    if not address:
+        return
+    where = f'\0{address[1:]}' if address.startswith('@') else address
+    kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
+    # An error here is no reason to stop guarding the robot.
+    with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, kind) as systemd:
+        systemd.sendto(state.encode(), where)
 
 
 def _guard(process: RosProcess, args: argparse.Namespace) -> None:

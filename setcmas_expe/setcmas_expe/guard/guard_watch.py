@@ -19,6 +19,7 @@ SILENT_AFTER_S = 0.5
 """Silence at which a guard counts as gone, in s; it reports five times a second."""
 
 _UNREAD = 5  # reports that may wait: one of deaf wheels holds for a moment, until motors are off
+_YES, _NO = 'yes', 'no'
 MISSING = 'no cmd_vel_guard on it'
 _SILENT = 'its cmd_vel_guard is silent'
 _SEVERAL = '{} nodes report as its guard'
@@ -63,8 +64,8 @@ class GuardReport:
         """Return the message of a robot by name, with the topic that its base listens to."""
         values = {
             'state': self.state.value,
-            'private': _WORDS[self.private],
-            'lidar': _WORDS[self.lidar],
+            'private': _YES if self.private else _NO,
+            'lidar': _YES if self.lidar else _NO,
         }
         level = DiagnosticStatus.WARN if self.state.stops else DiagnosticStatus.OK
         if self.state is GuardState.EMERGENCY:
@@ -79,10 +80,7 @@ class GuardReport:
             decision = GuardDecision(GuardState(values.get('state')), message.message)
         except ValueError:
             decision = GuardDecision(GuardState.HELD, 'its report is invalid')
-        return cls(decision, *(values.get(key) == _WORDS[True] for key in ('private', 'lidar')))
-
-
-_WORDS = {True: 'yes', False: 'no'}
+        return cls(decision, values.get('private') == _YES, values.get('lidar') == _YES)
 
 
 class GuardWatch:
@@ -138,16 +136,6 @@ class GuardWatch:
         return self._now - self._received <= SILENT_AFTER_S
 
     @property
-    def is_known(self) -> bool:
-        """Whether there is or was one, even if it is silent."""
-        return bool(self.report or self._nb_senders)
-
-    @property
-    def recent_report(self) -> GuardReport | None:
-        """Its last report; None if it is silent."""
-        return self.report if self.is_there() else None
-
-    @property
     def has_ended(self) -> bool:
         """Whether it is silent, and its base listens to it alone."""
         return self.report is not None and self.report.private and not self.is_there()
@@ -160,7 +148,8 @@ class GuardWatch:
         if self.doubt:
             return self.doubt
         if not self.is_there():
-            return (_SILENT if self.is_known else MISSING) if demanded else ''
+            is_known = self.report or self._nb_senders
+            return (_SILENT if is_known else MISSING) if demanded else ''
         assert self.report
         if self.report.state.stops:
             return f'its guard stops it: {self.report.decision.reason}'

@@ -46,8 +46,6 @@ _COMMANDED_M_S = 0.05
 _SILENT_AFTER_S = 1.0
 _OLD_S = 0.3  # largest age of wheels that turn
 
-Velocities = tuple[float, float]
-
 
 def wheels_turn(V: float, omega: float) -> bool:
     """Return whether odometry (m/s, rad/s) is of wheels that turn, not the noise of a rest."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from setcmas_expe.mocap.sample import Pose, Sample
+from setcmas_expe.mocap.sample import Pose, Sample, motion_between
 from setcmas_expe.mocap.sources import sample_of
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 MOST_DRIFT_M = 0.15
 """Estimated error in m at which a robot stops."""
@@ -59,8 +59,7 @@ class DeadReckoning:
             return sample  # rejected by the checks of all poses
         if self._first is None or self._last is None:
             self._first = self._last = pose
-        step = math.dist(pose[:2], self._last[:2])
-        turned = abs(float(wrap_angle(pose[2] - self._last[2])))
+        step, turned = motion_between(self._last, pose)
         is_back_at_zero = math.hypot(*pose[:2]) < _ORIGIN_M < step
         self._restarted |= is_back_at_zero and now - self._placed > _OFF_S
         self._last, self._placed = pose, now

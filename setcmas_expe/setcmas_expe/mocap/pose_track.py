@@ -7,8 +7,14 @@ import math
 import statistics
 from collections import Counter, deque
 
-from setcmas_expe.mocap.sample import Pose, PoseFault, Sample, fault_of, text_of
-from setcmas_simu.fleet.planar_pose import wrap_angle
+from setcmas_expe.mocap.sample import (
+    Pose,
+    PoseFault,
+    Sample,
+    fault_of,
+    motion_between,
+    text_of,
+)
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import VelocityLimits
 
@@ -102,8 +108,7 @@ class Reach:
 
     def _near(self, then: float, old: Pose, pose: Pose, measured: float) -> bool:
         seconds = _FASTER * (min(max(0.0, measured - then), _BLIND_S) + _LATE_S)
-        moved = math.hypot(pose[0] - old[0], pose[1] - old[1])
-        turned = abs(float(wrap_angle(pose[2] - old[2])))
+        moved, turned = motion_between(old, pose)
         return (
             moved <= self._limits.V_max * seconds + _NOISE_M
             and turned <= self._limits.omega_max * seconds + _NOISE_RAD
@@ -231,5 +236,5 @@ class PoseTrack:
 
 
 def _near(one: Pose, other: Pose) -> bool:
-    moved = math.hypot(one[0] - other[0], one[1] - other[1])
-    return moved < _STEADY_M and abs(float(wrap_angle(one[2] - other[2]))) < _STEADY_RAD
+    moved, turned = motion_between(one, other)
+    return moved < _STEADY_M and turned < _STEADY_RAD

@@ -6,7 +6,7 @@ import enum
 import math
 from dataclasses import dataclass, replace
 
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.fleet.planar_pose import wrap_angle, yaw_of_quaternion
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.unicycle import velocities_between
 
@@ -44,6 +44,11 @@ class VelocityFilter:
 
 
 Pose = tuple[float, float, float]
+
+
+def motion_between(old: Pose, new: Pose) -> tuple[float, float]:
+    """Return how far in m, and by which angle from 0 to pi rad, two poses are apart."""
+    return math.dist(old[:2], new[:2]), abs(float(wrap_angle(new[2] - old[2])))
 
 
 class PoseFault(enum.Enum):

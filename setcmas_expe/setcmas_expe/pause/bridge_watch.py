@@ -51,10 +51,8 @@ class BridgeWatch:
         self._node = node
         self._cmd_vels = [robot_commands(node, robot, lab) for robot in lab.robots]
         for robot in self._received:
-            topic, callback = (
-                robot_topic(robot, topics.BRIDGE_STATE),
-                partial(self._on_state, robot),
-            )
+            topic = robot_topic(robot, topics.BRIDGE_STATE)
+            callback = partial(self._on_state, robot)
             node.create_subscription(DiagnosticStatus, topic, callback, qos.STATE)
 
     @property
@@ -95,8 +93,10 @@ class BridgeWatch:
             return 'the bridge process is silent'
         if conflict := self._conflict():
             return conflict
-        unready = [status for report, status in self._reports.values() if not report.is_ready]
-        return '; '.join(f'{status.name}: {status.reason}' for status in unready[:1])
+        for report, status in self._reports.values():
+            if not report.is_ready:
+                return f'{status.name}: {status.reason}'
+        return ''
 
     def command_zero(self) -> None:
         """Stop all robots."""

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from setcmas_expe.guard.service_manager import notify
+from setcmas_expe.guard.guard_node import notify
 
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='no systemd')
 
