@@ -247,7 +247,8 @@ class Scenario:
     def notes_on_simulation(self) -> list[str]:
         """The same, and that a simulated robot is alone; may raise SetcmasError."""
         is_alone = self.nb_robots == 1 and self.law.is_scripts and self.law.scripts().use_network
-        alone = 'the fleet has one robot, which has no neighbours; set nb_robots to 5'
+        size = 'set nb_robots to 5 (--nb-robots 5)'
+        alone = f'the fleet has one robot, which has no neighbours; {size}'
         return [*self.notes, *([alone] if is_alone else [])]
 
     def start_poses(self) -> Floats:

@@ -175,7 +175,9 @@ def test_a_fleet_of_one_and_links_that_lose_everything_are_noted():
     alone = Scenario.of('laplacian_consensus').notes_on_simulation
     lossy = Scenario.of('laplacian_consensus', nb_robots=2, loss=1.0).notes
 
-    assert alone == ['the fleet has one robot, which has no neighbours; set nb_robots to 5']
+    assert alone == [
+        'the fleet has one robot, which has no neighbours; set nb_robots to 5 (--nb-robots 5)'
+    ]
     assert lossy == ['loss is 1: no message arrives, so robots know the others as they started']
     assert Scenario.of('laplacian_consensus').notes == []  # for ctrl, the size is unknown
     assert Scenario.of('nav_wp').notes_on_simulation == []
