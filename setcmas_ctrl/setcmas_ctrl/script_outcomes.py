@@ -53,21 +53,11 @@ class ScriptOutcomes:
         self._laws = laws
         self._failed: list[ScriptCall] = []
         self._unloaded: list[ScriptCall] = []  # of the newest version
-        self.laws = self._reports_of_laws()
+        self.laws = self._reports(Function.CONTROL, laws)
         conditions = dict.fromkeys(robots, condition)
-        self.conditions = ErrorReports(
-            warn,
-            CONSEQUENCE,
-            partial(self._note, conditions, Function.CONDITION),
-            Function.CONDITION,
-        )
+        self.conditions = self._reports(Function.CONDITION, conditions, CONSEQUENCE)
         conversions = dict.fromkeys(robots, conversion)
-        self.conversions = ErrorReports(
-            warn,
-            STOPPED,
-            partial(self._note, conversions, Function.SI_TO_UNI),
-            Function.SI_TO_UNI,
-        )
+        self.conversions = self._reports(Function.SI_TO_UNI, conversions)
         # In later versions t starts at 0 again.
         self._first = self.laws, self.conditions, self.conversions
 
@@ -85,7 +75,7 @@ class ScriptOutcomes:
                 ScriptCall(robot, path.name, Function.LOADING)
                 for robot, path in self._laws.items()
             ]
-        self.laws = self._reports_of_laws()
+        self.laws = self._reports(Function.CONTROL, self._laws)
         self.conditions.begin_anew()
         self.conversions.begin_anew()
 
@@ -107,8 +97,11 @@ class ScriptOutcomes:
         )
         self._launcher.report(Ended(self.failed, tuple(failures)))
 
-    def _reports_of_laws(self) -> ErrorReports:
-        return ErrorReports(self._warn, STOPPED, partial(self._note, self._laws, Function.CONTROL))
+    def _reports(
+        self, function: Function, scripts: Mapping[int, Path], consequence: str = STOPPED
+    ) -> ErrorReports:
+        note = partial(self._note, scripts, function)
+        return ErrorReports(self._warn, consequence, note, function)
 
     def _note(
         self, scripts: Mapping[int, Path], function: Function, robot: int, text: str

@@ -99,8 +99,7 @@ class ControlLaw:
                 raise
             failure = failure_of(error, self.path)
             if isinstance(error, _RAISED_BY_NAN):
-                text = f'{failure}{unknown_robots_note(self.robot, poses)}'
-                failure = ControlError(text, failure.key, place=failure.place)
+                failure.message += unknown_robots_note(self.robot, poses)
             raise failure from error
         finally:
             network.end_call(before)

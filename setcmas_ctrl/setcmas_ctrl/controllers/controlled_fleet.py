@@ -197,7 +197,7 @@ class ControlledFleet:
             self.si_to_unis.append(self._alone)
         elif isinstance(self._alone, EventTriggeredComm):
             self.senders.append(self._alone)
-        self._load_conditions()
+        self.load_conditions()
         self.poses = self._subscribed_poses()
         for sender in self.senders:
             self.poses.listen(sender.robot, sender.evaluate)
@@ -264,7 +264,7 @@ class ControlledFleet:
             partial(self.watch.call, function=Function.SI_TO_UNI),
         )
 
-    def _load_conditions(self) -> None:
+    def load_conditions(self) -> None:
         """Let robots send their states when their conditions trigger."""
         path = self._communication.condition_script or Path(CTC)
         for sender in self.senders:
@@ -310,8 +310,7 @@ class ControlledFleet:
             self,
             laws,
             self._loader,
-            self._communication,
-            self.senders,
+            self._communication.condition_script if self.senders else None,
             self.parameters.options.conversion(),
             self.options.pause_timeout,
         )

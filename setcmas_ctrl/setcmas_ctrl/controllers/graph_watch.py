@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from rclpy.node import Node
-from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy
 
 from setcmas_ctrl.controllers.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.fleet_poses import FleetPoses
@@ -67,7 +65,7 @@ class GraphWatch:
 
     def all_connected(self) -> Callable[[], bool]:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
-        return self._all(self._is_connected)
+        return self._all(lambda driver: driver.cmd_vel.follow_listeners())
 
     def all_recorded(self, required: bool) -> Callable[[], bool]:
         """Return a check whether a recorder listens to all commands and poses, if required.
@@ -84,21 +82,11 @@ class GraphWatch:
         recorded = self._all(is_recorded)
         return lambda: (not required and not self._has_recorder()) or recorded()
 
-    def _is_connected(self, driver: SiToUni) -> bool:
-        return driver.cmd_vel.follow_listeners()
-
     def _has_recorder(self) -> bool:
         own = self._node.get_namespace()  # a recorder of another namespace does not record here
         return any(
             name in RECORDER_NODES and (name != RECORDER_NODE or namespace == own)
             for name, namespace in self._node.get_node_names_and_namespaces()
-        )
-
-    def are_recorded(self, publishers: Iterable[Publisher]) -> bool:
-        """Return whether a recorder receives everything from some publishers, or none exists."""
-        return not self._has_recorder() or all(
-            self._recorder_listens(publisher.topic_name, publisher.qos_profile.durability)
-            for publisher in publishers
         )
 
     def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:
@@ -111,16 +99,9 @@ class GraphWatch:
 
         return all_hold
 
-    def _recorder_listens(
-        self, topic: str, durability: DurabilityPolicy = DurabilityPolicy.VOLATILE
-    ) -> bool:
+    def _recorder_listens(self, topic: str) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(topic)
-        # Latched messages reach a recorder when it subscribes, which it soon does.
-        return any(
-            info.node_name in RECORDER_NODES
-            and durability in (DurabilityPolicy.VOLATILE, info.qos_profile.durability)
-            for info in listeners
-        )
+        return any(info.node_name in RECORDER_NODES for info in listeners)
 
     def check(self) -> None:
         """Check some robots; report the result after a round over all robots.
@@ -146,7 +127,7 @@ class GraphWatch:
 
     def _check_robot(self, driver: SiToUni, now: float) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
-        connected = self._is_connected(driver)
+        connected = cmd_vel.follow_listeners()
         if cmd_vel.mixed:
             self._mixed[robot] = cmd_vel.mixed
         elif not connected:

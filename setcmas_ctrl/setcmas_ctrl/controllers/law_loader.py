@@ -13,12 +13,9 @@ from typing import Protocol
 import rclpy
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controllers.markers import TaskTopic
-from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
-from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.conversion_script import GivenConversion
 from setcmas_ctrl.scripts.imports import with_helpers
@@ -120,11 +117,12 @@ class LawLoader:
 class Fleet(Protocol):
     """The robots whose laws are replaced."""
 
-    outcomes: ScriptOutcomes
-
     @property
     def shares_t(self) -> bool:
         """Whether other processes use the same t."""
+
+    def load_conditions(self) -> None:
+        """Load the triggering conditions again, or raise SetcmasError."""
 
     def load_conversions(self) -> None:
         """Load the user's own conversion again, if there is one, or raise SetcmasError."""
@@ -148,12 +146,11 @@ class ScriptReloader:
         fleet: Fleet,
         laws: Sequence[ControlLaw],
         loader: LawLoader,
-        communication: Communication,
-        senders: Sequence[EventTriggeredComm],
+        condition: Path | None,
         conversion: GivenConversion,
         pause_timeout_s: float,
     ) -> None:
-        """Watch the scripts of laws, conditions and a conversion, and the modules they import.
+        """Watch the scripts of laws, a condition and a conversion, and the modules they import.
 
         A new version waits while the pause node has said go in the last `pause_timeout_s`.
         """
@@ -161,13 +158,9 @@ class ScriptReloader:
         self._fleet = fleet
         self._laws = laws
         self._loader = loader
-        self._communication = communication
-        self._senders = senders
+        self._condition = condition
         self._pause_timeout_s = pause_timeout_s
-        condition = communication.condition_script
-        self._conditions = [condition] if condition and senders else []
-        conversions = [conversion] if isinstance(conversion, Path) else []
-        self._others = [*self._conditions, *conversions]
+        self._others = [one for one in (condition, conversion) if isinstance(one, Path)]
         self._scripts = list(dict.fromkeys([*(law.path for law in laws), *self._others]))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
@@ -208,7 +201,8 @@ class ScriptReloader:
         self._files.watch({*self._watched_files(), *self._nearby_files()})
         try:
             laws = self._loader.load()
-            self._reload_conditions()
+            if self._condition:
+                self._fleet.load_conditions()
             self._fleet.load_conversions()
             self._laws = laws
         except SetcmasError as error:
@@ -225,12 +219,6 @@ class ScriptReloader:
             )
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._fleet.use(self._laws)
-
-    def _reload_conditions(self) -> None:
-        for sender in self._senders if self._conditions else []:
-            with self._loader.watch.loading(sender.robot, self._conditions[0]):
-                reports = self._fleet.outcomes.conditions
-                sender.broadcast = self._communication.broadcast(sender.robot, reports)
 
     def _is_moving(self) -> bool:
         return time.monotonic() - self._last_moving < self._pause_timeout_s
