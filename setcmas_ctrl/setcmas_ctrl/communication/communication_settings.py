@@ -27,12 +27,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
 )
 from setcmas_ctrl.scripts.exercise import unfilled_note
-from setcmas_ctrl.scripts.loader import (
-    CONDITIONS,
-    EXERCISES,
-    compile_script,
-    find_script_of,
-)
+from setcmas_ctrl.scripts.loader import CONDITIONS, EXERCISES, compile_script, find_script_of
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option

@@ -15,19 +15,10 @@ from setcmas_ctrl.communication.communication_settings import (
 )
 from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.control_options import (
-    ControllerOptions,
-    GainOptions,
-    LawOptions,
-)
+from setcmas_ctrl.control.control_options import ControllerOptions, GainOptions, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controller import Controller
-from setcmas_ctrl.controllers.fleet_discovery import (
-    LostRobots,
-    go_on,
-    wait_for_fleet,
-    wait_until,
-)
+from setcmas_ctrl.controllers.fleet_discovery import LostRobots, go_on, wait_for_fleet, wait_until
 from setcmas_ctrl.controllers.fleet_pause import FleetPause
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
@@ -55,11 +46,7 @@ from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
-from setcmas_simu.ros.process import (
-    SIMULATED_TIME,
-    FleetNode,
-    RosProcess,
-)
+from setcmas_simu.ros.process import SIMULATED_TIME, FleetNode, RosProcess
 from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, TopicClock
 
 _SAME_RATE = 1e-6

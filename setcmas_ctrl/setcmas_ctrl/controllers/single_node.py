@@ -25,10 +25,7 @@ from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
 from setcmas_ctrl.controllers.control_loop import control
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
-from setcmas_ctrl.controllers.controllers import (
-    fleet_of_parameters,
-    law_of_parameters,
-)
+from setcmas_ctrl.controllers.controllers import fleet_of_parameters, law_of_parameters
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.output import named_output

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -55,14 +55,6 @@ class PolledTopic:
 
     def take(self) -> None:
         """Pass on pending messages."""
-        for message in self._messages():
-            self._on_message(message)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._node.destroy_subscription(self.subscription)
-
-    def _messages(self) -> Iterator[Any]:
         handle = self.subscription.handle
         with handle:
             for _ in range(self._depth):
@@ -72,7 +64,11 @@ class PolledTopic:
                     continue
                 if taken is None:
                     return
-                yield taken[0]
+                self._on_message(taken[0])
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self.subscription)
 
 
 def newest(node: Node, kind: type, topic: str, profile: QoSProfile) -> Callable[[], Any]:

@@ -29,10 +29,7 @@ from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_simu.simulator.duplicate_simulators import (
-    SecondPublishers,
-    refuse_second_simulator,
-)
+from setcmas_simu.simulator.duplicate_simulators import SecondPublishers, refuse_second_simulator
 from setcmas_simu.virtual_robot import VirtualRobot
 
 _LOOK_EVERY_S = 2.0
