@@ -10,8 +10,8 @@ from browser import open_browser
 from pyodide_folder import pyodide_folder
 from served_folder import served
 
+from launch_scripts.commands.site import own_wheel
 from setcmas_tools.grade.rubric_handout import archive
-from setcmas_tools.page.own_wheel import own_wheel
 
 _BOOT = """
 const done = arguments[arguments.length - 1], laps = {};

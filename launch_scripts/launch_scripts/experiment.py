@@ -92,7 +92,6 @@ class Experiment:
         """
         self._supervisor = supervisor
         self._stopped = False
-        self._is_emulated = scenario.lab.emulate
         self._address, self._next_look = own_address(), 0.0
         self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
@@ -128,7 +127,7 @@ class Experiment:
 
     def look_at_network(self, now: float) -> None:
         """Warn if this computer has got another address, under which no node listens; now in s."""
-        if self._is_emulated or now < self._next_look:
+        if self._emulated or now < self._next_look:
             return
         self._next_look = now + _LOOK_EVERY_S
         if (address := own_address()) != self._address:

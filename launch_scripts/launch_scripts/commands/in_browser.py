@@ -29,8 +29,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.call_limit import LateCallError, limited_calls
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.run_progress import LateCallError, limited_calls
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import OfflineOptions

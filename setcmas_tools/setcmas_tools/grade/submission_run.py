@@ -22,6 +22,7 @@ from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI, MarkedScenario
+from setcmas_tools.measures.task import ignore
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
@@ -106,7 +107,8 @@ class SandboxRunner:
         with ConfinedProcess(self.is_confined, RUN + msgspec.msgpack.encode(work)) as process:
             script = RunScript(process, work, self.times)
             try:
-                run = simulate(script.scenario(scenario), warn=_ignore)
+                # The first error is in the marks.
+                run = simulate(script.scenario(scenario), warn=ignore)
             except LostError:
                 done = ScenarioRun(None, self._located(script.failure), is_complete=False)
                 return done, script.was_killed
@@ -318,7 +320,3 @@ def _sent_on(reply: Reply | Refusal) -> Reply | Refusal:
     except (TypeError, ValueError, OverflowError, RuntimeError):  # RuntimeError: of a condition
         return Refusal(_INVALID)
     return reply
-
-
-def _ignore(_: str) -> None:
-    """Print nothing: the first error is in the marks."""

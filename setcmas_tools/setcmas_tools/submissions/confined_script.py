@@ -167,8 +167,9 @@ class ConfinedScript:
             if not count:
                 return self._loaded(robot)
             if is_new:
-                numbers, matrix = numbers[: 3 * self.work.nb_robots], numbers[-self._size :]
-                self._adjacency[robot] = matrix.reshape(2 * (self.work.nb_robots,))
+                n = self.work.nb_robots
+                numbers, matrix = numbers[: 3 * n], numbers[-n * n :]
+                self._adjacency[robot] = matrix.reshape(n, n)
             return self._answers[robot](t, numbers, _contents(rest) if rest else Contents())
         except ControlError as error:
             return _encoded(_refusal(error))
@@ -177,10 +178,6 @@ class ConfinedScript:
         finally:
             if _set_timer:
                 _set_timer(_TIMER, 0)
-
-    @property
-    def _size(self) -> int:
-        return self.work.nb_robots**2
 
     def _loaded(self, robot: int) -> bytes:
         """Load the script for a robot; return whether it takes velocities."""

@@ -1,4 +1,5 @@
 import base64
+import csv
 import hashlib
 import io
 import json
@@ -9,7 +10,7 @@ import pytest
 from page_of_laws import LAW, RUBRIC, SCENARIO
 
 from launch_scripts.cli import main
-from launch_scripts.commands.site import CDN, site
+from launch_scripts.commands.site import CDN, own_wheel, site
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.document import site_files
 
@@ -153,3 +154,24 @@ def test_the_list_of_files_is_that_of_the_release():
     assert found.items() <= listed.items()
     names = {name.partition('-')[0] for name in found}
     assert names >= {'pyodide.asm.wasm', 'python_stdlib.zip', 'numpy', 'matplotlib', 'pillow'}
+
+
+def test_the_wheel_has_all_packages_with_their_data_and_a_right_record():
+    name, files = own_wheel(('setcmas_expe/',))
+    stem = name.removesuffix('-py3-none-any.whl')
+    record = files[f'{stem}.dist-info/RECORD'].decode()
+    rows = {path: digest for path, digest, _ in csv.reader(record.splitlines())}
+
+    assert rows.keys() == files.keys()
+    assert rows.keys() >= {
+        'launch_scripts/cli.py',
+        'setcmas_ctrl/exercises/consensus.yaml',
+        'setcmas_tools/grade/templates/student.html',
+        'setcmas_tools/page/templates/player.js',
+    }
+    assert not [path for path in rows if path.startswith('setcmas_expe/')]
+    for path in (f'{stem}.dist-info/METADATA', 'setcmas_simu/errors.py'):
+        digest = base64.urlsafe_b64encode(hashlib.sha256(files[path]).digest())
+        assert rows[path] == f'sha256={digest.decode().rstrip("=")}'
+    points = files[f'{stem}.dist-info/entry_points.txt'].decode()
+    assert 'unicycle = setcmas_simu.robots.unicycle:UNICYCLE' in points
