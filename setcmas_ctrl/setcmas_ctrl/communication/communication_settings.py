@@ -31,7 +31,7 @@ from setcmas_ctrl.scripts.loader import CONDITIONS, EXERCISES, compile_script, f
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
-from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number, OneOf
+from setcmas_simu.options.kinds import LENGTH, Number, OneOf, ScriptOrFunction
 
 HELD, EXACT = 'held', 'exact'
 """What an event-triggered robot's law sees of its own state: the last one sent, or the newest."""
@@ -41,15 +41,7 @@ Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] |
 
 
 @dataclass(frozen=True)
-class _Condition(NameOrFile):
-    """A script; in Python also a function, or a function for each robot."""
-
-    def accepts(self, value: Any) -> bool:
-        return value is not None  # what it must be is checked where it is loaded
-
-
-@dataclass(frozen=True)
-class _Graph(_Condition):
+class _Graph(ScriptOrFunction):
     """A name or a file; in Python also a matrix."""
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
@@ -65,7 +57,7 @@ class CommunicationOptions(Options):
 
     event_triggered: bool = flag('robots send their state only when a condition triggers')
     ctc: Condition = option(
-        _Condition(metavar='NAME'),
+        ScriptOrFunction(metavar='NAME'),
         'triggering condition: a path or the name of a script with ctc(pos, last_pos, t), or one '
         'of the literature (see setcmas list)',
         default=None,

@@ -127,11 +127,6 @@ class Channel:
         return channel
 
     @property
-    def is_random(self) -> bool:
-        """Whether links lose or change messages at random."""
-        return bool(self.loss.any() or self.noise.any())
-
-    @property
     def is_perfect(self) -> bool:
         """Whether every message arrives at once and unchanged."""
-        return not (self.is_random or self.delay.any())
+        return not (self.loss.any() or self.noise.any() or self.delay.any())

@@ -85,14 +85,6 @@ class _Settings(kinds.Kind):
         return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
 
 
-@dataclass(frozen=True)
-class _Conversion(kinds.NameOrFile):
-    """A script; in Python also a function, or a function for each robot."""
-
-    def accepts(self, value: Any) -> bool:
-        return value is not None  # what it must be is checked where it is loaded
-
-
 @dataclass(frozen=True, kw_only=True)
 class LawOptions(GainOptions):
     """Control law, its settings, and how its velocities become commands."""
@@ -113,7 +105,7 @@ class LawOptions(GainOptions):
         default={},
     )
     si_to_uni: GivenConversion = option(
-        _Conversion(metavar='FILE'),
+        kinds.ScriptOrFunction(metavar='FILE'),
         f'script with your own {SI_TO_UNI}: a path or a name',
         default=None,
         default_text='turn towards the velocity of the law, and drive at its speed',

@@ -28,7 +28,6 @@ from setcmas_ctrl.scripts.script_errors import (
     ControlError,
     ErrorReports,
     StopCall,
-    describe_failure,
     failure_of,
 )
 from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators
@@ -91,10 +90,6 @@ class ScriptRobot(RobotModel):
             own = self._numbers(self._own['start'], arguments, range(3, 1000))
         except ControlError as error:
             raise SetcmasError(str(error)) from error
-        except (StopCall, KeyboardInterrupt):
-            raise
-        except BaseException as error:
-            raise SetcmasError(describe_failure(error, self._path)) from error
         return np.concatenate([state, own[3:, None]])
 
     def _command(self, velocities: Floats, poses: Floats, _: float) -> Floats:
@@ -125,18 +120,12 @@ class ScriptRobot(RobotModel):
             on_call(self._robot, self._path)
         try:
             result = self._numbers(function, arguments, sizes)
-        except (StopCall, KeyboardInterrupt):
-            raise
         except ControlError as error:
-            failure = error
-        except BaseException as error:  # whatever a script raises, the other robots continue
-            failure = failure_of(error, self._path)
-        else:
-            self._reports.succeeded(self._robot, self._t)
-            return result
-        self.failed = True
-        self._reports.failed(self._robot, self._t, failure)
-        return None
+            self.failed = True
+            self._reports.failed(self._robot, self._t, error)
+            return None
+        self._reports.succeeded(self._robot, self._t)
+        return result
 
     def _numbers(
         self,
@@ -145,7 +134,12 @@ class ScriptRobot(RobotModel):
         sizes: range | tuple[int, ...],
     ) -> Floats:
         """Call a function of the script; return its numbers, or raise ControlError."""
-        result = function(*arguments)
+        try:
+            result = function(*arguments)
+        except (StopCall, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots continue
+            raise failure_of(error, self._path) from error
         try:
             return numbers_of(result, sizes, getattr(function, '__name__', 'the function'))
         except WrongResultError as error:

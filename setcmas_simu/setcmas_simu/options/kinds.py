@@ -244,6 +244,15 @@ class NameOrFile(Kind):
 
 
 @dataclass(frozen=True)
+class ScriptOrFunction(NameOrFile):
+    """A script; in Python also a function, or a function for each robot."""
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether there is a value: what it must be is checked where it is loaded."""
+        return value is not None
+
+
+@dataclass(frozen=True)
 class Robots(Kind):
     """Robots by number: a sorted tuple, typed as '1-4' or '2,5-7'."""
 

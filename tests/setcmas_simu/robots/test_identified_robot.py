@@ -89,8 +89,8 @@ def after(model, seconds, Ts, commands):
     fleet = VirtualFleet(np.zeros((3, 1)), model)
     for step in range(round(seconds / Ts)):
         V, omega = commands[min(step, len(commands) - 1)]
-        fleet.command(0, (V, 0.0, omega), step * Ts)
-        fleet.step(Ts, step * Ts)
+        fleet.command_all(np.array([[V], [0.0], [omega]]))
+        fleet.step(Ts)
     return fleet.states[:, 0]
 
 
@@ -127,17 +127,13 @@ def test_a_command_that_changes_at_each_step_is_remembered_for_the_longest_delay
     assert state[3] == pytest.approx(0.01 * (rate - 1))
 
 
-def test_robots_of_one_model_do_not_mix_and_a_reset_forgets():
+def test_robots_of_one_model_do_not_mix():
     fleet = VirtualFleet(np.zeros((3, 2)), IdentifiedRobot(FORWARD, TURN))
     for step in range(20):
-        fleet.command(0, (0.2, 0.0, 0.1 * step), 0.1 * step)
-        fleet.step(0.1, 0.1 * step)
+        fleet.command_all(np.array([[0.2, 0.0], [0.0, 0.0], [0.1 * step, 0.0]]))
+        fleet.step(0.1)
     assert fleet.poses[0, 0] > 0.1
     assert not fleet.poses[:, 1].any()
-
-    fleet.reset(0)
-    fleet.step(0.1, 2.0)
-    assert not fleet.poses.any()
 
 
 def test_commands_are_slowed_down_on_the_same_curve():
