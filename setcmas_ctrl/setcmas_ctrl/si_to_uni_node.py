@@ -16,15 +16,14 @@ import numpy as np
 from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.control.commander import within_limits
 from setcmas_ctrl.control.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
-from setcmas_simu.robots.model import RobotModel, VelocityLimits
-from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
+from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 
@@ -107,8 +106,9 @@ class SiToUni(RobotNode):
         self.heard = self.sent = -math.inf
 
     def use(self, model: RobotModel) -> None:
-        """Drive the robot as its model asks for."""
-        self.model = within_limits(model, self.limits)
+        """Drive the robot as its model asks for; a unicycle without limits gets the given ones."""
+        has_none = isinstance(model, Unicycle) and model.limits == IDEAL
+        self.model = Unicycle(self.limits) if has_none else model
         self.conversion.use([self.model])
 
     def convert_by(self, *script: Conversion) -> None:

@@ -13,8 +13,7 @@ from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_simu.arrays import Floats, single_precision
-from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
-from setcmas_simu.robots.unicycle import Unicycle
+from setcmas_simu.robots.model import RobotModel
 
 
 class Commanded(NamedTuple):
@@ -33,12 +32,7 @@ class Commanded(NamedTuple):
 
 
 class Commander:
-    """Saturation, safety filter and conversion in a row, for the R robots of a process.
-
-    Attributes:
-        gains: How robots follow their laws.
-        limits: Limits of unicycles whose model has none, if known.
-    """
+    """Saturation, safety filter and conversion in a row, for the R robots of a process."""
 
     def __init__(
         self,
@@ -57,12 +51,10 @@ class Commander:
         Raises:
             SetcmasError: The filter cannot guarantee safety at this rate.
         """
-        self.gains = gains
-        self.limits: VelocityLimits | None = None
+        self._vnom = gains.vnom
         self._columns = (
             slice(None) if [*robots] == [*range(1, nb_robots + 1)] else np.array(robots) - 1
         )
-        self._models: list[RobotModel] = []
         self._convert = VelocityConversion(
             len(robots),
             gains.komega,
@@ -79,16 +71,7 @@ class Commander:
 
     def use(self, models: Sequence[RobotModel]) -> None:
         """Set the models of the R robots, or raise SetcmasError."""
-        if list(models) != self._models:
-            self._models = list(models)
-            limited = Unicycle(self.limits or IDEAL)
-            own = [limited if _is_unlimited(model) else model for model in models]
-            (self._filter or self._convert).use(own)
-
-    def stop(self) -> Commanded:
-        """Return zero commands."""
-        zeros = self._convert.last = np.zeros_like(self._convert.last)
-        return Commanded(zeros[:2], zeros)
+        (self._filter or self._convert).use(models)
 
     def __call__(self, velocities: Floats, poses: Floats) -> Commanded:
         """Return the commands for one period.
@@ -97,20 +80,9 @@ class Commander:
             velocities: Velocities of the laws: rows vx, vy in m/s, shape (2, R).
             poses: Poses of the fleet: rows x, y in m and theta in rad, shape (3, N).
         """
-        gains, convert = self.gains, self._convert
-        convert.komega, convert.Ts = gains.komega, 1.0 / gains.rate
-        wanted = single_precision(saturate(velocities, gains.vnom))
+        convert = self._convert
+        wanted = single_precision(saturate(velocities, self._vnom))
         if not self._filter:
             return Commanded(wanted, convert(wanted, poses[:, self._columns]))
-        allowed = self._filter(wanted, poses, gains.vnom)
+        allowed = self._filter(wanted, poses, self._vnom)
         return Commanded(wanted, convert.last, np.vstack(allowed))
-
-
-def _is_unlimited(model: RobotModel) -> bool:
-    """Return whether a model is a unicycle whose limits are set elsewhere."""
-    return isinstance(model, Unicycle) and model.limits == IDEAL
-
-
-def within_limits(model: RobotModel, limits: VelocityLimits) -> RobotModel:
-    """Return a model with limits set elsewhere, if it is a unicycle without its own."""
-    return Unicycle(limits) if _is_unlimited(model) else model
