@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 350, 278, 46
+FILES, ARROWS, THIN_ARROWS = 349, 278, 46
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -41,7 +41,6 @@ MAY_IMPORT_ROS = {
     'setcmas_expe.mocap': 'camera_node picture_topics receiver',
     'setcmas_expe.pause': 'bridge_watch joystick_reader operator_joystick pause_node public_stops',
     'setcmas_expe': 'bridges cmd_vel_bridge mocap_bridge',
-    'setcmas_expe.bridge': 'arena_display',
     'setcmas_simu': 'robot_node virtual_robot',
     'setcmas_simu.ros': (
         'cmd_vel_topics dds_setup fleet_topic messages parameters polling process qos '

@@ -10,8 +10,9 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point
+from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_expe.bridge.arena_display import publish_arena
 from setcmas_expe.bridge.bridged_fleet import BridgedFleet
 from setcmas_expe.bridge.decision import RATE_HZ
 from setcmas_expe.cmd_vel_bridge import CmdVelBridge
@@ -25,16 +26,13 @@ from setcmas_simu.robot_node import StepTime
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.polling import RequestWait
-from setcmas_simu.ros.process import (
-    FleetNode,
-    RosProcess,
-    node_main,
-    prefer_this_process,
-)
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.step_loop import StepLoop
 
 _REPORT_EVERY = 4  # steps
 _LAST_ZEROS = 5
+_LINE_M = 0.03
+_DISC_M = 0.005
 
 
 class Bridges:
@@ -82,6 +80,37 @@ class Bridges:
             time.sleep(1.0 / RATE_HZ)
         for bridge in self.bridges:
             bridge.cmd_vel.wait_until_sent()
+
+
+def publish_arena(node: FleetNode, lab: Lab) -> None:
+    """Publish the arena's border and a disc around each robot, kept for late displays."""
+    publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
+    robots = [_separation(robot.number, lab.min_separation) for robot in lab.robots]
+    publisher.publish(MarkerArray(markers=[_border(lab), *robots]))
+
+
+def _border(lab: Lab) -> Marker:
+    xmin, xmax, ymin, ymax = lab.arena
+    corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
+    marker = Marker(ns='arena', id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
+    marker.header.frame_id = topics.WORLD_FRAME
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = _LINE_M
+    marker.color.r, marker.color.a = 1.0, 1.0
+    marker.points = [Point(x=x, y=y) for x, y in corners]
+    return marker
+
+
+def _separation(robot: int, diameter: float) -> Marker:
+    # Robots are too close when their discs touch.
+    marker = Marker(ns='separation', id=robot, type=Marker.CYLINDER, action=Marker.ADD)
+    marker.header.frame_id = topics.robot_frame(robot)
+    marker.frame_locked = True
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = diameter
+    marker.scale.z = _DISC_M
+    marker.color.r, marker.color.g, marker.color.a = 1.0, 0.6, 0.4
+    return marker
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:

@@ -106,7 +106,7 @@ class CmdVelBridge(RobotNode):
             # As old as the last look: it came some time after it.
             view = replace(view, wanted=velocities(command), commanded=self._looked)
         if wheels := self.wheels():
-            V, omega = velocities_of(wheels)
+            V, omega = velocities(wheels.twist.twist)
             self.wheel_watch.measure(V, omega, now)
             if math.isfinite(V) and math.isfinite(omega):
                 view = replace(view, wheels=(V, omega), rolled=now)
@@ -216,14 +216,8 @@ def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
         measured=now - age,
         received=now,
         same_since=view.same_since if state.pose == view.pose else now,
-        velocities=velocities_of(odom),
+        velocities=velocities(odom.twist.twist),
     )
-
-
-def velocities_of(odometry: Odometry) -> tuple[float, float]:
-    """Return forward speed (m/s) and turn rate (rad/s) in an odometry."""
-    twist = odometry.twist.twist
-    return twist.linear.x, twist.angular.z
 
 
 def robot_commands(node: FleetNode, robot: LabRobot, lab: Lab) -> CmdVelPublisher:

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import Decision, FleetView, RobotView, StopReason
-from setcmas_expe.bridge.motion_watch import MotionWatch
-from setcmas_expe.guard.machine_load import (
+from setcmas_expe.bridge.machine_load import (
     OVERLOADED,
     ProcessorLoad,
     StallDetector,
     time_since_boot,
 )
+from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.process import FleetNode

@@ -29,10 +29,7 @@ class MotionWatch:
     """
 
     def __init__(
-        self,
-        robots: Collection[int],
-        warn: Callable[[str], None],
-        report: Callable[[str], None],
+        self, robots: Collection[int], warn: Callable[[str], None], report: Callable[[str], None]
     ) -> None:
         """Start with robots at rest (numbers 1 to N); `warn` and `report` show messages."""
         self._checks = {robot: MotionCheck() for robot in robots}

@@ -12,11 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.doctor.findings import NOTE, OK, Finding
-from setcmas_expe.doctor.lab_checks import (
-    RobotCheck,
-    arrival_statistics,
-    other_presets,
-)
+from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics, other_presets
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack

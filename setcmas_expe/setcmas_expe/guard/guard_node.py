@@ -28,12 +28,7 @@ from sensor_msgs.msg import LaserScan
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard import lidar
 from setcmas_expe.guard.guard_commands import STOP, Commands
-from setcmas_expe.guard.guard_decision import (
-    GuardDecision,
-    GuardSituation,
-    GuardState,
-    StartLatch,
-)
+from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, GuardState, StartLatch
 from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
@@ -179,8 +174,7 @@ class CmdVelGuard(RobotNode):
 
     def _take_wheels(self) -> None:
         if message := self.wheels():
-            twist = message.twist.twist
-            self.obedience.measure(twist.linear.x, twist.angular.z, self.time.now)
+            self.obedience.measure(*velocities(message.twist.twist), self.time.now)
 
     def _have_commands_ended(self) -> bool:
         """Return whether there is no command to follow."""

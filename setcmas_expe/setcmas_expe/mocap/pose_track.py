@@ -7,14 +7,7 @@ import math
 import statistics
 from collections import Counter, deque
 
-from setcmas_expe.mocap.sample import (
-    Pose,
-    PoseFault,
-    Sample,
-    fault_of,
-    motion_between,
-    text_of,
-)
+from setcmas_expe.mocap.sample import Pose, PoseFault, Sample, fault_of, motion_between, text_of
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import VelocityLimits
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import msgspec
 
 from setcmas_expe.bridge.decision import State
-from setcmas_expe.guard.machine_load import time_since_boot
+from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder, Message
 
 SILENT_AFTER_S = 0.5

@@ -13,7 +13,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.pause_reason import PauseCause
-from setcmas_expe.guard.machine_load import (
+from setcmas_expe.bridge.machine_load import (
     OVERLOADED,
     ProcessorLoad,
     StallDetector,
@@ -35,12 +35,7 @@ from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Launcher
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import (
-    FleetNode,
-    RosProcess,
-    node_main,
-    prefer_this_process,
-)
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""

@@ -12,7 +12,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from setcmas_expe.guard.guard_decision import GuardState
-from setcmas_expe.guard.guard_watch import diagnostic_values
+from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -63,7 +63,7 @@ class PublicStops:
             self._stops.hint(f'false on {topics.EMERGENCY_STOP} releases nothing: press R twice')
 
     def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
-        if diagnostic_values(status).get('state') == GuardState.EMERGENCY.value:
+        if GuardReport.read(status).state is GuardState.EMERGENCY:
             self._stops.take_over(f'held by the guard of robot {robot}')
 
     def _answer_pause(

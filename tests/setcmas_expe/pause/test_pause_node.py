@@ -17,7 +17,7 @@ from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.bridge_report import report_values
 from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason
-from setcmas_expe.guard.machine_load import time_since_boot
+from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.operator_joystick import REACTION_S
 from setcmas_simu.reports.reports import LineDecoder

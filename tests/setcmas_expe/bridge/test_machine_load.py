@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from setcmas_expe.guard.machine_load import ProcessorLoad, StallDetector, time_since_boot
+from setcmas_expe.bridge.machine_load import ProcessorLoad, StallDetector, time_since_boot
 
 
 def test_regular_signs_of_life_are_no_hold_up():
