@@ -133,11 +133,7 @@ def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -
     page, asked = _Page(say), json.loads(request)
     limit = float(asked.get('call_timeout') or OfflineOptions().call_timeout)
     try:
-        with (
-            redirect_stdout(page),
-            redirect_stderr(page),
-            limited_calls(limit, page.alive),
-        ):
+        with redirect_stdout(page), redirect_stderr(page), limited_calls(limit, page.alive):
             answer = {'ok': True, **work(asked, page)}
     except SetcmasError as error:
         answer = _refusal(str(error))

@@ -79,10 +79,7 @@ def _copy_of_database(damaged: Path, target: Path) -> str:
         if part == damaged or part.name.startswith(f'{damaged.name}-'):
             shutil.copyfile(part, f'{whole}{part.name.removeprefix(damaged.name)}')
     _remove_cut_page(whole)
-    with (
-        closing(sqlite3.connect(whole)) as source,
-        closing(sqlite3.connect(target)) as copy,
-    ):
+    with closing(sqlite3.connect(whole)) as source, closing(sqlite3.connect(target)) as copy:
         source.execute('PRAGMA writable_schema=ON')  # reads a file that is shorter than it says
         source.text_factory = lambda text: text.decode(errors='replace')
         losses = [loss for table in _TABLES if (loss := _copy_rows(source, copy, table))]

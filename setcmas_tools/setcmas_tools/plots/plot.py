@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
@@ -79,17 +79,13 @@ def plot(
     look.check()
     with plot_style(look.palette, look.paper):
         paths = []
-        try:
+        with file_errors(f"plots cannot be written to '{folder}'"):
             folder.mkdir(parents=True, exist_ok=True)
             drawn = drawn_plots(run, warn, window if look.show else Figure)
             for name, figure in tqdm(
                 drawn, 'plots', leave=False, disable=None, bar_format='{desc}: {n}'
             ):
                 paths += save_in(look.formats, figure, folder / name)
-        except OSError as error:
-            raise SetcmasError(
-                f"plots cannot be written to '{folder}': {error.strerror}"
-            ) from error
         if look.show:
             show(folder)
     return paths

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import TRIG_ODOM
 from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
@@ -72,16 +72,10 @@ def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> 
         SetcmasError: The bag cannot be read, or the files cannot be written.
     """
     folder = output or _default_output(bag)
-    with open_bag(bag) as source:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(prefix='.converting-', dir=folder) as unfinished:
-                report = _write_files(source, Path(unfinished), folder, odometry_topic)
-        except OSError as error:
-            raise SetcmasError(
-                f"CSV files cannot be written to '{folder}': {error.strerror}"
-            ) from error
-    return report
+    with open_bag(bag) as source, file_errors(f"CSV files cannot be written to '{folder}'"):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix='.converting-', dir=folder) as unfinished:
+            return _write_files(source, Path(unfinished), folder, odometry_topic)
 
 
 def _default_output(bag: Path) -> Path:

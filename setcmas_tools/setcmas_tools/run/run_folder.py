@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -229,11 +229,5 @@ class RunFolder:
             remove_parts(self.path, _PARTS)
             self.path.rmdir()  # stays if the user has files of their own in it
 
-    @contextmanager
-    def _writing(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            raise SetcmasError(
-                f"output '{self._named}' cannot be written: {error.strerror}"
-            ) from error
+    def _writing(self) -> AbstractContextManager[None]:
+        return file_errors(f"output '{self._named}' cannot be written")

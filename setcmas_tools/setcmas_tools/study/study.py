@@ -18,21 +18,14 @@ from tabulate import tabulate
 from tqdm import tqdm
 
 from setcmas_ctrl.control.control_options import Algo
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, predicted
-from setcmas_tools.study.study_files import (
-    TABLE,
-    finished_rows,
-    prepare,
-    stored_rows,
-    write_table,
-    written,
-)
+from setcmas_tools.study.study_files import TABLE, finished_rows, prepare, stored_rows, write_table
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import SEED, Plan, Variation, located_in, make_plan, read_plan
 from setcmas_tools.study.study_run import made_rows
@@ -100,7 +93,7 @@ def carry_out(
     The folder None is a temporary one.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
-    with written(place):
+    with file_errors(f"study '{place}' cannot be written"):
         prepare(place, plan.info, plan.contents, overwrite)
         rows = finished_rows(place)
         left = [run for run in range(1, len(plan.runs) + 1) if run not in rows]

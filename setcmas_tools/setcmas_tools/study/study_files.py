@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -87,15 +87,6 @@ class KeptFiles:
                     raise SetcmasError(
                         f"'{file}' and another file would both be stored as '{path}'; rename one"
                     )
-
-
-@contextmanager
-def written(folder: Path) -> Iterator[None]:
-    """Raise SetcmasError instead of errors of files in a study's folder."""
-    try:
-        yield
-    except OSError as error:
-        raise SetcmasError(f"study '{folder}' cannot be written: {error.strerror}") from error
 
 
 def prepare(

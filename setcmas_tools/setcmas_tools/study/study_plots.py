@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
@@ -19,7 +19,6 @@ from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import as_written, finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS, predicted
-from setcmas_tools.study.study_files import written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,7 +156,7 @@ def plot(
     chosen = look or PlotSettings()
     chosen.check()
     paths: list[Path] = []
-    with written(folder):
+    with file_errors(f"study '{folder}' cannot be written"):
         folder.mkdir(parents=True, exist_ok=True)
         for metric in metrics or _of_task(study):
             for name in study.names:

@@ -129,7 +129,7 @@ def read_submission(packed: Packed) -> Submission:
         for path, content in files.items()
         if path.is_relative_to(script.parent) and not isinstance(content, Unread)
     }
-    is_whole = PurePosixPath(top).suffix in ('.py', '.ipynb')
+    is_whole = _is_code(PurePosixPath(top))
     sources = [content for name, content in neighbours.items() if name.endswith('.py')]
     return Submission(
         shown, packed.student, script.name, neighbours,
@@ -237,9 +237,7 @@ def _of_class(files: Files, function: str) -> Files:
 def _may_be(path: PurePosixPath, content: bytes, function: str) -> bool:
     """Return whether a file may be a submission with a function, without parsing it."""
     written = rf'(def {function}\b|{function}\s*=)'.encode()  # also within a notebook's text
-    return path.suffix == '.zip' or (
-        path.suffix in ('.py', '.ipynb') and re.search(written, content) is not None
-    )
+    return path.suffix == '.zip' or (_is_code(path) and re.search(written, content) is not None)
 
 
 def _is_code(path: PurePosixPath) -> bool:
