@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from setcmas_ctrl.control.references import References
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import plain
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.plugins import plugin_versions
@@ -221,12 +221,10 @@ class Outcome:
 
     def __str__(self) -> str:
         """Return a text such as 'complete, but law.py failed for robot 2'."""
+        conditions = {f'the condition {name}': r for name, r in self.failed_conditions.items()}
         failures = [
-            *(f'{name} failed for {_listed(r)}' for name, r in self.failed_laws.items()),
-            *(
-                f'the condition {name} failed for {_listed(robots)}'
-                for name, robots in self.failed_conditions.items()
-            ),
+            f'{name} failed for {robots_in_words(sorted(robots))}'
+            for name, robots in (self.failed_laws | conditions).items()
         ]
         if self.state is State.FAILED:
             return f'complete, but {" and ".join(failures) or "a script failed for some robots"}'
@@ -248,10 +246,6 @@ class Outcome:
         laws = {name: robots for name, robots in failed_laws.items() if robots}
         conditions = {name: rs for name, rs in (failed_conditions or {}).items() if rs}
         return cls(State.FAILED if laws or conditions else State.COMPLETE, laws, conditions)
-
-
-def _listed(robots: list[int]) -> str:
-    return f'robot{"s" * (len(robots) > 1)} {format_robots(sorted(robots))}'
 
 
 INFO_FILE = 'run.yaml'
