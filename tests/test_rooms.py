@@ -56,7 +56,6 @@ SCENARIOS = [
     'launch_scripts.commands.test_agreement',
     'launch_scripts.commands.test_site_page',
     'launch_scripts.test_packages',
-    'setcmas_ctrl.controllers.test_dead_controllers',
     'setcmas_ctrl.controllers.test_experiment',
     'setcmas_ctrl.controllers.test_failures',
     'setcmas_ctrl.scripts.test_bad_scripts',
