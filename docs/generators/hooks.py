@@ -25,16 +25,6 @@ _TRIED = {
 """By page: where links to the page that runs laws are put, their text, and how fragments begin."""
 
 
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put every page of the folder `extending` into the navigation."""
-    pages = sorted(path.name for path in (generate.DOCS / 'extending').glob('*.md'))
-    pages.sort(key=lambda name: name != 'index.md')
-    for section in config.nav or ():
-        if 'Extending' in section:
-            section['Extending'] = [f'extending/{name}' for name in pages]
-    return config
-
-
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Take generated pages from the code, whatever the committed ones are, and run notebooks."""
     pages = generate.generated_files()
