@@ -15,15 +15,15 @@ import numpy as np
 from joblib import Parallel, delayed
 from quick_option import parsed
 
-from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_tools import simulate
 from setcmas_tools.measures.safety_metrics import separation
+from setcmas_tools.offline.offline_commands import Commander
 from setcmas_tools.run.fleet_motion import on_grid
 
 SEPARATION_M = 0.35

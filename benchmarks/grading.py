@@ -27,7 +27,7 @@ import msgspec
 import numpy as np
 from quick_option import parsed
 
-from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.grade.marks import Marks
 from setcmas_tools.submissions.confinement import obstacle

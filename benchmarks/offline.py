@@ -10,6 +10,8 @@ import os
 import platform
 import statistics
 import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,16 +32,26 @@ def two_neighbours(robotNo, nbRobots, poses, t):
     return vx, vy
 
 
+class Bare(NamedTuple):
+    """The function of a law, without the checks of what it returns."""
+
+    function: Callable[..., Any]
+    robot: int
+    nb_robots: int
+
+    def __call__(self, poses, t):
+        return self.function(self.robot, self.nb_robots, poses, t)
+
+
 def laws_alone(algo, nb_robots: int, duration: float) -> float:
     """Return how long the bare functions keep a core busy, called in a plain loop, in s."""
     chosen = Scenario.of(algo, nb_robots=nb_robots).law
-    functions = [law._control for law in load_laws(chosen, nb_robots)]
+    laws = [Bare(law._control, law.robot, nb_robots) for law in load_laws(chosen, nb_robots)]
     poses = start_poses(nb_robots)
     begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):
-        for robot, function in enumerate(functions, start=1):
-            network.begin_call(robot, nb_robots)
-            function(robot, nb_robots, poses, k / CONTROL_RATE_HZ)
+        for law in laws:
+            network.call_law(law, poses, k / CONTROL_RATE_HZ)
     return time.process_time() - begin
 
 

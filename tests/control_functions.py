@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from setcmas_ctrl.scripts.function import Control, checked_function
-from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.laws.script_function import Control, checked_function
+from setcmas_ctrl.laws.script_loader import load_script
 
 
 def load_control(path: Path, robot: int) -> Control:

@@ -8,10 +8,10 @@ import rclpy
 from stepped_alone import SetClock
 
 from setcmas_ctrl import drawing, network
-from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.controllers import PARAMETERS
-from setcmas_ctrl.scripts.script_seeds import seeded_generators
+from setcmas_ctrl.laws.control_options import ControllerOptions
+from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.reports import connected_launcher

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_ctrl.network import reachable
 from setcmas_ctrl.predictions.conditions import Departure
-from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import Scenario, simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}

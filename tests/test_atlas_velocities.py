@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.measures.metrics import theory_lines
 

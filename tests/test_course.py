@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from processes import PATIENT_LAB, run_setcmas
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 
 COURSE = Path(__file__).parents[1] / 'docs' / 'course'
 FIGURES = re.compile(r'^\| `setcmas (offline [^`]*)` \| (`.*`) \|$', re.M)

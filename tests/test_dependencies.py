@@ -54,7 +54,7 @@ EXTRAS_BESIDE_ROS = ('filter', 'grade', 'identify', 'lab', 'notebook', 'study')
 
 def files(folder):
     """Return the Python files below a folder, without students' scripts that may be wrong."""
-    wrong = ROOT / 'tests/setcmas_ctrl/scripts'
+    wrong = ROOT / 'tests/setcmas_ctrl/laws'
     return [
         path
         for path in sorted((ROOT / folder).rglob('*.py'))

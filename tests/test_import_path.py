@@ -41,7 +41,7 @@ sys.meta_path.insert(0, Refuse())
 WORK = f"""
 {REFUSE.format(names=OTHERS)}
 {IMPORTS}
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools.page.run_facts import Pair
 
 law = ALGORITHMS.file('consensus')

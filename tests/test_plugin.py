@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 
 pytestmark = pytest.mark.nightly
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from control_functions import load_control
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text()

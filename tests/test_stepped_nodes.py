@@ -14,7 +14,7 @@ pytest.importorskip('rclpy')
 from stepped_nodes import stepped_nodes
 
 from setcmas_ctrl import si_to_uni
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.robots import unicycle
 from setcmas_tools import Scenario, simulate
 

@@ -16,7 +16,7 @@ matplotlib.use('Agg')
 
 from generate import DOCS
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.measures.metrics import fleet_lines
 from setcmas_tools.measures.predicted_metrics import Comparison

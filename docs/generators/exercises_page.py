@@ -6,7 +6,7 @@ import ast
 import textwrap
 from pathlib import Path
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_tools.grade.rubric import rubric_of_exercise
 
 _HEAD = """# Exercises

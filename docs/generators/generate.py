@@ -25,7 +25,7 @@ import scenarios_page
 import topics_page
 from msgspec.json import schema
 
-from setcmas_ctrl.control.references import TaskMessage
+from setcmas_ctrl.laws.references import TaskMessage
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.simulator.rviz_config import rviz_config

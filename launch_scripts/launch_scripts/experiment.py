@@ -22,8 +22,8 @@ from launch_scripts.node_commands import (
 )
 from launch_scripts.run_processes import RecordedRun, controller_arguments
 from launch_scripts.supervisor import Child, Supervisor
-from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_ctrl.filter.barrier_constraints import check_starts
+from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from launch_scripts.node_commands import CONTROLLER, RECORDER, SIMULATOR, node_command
 from launch_scripts.supervisor import Child, Supervisor
-from setcmas_ctrl.control.control_options import ControllerOptions
+from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_simu.reports.reports import Paused, Ready, Recording, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions

@@ -12,12 +12,13 @@ from typing import Any
 
 from geometry_msgs.msg import Point32
 
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.control_options import LawOptions
-from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl import network
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.control_options import LawOptions
+from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.network_links import FleetNetwork
+from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
-from setcmas_ctrl.scripts.script_errors import ControlError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
@@ -78,7 +79,7 @@ class Controller(RobotNode):
         poses, adjacency = self.network.known_by(self.robot)
         try:
             with self.outcomes.watch.call(self.robot, law.path):
-                wanted = law(poses, self.time.t, adjacency)
+                wanted = network.call_law(law, poses, self.time.t, adjacency)
             self.outcomes.check_ros(law, self.time.t)
             self.outcomes.laws.succeeded(self.robot, self.time.t)
         except ControlError as error:

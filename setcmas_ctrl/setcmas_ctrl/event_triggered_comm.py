@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.triggering_conditions import Broadcast
-from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos

@@ -11,7 +11,7 @@ import time
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.control.control_options import PAUSE_TIMEOUT_S
+from setcmas_ctrl.laws.control_options import PAUSE_TIMEOUT_S
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos

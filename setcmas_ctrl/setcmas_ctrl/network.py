@@ -51,8 +51,6 @@ class Exchange(Protocol):
         """Return what a robot has received last, by the numbers of the senders."""
 
 
-_Call = tuple[int, Floats | None, Value | None]
-
 # All robots of a process share this module: each call of a control law sets these anew.
 _robot = 0
 _adjacency: Floats | None = None
@@ -172,26 +170,38 @@ def _begin() -> None:
         _exchange.begin()
 
 
-def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> _Call:
-    """Answer for a robot from now on (for callers of control laws); no matrix is complete.
+class Law(Protocol):
+    """The control law of a robot: from its poses (3, N) and t (s) to its velocity in m/s."""
 
-    Returns:
-        The call that it interrupts, for `end_call`: a law may call another one.
+    robot: int
+    nb_robots: int
+
+    def __call__(self, poses: Floats, t: float) -> tuple[float, float]:
+        """Return vx and vy."""
+
+
+def call_law(
+    law: Law, poses: Floats, t: float, matrix: Floats | None = None
+) -> tuple[float, float]:
+    """Call a control law, whose script may ask this module; then send what it has to send.
+
+    Args:
+        law: The law; it may call another one.
+        poses: Rows x, y in m and theta in rad, shape (3, N), NaN for what it does not know.
+        t: Time since the run started, in s.
+        matrix: Adjacency matrix, shape (N, N), read-only; None is complete.
     """
     global _robot, _adjacency, _outgoing
     before = _robot, _adjacency, _outgoing
-    _robot, _outgoing = robot, None
-    _adjacency = communication_graph.complete(nb_robots) if matrix is None else matrix
-    return before
-
-
-def end_call(before: _Call) -> None:
-    """Go on with the call before, and send what the ended call has given to `send`."""
-    global _robot, _adjacency, _outgoing
-    robot, value = _robot, _outgoing
-    _robot, _adjacency, _outgoing = before
-    if value is not None and _exchange:
-        _exchange.send(robot, value)
+    _robot, _outgoing = law.robot, None
+    _adjacency = communication_graph.complete(law.nb_robots) if matrix is None else matrix
+    try:
+        return law(poses, t)
+    finally:
+        value = _outgoing
+        _robot, _adjacency, _outgoing = before
+        if value is not None and _exchange:
+            _exchange.send(law.robot, value)
 
 
 class Mailbox:

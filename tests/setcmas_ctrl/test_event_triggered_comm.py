@@ -17,8 +17,8 @@ from stepped_alone import SteppedAlone
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, Broadcast, further_than
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.fleet_poses import FleetPoses
-from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.laws.call_watch import CallWatch
+from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.reports.reports import connected_launcher
 from setcmas_simu.reports.script_calls import Function
 

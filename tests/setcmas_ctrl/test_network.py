@@ -1,22 +1,25 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import path, star
 from setcmas_ctrl.communication.message_content import Content
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 
 POSES = np.zeros((3, 4))
 
 
 def law(tmp_path, body, robot=2):
+    """Return a law that asks the network when it is called."""
     script = tmp_path / 'law.py'
     script.write_text(
         'import numpy as np\nfrom setcmas_ctrl import network\n'
         f'def control(robotNo, nbRobots, poses, t):\n    {body}\n'
     )
-    return ControlLaw(script, robot, 4)
+    return partial(network.call_law, ControlLaw(script, robot, 4))
 
 
 def test_each_robot_asks_for_itself(tmp_path):

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import si_to_uni as module
-from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.control_options import GainOptions
-from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.filter.safety_filter import SafetyFilter
 from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.laws.control_options import GainOptions
+from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import (
     VelocityConversion,
     as_unicycles,
@@ -24,6 +23,7 @@ from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 from setcmas_simu.robots.turtlebot3 import BURGER
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
 from setcmas_tools import simulate
+from setcmas_tools.offline.offline_commands import Commander
 
 
 def test_forward_speed_is_the_norm_and_turn_rate_follows_the_heading_error():

@@ -16,7 +16,7 @@ import pytest
 from launch_scripts.cli import main
 from launch_scripts.supervisor import ChildDiedError
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.scripts.script_errors import ControlError
+from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, install_command, needs
 from setcmas_simu.options.group import ClashError
 from setcmas_simu.plugins import PluginError

@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 
 from launch_scripts.commands.grade import RUBRIC
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED
+from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_folder import OfflineOptions
 

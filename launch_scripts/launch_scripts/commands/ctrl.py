@@ -19,7 +19,7 @@ from launch_scripts.node_commands import CONTROLLER, add_ros_arguments, node_com
 from launch_scripts.run_processes import controller_arguments
 from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
-from setcmas_ctrl.control.control_options import ControllerOptions, FleetOptions, WatchOptions
+from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -49,7 +49,7 @@ from launch_scripts.terminal import (
     single_keys,
     warn,
 )
-from setcmas_ctrl.control.control_options import WatchOptions
+from setcmas_ctrl.laws.control_options import WatchOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import setcmas_tools.plots  # noqa: F401, which quiets matplotlib; it is loaded later
-from setcmas_ctrl.scripts.script_errors import (
+from setcmas_ctrl.laws.script_errors import (
     described_place,
     quoted_line,
     script_place,
     summarise,
 )
-from setcmas_ctrl.scripts.script_settings import parse_setting
+from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows

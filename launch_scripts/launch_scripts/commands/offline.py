@@ -29,7 +29,7 @@ from launch_scripts.commands.scenario_options import (
     scenario_of,
 )
 from launch_scripts.terminal import progress_output, warn
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED
+from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import State

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from launch_scripts.terminal import warn
-from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options.group import typed_words

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, names_to_set
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, names_to_set
 from setcmas_simu.options.group import Option, default_of, plain
 from setcmas_simu.options.kinds import Number, Whole
 from setcmas_simu.plugins import ScriptGroup

@@ -25,7 +25,7 @@ from launch_scripts.commands.scenario_options import (
     scenario_of,
 )
 from launch_scripts.terminal import warn
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED
+from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.study.study_options import StudyFolderOptions, SweepOptions
 

@@ -17,7 +17,7 @@ approach, IEEE Transactions on Control of Network Systems 4(3), 2017.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 K = 0.2  # gain (1/s)
 P = None  # points of the shape (m); by default a regular polygon

@@ -15,7 +15,7 @@ neighbor rules, IEEE Transactions on Automatic Control 48(6), 2003.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
 

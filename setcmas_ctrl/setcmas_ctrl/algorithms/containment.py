@@ -11,7 +11,7 @@ Transactions on Automatic Control 53(8), 2008.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 K = 0.3  # gain (1/s)
 LEADERS = [1, 2, 3]  # robots that stand still

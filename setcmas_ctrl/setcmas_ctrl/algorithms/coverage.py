@@ -15,7 +15,7 @@ Transactions on Robotics and Automation 20(2), 2004.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'coverage'  # selects its metrics and plots
 

@@ -14,7 +14,7 @@ Francis, Formations of vehicles in cyclic pursuit, IEEE Transactions on Automati
 
 import numpy as np
 
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 K = 0.05  # gain (1/s)
 ALPHA = None  # angle (rad); pi/N by default: a circle

@@ -14,7 +14,7 @@ multi-robot networks, International Journal of Control 82(3), 2009.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'distances'  # selects its metrics and plots
 

@@ -14,7 +14,7 @@ to distributed optimization, Allerton Conference on Communication, Control, and 
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
 

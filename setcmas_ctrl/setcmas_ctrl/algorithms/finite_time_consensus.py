@@ -14,7 +14,7 @@ Transactions on Automatic Control 55(4), 2010.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
 

@@ -18,7 +18,7 @@ IEEE Transactions on Automatic Control 50(5), 2005.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'consensus'  # selects its metrics and plots
 

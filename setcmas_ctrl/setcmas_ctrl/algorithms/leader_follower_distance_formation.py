@@ -15,7 +15,7 @@ networks, International Journal of Control 82(3), 2009.
 import numpy as np
 import rviz_marker
 
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'distances'  # selects its metrics and plots
 

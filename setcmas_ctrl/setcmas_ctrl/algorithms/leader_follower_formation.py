@@ -14,7 +14,7 @@ control as in Oh, Park and Ahn, A survey of multi-agent formation control, Autom
 import numpy as np
 import rviz_marker
 
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'formation'  # selects its metrics and plots
 

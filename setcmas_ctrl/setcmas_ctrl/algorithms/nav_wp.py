@@ -13,7 +13,7 @@ single integrator as in Mesbahi and Egerstedt, Graph Theoretic Methods in Multia
 import numpy as np
 import rviz_marker
 
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'waypoints'  # selects its metrics and plots
 

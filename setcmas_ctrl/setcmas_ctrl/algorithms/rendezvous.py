@@ -13,7 +13,7 @@ connectedness, IEEE Transactions on Robotics 23(4), 2007.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band, saturate
+from setcmas_ctrl.saturation import dead_band, saturate
 
 task = 'consensus'  # selects its metrics and plots
 

@@ -14,7 +14,7 @@ IEEE Journal on Selected Areas in Communications 31(4), 2013.
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'resilience'  # selects its metrics and plots
 

@@ -12,7 +12,7 @@ tracking as in Siciliano et al., Robotics, 2009, section 11.6.
 import numpy as np
 import rviz_marker_array
 
-from setcmas_ctrl.control.saturation import dead_band
+from setcmas_ctrl.saturation import dead_band
 
 task = 'tracking'  # selects its metrics and plots
 

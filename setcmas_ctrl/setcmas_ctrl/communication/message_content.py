@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from setcmas_ctrl.scripts.results import unmasked
-from setcmas_ctrl.scripts.script_errors import short_repr
+from setcmas_ctrl.laws.script_errors import short_repr
+from setcmas_ctrl.laws.script_function import unmasked
 from setcmas_simu.arrays import Floats
 
 MOST_NUMBERS, MOST_NAMES = 64, 16

@@ -29,15 +29,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.message_content import Value, read_only
-from setcmas_ctrl.scripts.loader import load_script
-from setcmas_ctrl.scripts.results import WrongResultError, numbers_of, wrong_result
-from setcmas_ctrl.scripts.script_errors import (
+from setcmas_ctrl.laws.script_errors import (
     ControlError,
     ErrorReports,
     StopCall,
     failure_of,
     scripts_own,
 )
+from setcmas_ctrl.laws.script_function import WrongResultError, numbers_of, wrong_result
+from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 

@@ -9,8 +9,8 @@ from functools import partial
 from setcmas_ctrl import network
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.fleet_discovery import go_on, wait_until
+from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.script_outcomes import end_stuck_script
-from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started

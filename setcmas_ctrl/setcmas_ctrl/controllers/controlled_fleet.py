@@ -14,9 +14,6 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.triggering_conditions import CTC
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.control_options import ControllerOptions, GainOptions, LawOptions
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers.fleet_discovery import LostRobots, go_on, wait_for_fleet, wait_until
 from setcmas_ctrl.controllers.fleet_pause import FleetPause
@@ -29,12 +26,15 @@ from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.laws.call_watch import CallWatch
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions, LawOptions
+from setcmas_ctrl.laws.conversion_script import ScriptConversion, script_conversions
+from setcmas_ctrl.laws.law_scripts import LawScripts
 from setcmas_ctrl.network_links import FleetNetwork
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
-from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.si_to_uni_node import REPEAT_S, SiToUni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics

@@ -10,13 +10,13 @@ import argparse
 from dataclasses import replace
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.controllers.control_loop import control
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.script_errors import StopCall
-from setcmas_ctrl.scripts.script_seeds import seeded_generators
+from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
+from setcmas_ctrl.laws.script_errors import StopCall
+from setcmas_ctrl.laws.script_output import named_output
+from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main

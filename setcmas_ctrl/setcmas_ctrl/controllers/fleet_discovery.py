@@ -8,7 +8,7 @@ from collections.abc import Callable, Container, Sequence
 from rclpy.node import Node
 
 from setcmas_ctrl.fleet_poses import FleetPoses
-from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener

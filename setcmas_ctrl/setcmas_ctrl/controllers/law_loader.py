@@ -13,13 +13,13 @@ from typing import Protocol
 import rclpy
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controllers.markers import TaskTopic
-from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.conversion_script import GivenConversion
-from setcmas_ctrl.scripts.imports import with_helpers
-from setcmas_ctrl.scripts.script_seeds import seed_scripts
+from setcmas_ctrl.laws.call_watch import CallWatch
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.conversion_script import GivenConversion
+from setcmas_ctrl.laws.law_scripts import LawScripts
+from setcmas_ctrl.laws.script_imports import with_helpers
+from setcmas_ctrl.laws.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words

@@ -14,13 +14,6 @@ from dataclasses import replace
 from functools import partial
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.control.control_options import (
-    EXTERNAL,
-    SCRIPT_FAILED,
-    ControllerOptions,
-    GainOptions,
-    LawOptions,
-)
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
 from setcmas_ctrl.controllers.control_loop import control
@@ -28,9 +21,16 @@ from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.controllers import fleet_of_parameters, law_of_parameters
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.script_errors import StopCall
-from setcmas_ctrl.scripts.script_seeds import seeded_generators
+from setcmas_ctrl.laws.control_options import (
+    EXTERNAL,
+    SCRIPT_FAILED,
+    ControllerOptions,
+    GainOptions,
+    LawOptions,
+)
+from setcmas_ctrl.laws.script_errors import StopCall
+from setcmas_ctrl.laws.script_output import named_output
+from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet.fleet import check_in_fleet
 from setcmas_simu.options.group import VALUES

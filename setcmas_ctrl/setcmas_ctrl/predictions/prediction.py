@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_ctrl.predictions.conditions import Conditions, Theorem, of_all_links
 from setcmas_ctrl.predictions.linear_law import Doubt, LinearLaw
-from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 

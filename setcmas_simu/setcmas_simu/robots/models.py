@@ -158,7 +158,7 @@ MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
 
 def _script_loader() -> ScriptLoader:
     """Return the loader of robot scripts, which loads them as a controller loads its scripts."""
-    module = importlib.import_module('setcmas_ctrl.scripts.robot_script')
+    module = importlib.import_module('setcmas_ctrl.robot_script')
     return cast(ScriptLoader, module.ScriptRobot)
 
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from tabulate import tabulate
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.scripts.loader import names_to_set
+from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, is_model_file

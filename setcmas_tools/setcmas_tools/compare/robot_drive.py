@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.conversion_script import ScriptConversion
-from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.laws.conversion_script import ScriptConversion
+from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.si_to_uni import KOMEGA, Conversion, as_unicycles, conversion_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError

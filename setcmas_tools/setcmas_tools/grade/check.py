@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from setcmas_ctrl.scripts.exercise import exercise_of, is_unfilled
-from setcmas_ctrl.scripts.imports import calling_robot
-from setcmas_ctrl.scripts.loader import EXERCISES, find_script
-from setcmas_ctrl.scripts.output import folded_output
+from setcmas_ctrl.laws.exercise import exercise_of, is_unfilled
+from setcmas_ctrl.laws.script_imports import calling_robot
+from setcmas_ctrl.laws.script_loader import EXERCISES, find_script
+from setcmas_ctrl.laws.script_output import folded_output
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
 from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import points_text, rounded

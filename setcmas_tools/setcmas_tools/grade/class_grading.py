@@ -20,8 +20,7 @@ from types import ModuleType
 import msgspec
 from tqdm import tqdm
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
-from setcmas_ctrl.scripts.machine_paths import without_paths
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import written_whole
@@ -33,6 +32,7 @@ from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
+from setcmas_tools.submissions.machine_paths import without_paths
 from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions

@@ -11,8 +11,8 @@ from typing import Any
 
 import yaml
 
-from setcmas_ctrl.scripts.imports import with_helpers
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_imports import with_helpers
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric

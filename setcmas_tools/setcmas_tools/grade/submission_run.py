@@ -18,7 +18,7 @@ import numpy as np
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import Value, layout
-from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
+from setcmas_ctrl.laws.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI, MarkedScenario

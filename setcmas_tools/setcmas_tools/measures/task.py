@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.control.references import TASKS, TaskNames, checked_references
-from setcmas_ctrl.scripts.loader import find_script, plain_values
+from setcmas_ctrl.laws.references import TASKS, TaskNames, checked_references
+from setcmas_ctrl.laws.script_loader import find_script, plain_values
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metric import Measured

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,10 @@ from setcmas_ctrl.communication.triggering_conditions import (
     keywords_taken,
     takes_velocities,
 )
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.conversion_script import load_conversion
-from setcmas_ctrl.scripts.imports import with_helpers
-from setcmas_ctrl.scripts.loader import load_script, names_to_set
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.conversion_script import load_conversion
+from setcmas_ctrl.laws.script_imports import with_helpers
+from setcmas_ctrl.laws.script_loader import load_script, names_to_set
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
@@ -351,7 +352,7 @@ class _Replayed:
                 own = settings.get(name, vars(load_script(script, robot))[name])
                 self._calls.values[name] = own
                 settings[name] = 2 * own
-            return ControlLaw(script, robot, base.nb_robots, settings)
+            return partial(network.call_law, ControlLaw(script, robot, base.nb_robots, settings))
         condition: Any = further_than(base.communication.threshold)
         if script:
             condition = vars(load_script(script, robot, CONDITION))['ctc']

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.control_options import Algo
-from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators, warn_of_generators
+from setcmas_ctrl.laws.control_options import Algo
+from setcmas_ctrl.laws.script_output import named_output
+from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators, warn_of_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import run_progress
+from setcmas_tools.offline.offline_commands import Commander
 from setcmas_tools.offline.offline_communication import OfflineCommunication
 from setcmas_tools.offline.simulation import (
     FleetLaws,

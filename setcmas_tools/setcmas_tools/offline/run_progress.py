@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts import robot_script
-from setcmas_ctrl.scripts.imports import calling_robot, robot_of_frame
-from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_ctrl import robot_script
+from setcmas_ctrl.laws.script_errors import StopCall
+from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.script_calls import Function

@@ -22,10 +22,10 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from setcmas_ctrl.scripts import robot_script
-from setcmas_ctrl.scripts.call_watch import STUCK_S
-from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.script_errors import described_place, quoted_line, summarise
+from setcmas_ctrl import robot_script
+from setcmas_ctrl.laws.call_watch import STUCK_S
+from setcmas_ctrl.laws.script_errors import described_place, quoted_line, summarise
+from setcmas_ctrl.laws.script_output import named_output
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.current_call import CurrentCall

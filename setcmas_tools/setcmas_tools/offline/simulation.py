@@ -12,17 +12,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl import drawing
+from setcmas_ctrl import drawing, network
 from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.communication.graph import complete
-from setcmas_ctrl.control.commander import Commanded, Commander
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.control_options import Algo, LawOptions
-from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.references import References, references_of_fleet
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.control_options import Algo, LawOptions
+from setcmas_ctrl.laws.conversion_script import ScriptConversion, script_conversions
+from setcmas_ctrl.laws.law_scripts import LawScripts
+from setcmas_ctrl.laws.references import References, references_of_fleet
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.predictions.prediction import doubts_at_start
-from setcmas_ctrl.scripts.conversion_script import ScriptConversion, script_conversions
-from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_per_robot
@@ -31,6 +30,7 @@ from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import check_models, model_names, robot_models
 from setcmas_tools.offline import run_progress
+from setcmas_tools.offline.offline_commands import Commanded, Commander
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
@@ -111,7 +111,7 @@ class FleetLaws:
         for law, known in zip(self._laws, known_poses, strict=False):
             self._call.begin(law.robot, law.path)
             try:
-                wanted += law(known, t, adjacency)
+                wanted += network.call_law(law, known, t, adjacency)
                 self.reports.succeeded(law.robot, t)
             except ControlError as error:
                 wanted += (0.0, 0.0)

@@ -20,7 +20,7 @@ from std_msgs.msg import Bool, Empty, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.communication.graph import with_known_rows
-from setcmas_ctrl.control.references import References, not_understood
+from setcmas_ctrl.laws.references import References, not_understood
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos

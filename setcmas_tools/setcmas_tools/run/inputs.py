@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.imports import MOST_BYTES, with_helpers
+from setcmas_ctrl.laws.script_imports import MOST_BYTES, with_helpers
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import read_limited
 from setcmas_tools.scenario.scenario import Scenario

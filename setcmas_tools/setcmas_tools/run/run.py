@@ -17,7 +17,7 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.link_properties import Channel
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.laws.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from setcmas_ctrl.scripts.imports import imported_packages
+from setcmas_ctrl.laws.script_imports import imported_packages
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Number, PathTo

@@ -15,7 +15,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.laws.references import References
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words

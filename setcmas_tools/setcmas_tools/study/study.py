@@ -17,7 +17,7 @@ import numpy as np
 from tabulate import tabulate
 from tqdm import tqdm
 
-from setcmas_ctrl.control.control_options import Algo
+from setcmas_ctrl.laws.control_options import Algo
 from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.engine import simulate

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.loader import names_to_set
-from setcmas_ctrl.scripts.script_settings import parse_setting
+from setcmas_ctrl.laws.law_scripts import LawScripts
+from setcmas_ctrl.laws.script_loader import names_to_set
+from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import Form
 from setcmas_simu.options.kinds import Number, Whole

@@ -26,14 +26,14 @@ from setcmas_ctrl.communication.triggering_conditions import (
     keywords_taken,
     takes_velocities,
 )
-from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.conversion_script import answer_of, load_conversion
-from setcmas_ctrl.scripts.loader import load_script
-from setcmas_ctrl.scripts.machine_paths import without_paths
-from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
-from setcmas_ctrl.scripts.script_seeds import seed_scripts, seeded_generators
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.conversion_script import answer_of, load_conversion
+from setcmas_ctrl.laws.script_errors import ControlError, failure_of
+from setcmas_ctrl.laws.script_loader import load_script
+from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.submissions.machine_paths import without_paths
 
 REQUEST = Struct('<?xxxIIxxxxdd')
 """Whether a new adjacency matrix follows the poses, robot, count of numbers that follow, time in
@@ -196,7 +196,7 @@ class ConfinedScript:
             try:
                 with network.exchanged_by(mailbox):
                     poses = numbers.reshape(3, nb_robots)
-                    vx, vy = law(poses, t, self._adjacency[robot])
+                    vx, vy = network.call_law(law, poses, t, self._adjacency[robot])
             except ControlError as error:
                 return _encoded(_refusal(error), _messages(mailbox))
             if mailbox.are_used:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from setcmas_ctrl.scripts.exercise import same_functions
+from setcmas_ctrl.laws.exercise import same_functions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.chosen_script import chosen_script
 from setcmas_tools.submissions.likeness import Print, fingerprint

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.control.references import points
+from setcmas_ctrl.laws.references import points
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task import Task

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.control.references import number, points, robots
+from setcmas_ctrl.laws.references import number, points, robots
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.measures.metric import Columns, Measured

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.control.references import number, points
+from setcmas_ctrl.laws.references import number, points
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metric import Columns, Measured

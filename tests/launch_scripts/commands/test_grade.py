@@ -12,7 +12,7 @@ from processes import SETCMAS, TIMEOUT_S, Process, refuses, run_setcmas
 from sandboxes import needs_sandbox
 
 from launch_scripts.cli import main
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools.grade.class_grading import KEPT
 
 LAW = ALGORITHMS.file('consensus').read_text()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from launch_scripts.commands import in_browser
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.page.content import run_content
 

@@ -3,7 +3,7 @@ import re
 import pytest
 from processes import refuses, run_here, run_setcmas
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_tools import Scenario, simulate
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from setcmas_ctrl.control.references import points
+from setcmas_ctrl.laws.references import points
 from setcmas_tools.measures.metric import Value
 from setcmas_tools.measures.task import Task
 

@@ -8,7 +8,7 @@ from setcmas_ctrl.communication.communication_settings import (
     check_communication,
     chosen_communication,
 )
-from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, Broadcast, further_than
-from setcmas_ctrl.scripts.script_errors import ErrorReports
+from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 

@@ -3,17 +3,17 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.robots.car import CAR
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
+from setcmas_tools.offline.offline_commands import Commander
 
 TS = 0.2
 BURGER = limits_named('burger')

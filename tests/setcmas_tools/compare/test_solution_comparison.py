@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.compare.solution_comparison import compared, frechet_distance
 from setcmas_tools.offline.engine import simulate

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.grade_options import GradeOptions

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.scripts.exercise import is_unfilled
+from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here, student_view

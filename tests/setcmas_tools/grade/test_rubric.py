@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.criteria import Criterion
 from setcmas_tools.grade.rubric import read_rubric, rubric_of_exercise

@@ -7,8 +7,8 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.scripts.exercise import is_unfilled
-from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_ctrl.laws.exercise import is_unfilled
+from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.grade_options import GradeOptions

@@ -5,7 +5,7 @@ import pytest
 from sandboxes import SHORT, needs_sandbox, run
 
 from setcmas_ctrl import network
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI
 from setcmas_tools.grade.submission_run import Times

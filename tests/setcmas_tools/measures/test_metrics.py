@@ -9,7 +9,7 @@ from plugins import add_plugins
 from runs import measure, run_of
 
 from launch_scripts.cli import main
-from setcmas_ctrl.control.references import TASKS, References
+from setcmas_ctrl.laws.references import TASKS, References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures import metrics as metrics_module

@@ -7,8 +7,8 @@ import pytest
 
 from setcmas_ctrl.communication.communication_settings import THRESHOLD_M
 from setcmas_ctrl.communication.graph import PRESETS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_ctrl.predictions import law_predictions
-from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import Run, simulate
 from setcmas_tools.measures.metrics import as_dict, theory_lines
 

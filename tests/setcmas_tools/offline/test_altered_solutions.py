@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.altered_solutions import SOLUTION, Mistake, altered_solutions, calls_of
 from setcmas_tools.offline.engine import simulate

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run import run_info
 from setcmas_tools.run.run_info import (

@@ -1,6 +1,6 @@
 import re
 
-from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_tools.submissions.likeness import fingerprint, likenesses
 
 NAME = 'leader_follower_formation'

@@ -186,7 +186,7 @@ def test_processor_time_is_limited_too():
 
 def test_what_a_submission_forges_in_its_process_changes_it_alone():
     script = (
-        'import sys\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
+        'import sys\nimport numpy as np\nimport setcmas_ctrl.saturation as s\n'
         'vars(np).update(hypot=None, maximum=None)\ns.saturate = sys.stdout = None\n'
     )
 

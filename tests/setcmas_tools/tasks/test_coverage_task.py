@@ -3,7 +3,7 @@ import pytest
 from metrics_runs import T, table
 from runs import measure
 
-from setcmas_ctrl.control.references import References, checked_references
+from setcmas_ctrl.laws.references import References, checked_references
 from setcmas_simu.errors import SetcmasError
 
 BOX = References('coverage', {'BOX': [[-1, -2], [3, 2]]})

@@ -5,7 +5,7 @@ import pytest
 from metrics_runs import T, table
 from runs import measure
 
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.laws.references import References
 
 
 def test_tracking_errors():

@@ -1,1 +1,0 @@
-"""Control laws, and the maths between a law and its robot."""

@@ -1,0 +1,1 @@
+"""Laws and other scripts of users: loading, settings, errors, calls, output."""

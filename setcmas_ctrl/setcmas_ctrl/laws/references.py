@@ -1,0 +1,214 @@
+"""References of a task: waypoints, a reference point, places in a formation; read from a law."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from setcmas_ctrl.laws.script_errors import StopCall, describe_failure, short_repr
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import PluginGroup, instance_of
+
+Kind = Callable[[Any], Any]
+"""Converts a reference to numbers and lists; raises ValueError with what it must be."""
+
+
+@dataclass(frozen=True)
+class TaskNames:
+    """The references of a task.
+
+    Attributes:
+        names: Converter of each reference, by its name.
+        defaults: Values of optional references; None omits the reference.
+    """
+
+    names: Mapping[str, Kind] = field(default_factory=dict)
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+
+
+TASKS = PluginGroup('setcmas.tasks', 'task', instance_of(TaskNames))
+"""Installed tasks; each is imported when a law names it."""
+
+
+_Numbers = list[int | float]
+_Value = int | float | list[int | float | list[int | float | _Numbers]]
+
+
+@dataclass(frozen=True)
+class TaskMessage:
+    """Message on /task: name of the task, and its references, numbers and lists of numbers."""
+
+    task: str
+    values: dict[str, _Value]
+    version: Literal[1] = 1
+
+
+@dataclass(frozen=True)
+class References:
+    """The goal of the robots.
+
+    Attributes:
+        task: Name of the task.
+        values: Numbers and lists of numbers by their names in the task.
+    """
+
+    task: str
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def encoded(self, **more: object) -> str:
+        """Return a line of JSON, with more entries if given."""
+        return json.dumps(asdict(self) | more, ensure_ascii=False, separators=(',', ':'))
+
+    @classmethod
+    def decoded(cls, text: str) -> References:
+        """Read the references from a line of JSON.
+
+        Raises:
+            ValueError: The line does not fit the schema of a TaskMessage.
+        """
+        try:
+            message = json.loads(text)
+        except (ValueError, RecursionError):
+            message = None
+        if not (isinstance(message, dict) and message.get('version', 1) == 1):
+            raise ValueError('it must be a JSON object of version 1')
+        task, values = message.get('task'), message.get('values')
+        if not isinstance(task, str):
+            raise ValueError('task must be a name')
+        if not (isinstance(values, dict) and all(map(_is_value, values.values()))):
+            raise ValueError('values must be numbers, or lists of numbers, by name')
+        return cls(task, values)
+
+
+def not_understood(error: ValueError) -> str:
+    """Return a warning about a message on /task that does not fit the schema."""
+    return f'/task is not understood and ignored: {error}; see docs/schemas/task-1.json'
+
+
+def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:
+    """Return task and references among a script's top-level names; None if it has no task.
+
+    Raises:
+        SetcmasError: The task is unknown, or a reference is missing or invalid.
+    """
+    task = names.get('task')
+    if task is None:
+        return None
+    if not isinstance(task, str):
+        raise SetcmasError(
+            f'{script.name}: task is {short_repr(task)}; it must be the name of a task'
+        )
+    own = _own_references(names.get('references'), nb_robots, script)
+    return checked_references(task, {**names, **own}, script.name)
+
+
+def references_of_fleet(
+    scripts: Iterable[tuple[Mapping[str, Any], Path]], nb_robots: int, warn: Callable[[str], None]
+) -> References | None:
+    """Return the references of the first script with a task; mistakes give a warning.
+
+    Scripts of the ROS 1 stack may use the name `task` for something else; they run anyway. Each
+    script is given by its top-level names and its file.
+    """
+    for names, script in scripts:
+        try:
+            if found := references_of(names, script, nb_robots):
+                return found
+        except SetcmasError as error:
+            warn(f'{error}; the run continues without a task')
+            return None
+    return None
+
+
+def checked_references(task: str, given: Mapping[str, Any], script: str) -> References:
+    """Return the references of a task from values by name; superfluous names are ignored.
+
+    Raises:
+        SetcmasError: The task is unknown, or a reference is missing or invalid.
+    """
+    try:
+        wanted = TASKS.get(task)
+    except SetcmasError as error:
+        raise SetcmasError(f'{script}: {error}') from error
+    values = {}
+    for name, kind in wanted.names.items():
+        if name not in given and name not in wanted.defaults:
+            raise SetcmasError(f"{script} defines no {name}, which task '{task}' needs")
+        value = given.get(name, wanted.defaults.get(name))
+        if value is not None:
+            values[name] = _checked(kind, name, value, script)
+    return References(task, values)
+
+
+def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:
+    if callable(given):
+        try:
+            given = given(nb_robots)
+        except (KeyboardInterrupt, StopCall):
+            raise
+        except BaseException as error:  # a user's function may raise anything
+            raise SetcmasError(describe_failure(error, path)) from error
+    if given is not None and not isinstance(given, Mapping):
+        raise SetcmasError(
+            f'{path.name}: references are a {type(given).__name__}; they must be a dictionary '
+            'of names and values'
+        )
+    return given or {}
+
+
+def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
+    try:
+        result = kind(value)
+        if not _is_value(result):
+            raise ValueError('it must be a number or a list of numbers')
+        return result
+    except (TypeError, ValueError) as error:
+        raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
+
+
+def _is_value(value: Any, levels: int = 3) -> bool:
+    """Return whether a reference fits a TaskMessage: numbers, in at most three levels of lists."""
+    if isinstance(value, list):
+        return levels > 0 and all(_is_value(item, levels - 1) for item in value)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and abs(value) <= sys.float_info.max  # not NaN
+
+
+def number(value: Any) -> float:
+    """Return a finite number, or raise ValueError."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        result = np.nan
+    if not np.isfinite(result):
+        raise ValueError('it must be a number')
+    return result
+
+
+def points(value: Any) -> list[list[float]]:
+    """Return a non-empty list of points in the plane, or raise ValueError."""
+    try:
+        result = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        result = np.empty(0)
+    if (
+        result.ndim != 2
+        or result.shape[1] != 2
+        or not len(result)
+        or not np.isfinite(result).all()
+    ):
+        raise ValueError('it must be points [[x, y], ...]')
+    return [[float(x), float(y)] for x, y in result]
+
+
+def robots(value: Any) -> list[int]:
+    """Return a list of numbers of robots, or raise ValueError."""
+    if isinstance(value, (list, tuple)) and all(type(one) is int for one in value):
+        return list(value)
+    raise ValueError('it must be numbers of robots [1, 2, ...]')

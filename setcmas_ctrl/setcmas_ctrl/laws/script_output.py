@@ -1,0 +1,190 @@
+"""Output of scripts: puts the robot's name before each line, and limits floods."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sys
+import threading
+import time
+import traceback
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import IO, Any, cast
+
+from setcmas_ctrl.laws.script_errors import failure_of
+from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
+from setcmas_simu.fleet.topics import robot_name
+
+_LONGEST_LINE = 16 * 1024
+_MOST_LINES = 10_000
+"""Lines that a robot may print per second; more would slow the run."""
+
+
+class _ThisThread(threading.local):
+    naming = False  # whether a named line is passing through further streams
+    # print() uses sys.stdout without holding it (CPython issue 130163): this reference of the last
+    # writer keeps it alive until the call returns, even if the context ends meanwhile.
+    output: ScriptOutput | None = None
+
+
+_this_thread = _ThisThread()
+
+
+class ScriptOutput:
+    """Replaces sys.stdout or sys.stderr; output that comes from no script passes unchanged."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+        self._lock = threading.RLock()
+        # Unfinished lines of each robot and thread.
+        self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
+        self._second = 0
+        self._shown: Counter[int] = Counter()  # lines of each robot in this second
+        self._left_out: Counter[int] = Counter()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text; put the robot's name before lines of scripts."""
+        _this_thread.output = self
+        robot = None if _this_thread.naming else calling_robot()
+        if robot is None:
+            return self._stream.write(text)
+        with self._lock:
+            key = (robot, threading.get_ident())
+            if not self._has_room(robot, text.count('\n')):
+                return len(text)
+            lines, newline, rest = (self._begun[key] + text).rpartition('\n')
+            if len(rest) > _LONGEST_LINE:
+                lines, newline, rest = lines + newline + rest, '\n', ''
+            self._begun[key] = rest
+            if newline:
+                self._write_lines(robot, lines)
+        return len(text)
+
+    def writelines(self, texts: Iterable[str]) -> None:
+        """Write several texts."""
+        for text in texts:
+            self.write(text)
+
+    def close(self) -> None:
+        """Stay open: other scripts write to this stream too."""
+
+    def end_lines(self) -> None:
+        """Write unfinished lines."""
+        with self._lock:
+            for (robot, _), text in self._begun.items():
+                if text:
+                    self._write_lines(robot, text)
+            self._begun.clear()
+            for robot, count in (+self._left_out).items():
+                self._write_lines(robot, f'{count} more lines are not shown')
+            self._left_out.clear()
+
+    def _has_room(self, robot: int, lines: int) -> bool:
+        if self._second != (second := int(time.monotonic())):
+            self._second = second
+            self._shown.clear()
+        counts = self._left_out if self._shown[robot] >= _MOST_LINES else self._shown
+        counts[robot] += lines
+        return counts is self._shown
+
+    def _write_lines(self, robot: int, lines: str) -> None:
+        prefix = f'{robot_name(robot)}: '
+        _this_thread.naming = True
+        try:
+            self._stream.write(''.join(f'{prefix}{line}\n' for line in lines.split('\n')))
+            self._stream.flush()
+        finally:
+            _this_thread.naming = False
+
+
+@contextlib.contextmanager
+def named_output() -> Iterator[None]:
+    """Put the robot's name before output of scripts, and errors of their threads, inside."""
+    stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
+    with (
+        contextlib.redirect_stdout(cast(IO[str], stdout)),
+        contextlib.redirect_stderr(cast(IO[str], stderr)),
+        _named_thread_errors(),
+    ):
+        try:
+            yield
+        finally:
+            stdout.end_lines()
+            stderr.end_lines()
+
+
+@contextlib.contextmanager
+def _named_thread_errors() -> Iterator[None]:
+    """Show each error in a thread that a script has started once, as one of the script, inside."""
+    usual, shown = threading.excepthook, set()
+
+    def show(args: threading.ExceptHookArgs) -> None:
+        frames = [frame for frame, _ in traceback.walk_tb(args.exc_traceback)]
+        own = [(robot, frame) for frame in frames if (robot := robot_of_frame(frame)) is not None]
+        if not own or args.exc_value is None or args.exc_type is SystemExit:
+            usual(args)
+            return
+        robot, frame = own[0]
+        error = failure_of(args.exc_value, Path(frame.f_code.co_filename))
+        if (robot, error.key) not in shown:
+            shown.add((robot, error.key))
+            message = f'{robot_name(robot)}: in a thread that it started: {error}'
+            print(message, file=sys.stderr, flush=True)
+
+    threading.excepthook = show
+    try:
+        yield
+    finally:
+        threading.excepthook = usual
+
+
+_SHOWN_ALIKE = 5
+_MOST_SHOWN = 50
+_NUMBERS = re.compile(r'[-+]?(?:\d+\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b)|\s+')
+
+
+class FoldedOutput:
+    """Shows a few of the lines that differ only in numbers, and counts the others."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+        self._begun = ''
+        self._counts: Counter[str] = Counter()
+        self._shown = 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text up to its last line break."""
+        *lines, self._begun = (self._begun + text).split('\n')
+        for line in lines:
+            kind = _NUMBERS.sub('', line)
+            self._counts[kind] += 1
+            if self._counts[kind] <= _SHOWN_ALIKE and self._shown < _MOST_SHOWN:
+                self._shown += 1
+                self._stream.write(f'{line}\n')
+        return len(text)
+
+    def end(self) -> None:
+        """Write the last line, and how many lines are left out."""
+        if self._begun:
+            self.write('\n')
+        if left_out := sum(self._counts.values()) - self._shown:
+            self._stream.write(f'... {left_out:,} more lines like these\n')
+
+
+@contextlib.contextmanager
+def folded_output() -> Iterator[None]:
+    """Fold repeated lines on sys.stdout, inside."""
+    folded = FoldedOutput(sys.stdout)
+    with contextlib.redirect_stdout(cast(IO[str], folded)):
+        try:
+            yield
+        finally:
+            folded.end()

@@ -1,0 +1,160 @@
+"""Robot script: a robot model in a user's script, `--model my_robot.py`.
+
+The script defines a function `step`, and optionally two others:
+
+    def step(state, command, Ts): return x, y, theta, ...
+    def start(x, y, theta): return x, y, theta, ...
+    def command(velocity, pose): return V, omega
+
+state: the last return value of step or start, with the pose x, y (m), theta (rad) first; without
+start, the pose. command: speeds forward and to the left (m/s) and turn rate (rad/s), as on
+cmd_vel. velocity: vx, vy (m/s) in the world frame. Without command, the robot is driven as a
+unicycle; command may also return the speed to the left: forward, left, omega.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.laws.script_errors import (
+    ControlError,
+    ErrorReports,
+    StopCall,
+    failure_of,
+)
+from setcmas_ctrl.laws.script_function import (
+    WrongResultError,
+    checked_function,
+    numbers_of,
+    wrong_result,
+)
+from setcmas_ctrl.laws.script_loader import load_script
+from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
+from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
+
+STEP = 'step(state, command, Ts)'
+"""The function that a robot script must define."""
+
+_OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
+_STOPS = 'stops; the other robots continue'
+_process = ExitStack()
+
+
+on_call: Callable[[int, Path], object] | None = None
+"""Called with robot and script before each call of a script."""
+
+
+class ScriptRobot(RobotModel):
+    """One robot with its own copy of a script; drawn as a unicycle.
+
+    Its state has the rows of POSE and TWIST, then the script's values after the pose.
+    """
+
+    shape = BURGER_SHAPE
+
+    def __init__(self, path: Path, robot: int, warn: Callable[[str], None]) -> None:
+        """Load the script, or raise SetcmasError; `warn` shows messages when it fails later."""
+        self._path = path.resolve()
+        self._robot = robot
+        functions = vars(load_script(self._path, robot, STEP))
+        self._step = checked_function(functions.get('step'), self._path, STEP, 'x, y, theta')
+        self._own = {
+            name: checked_function(functions[name], self._path, expected, 'numbers')
+            for name, expected in _OPTIONAL.items()
+            if name in functions
+        }
+        if 'command' in self._own:
+            self.motion = Motion.FREE  # as far as the script says
+            self.command = self._command
+        self.failed = False
+        self._reports = ErrorReports(warn, _STOPS)
+        self._t = 0.0
+
+    @staticmethod
+    def seed(seed: int) -> None:
+        """Seed the random numbers of the scripts of this process, until it ends."""
+        _process.enter_context(seeded_generators())
+        seed_scripts(seed)
+
+    def start(self, poses: Floats) -> Floats:
+        """Return the state (3 + 3 or more, 1) at rest at a pose (3, 1), or raise SetcmasError."""
+        state = super().start(poses)
+        if 'start' not in self._own:
+            return state
+        try:
+            arguments = tuple(poses[:, 0].tolist())
+            own = self._numbers(self._own['start'], arguments, range(3, 1000))
+        except ControlError as error:
+            raise SetcmasError(str(error)) from error
+        return np.concatenate([state, own[3:, None]])
+
+    def _command(self, velocities: Floats, poses: Floats, _: float) -> Floats:
+        """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
+        commands = np.zeros((3, 1))
+        result = self._called(self._own['command'], (velocities[:, 0], poses[:, 0]), (2, 3))
+        if result is not None:
+            commands[[0, 2] if len(result) == 2 else [0, 1, 2], 0] = result
+        return commands
+
+    def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
+        """Return the state one period later; the robot stops if the script fails."""
+        later: Floats = states.copy()
+        later[TWIST] = 0.0
+        own = np.concatenate([states[POSE, 0], states[TWIST.stop :, 0]])
+        result = self._called(self._step, (own, commands[:, 0].copy(), Ts), (len(own),))
+        self._t += Ts
+        if result is not None:
+            later[POSE, 0], later[TWIST.stop :, 0] = result[:3], result[3:]
+            later[TWIST] = _twist(states[POSE], later[POSE], Ts)
+        return later
+
+    def _called(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
+    ) -> Floats | None:
+        """Call a function of the script; return its numbers, or None if it fails."""
+        if on_call:
+            on_call(self._robot, self._path)
+        try:
+            result = self._numbers(function, arguments, sizes)
+        except ControlError as error:
+            self.failed = True
+            self._reports.failed(self._robot, self._t, error)
+            return None
+        self._reports.succeeded(self._robot, self._t)
+        return result
+
+    def _numbers(
+        self,
+        function: Callable[..., Any],
+        arguments: tuple[Any, ...],
+        sizes: range | tuple[int, ...],
+    ) -> Floats:
+        """Call a function of the script; return its numbers, or raise ControlError."""
+        try:
+            result = function(*arguments)
+        except (StopCall, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots continue
+            raise failure_of(error, self._path) from error
+        try:
+            return numbers_of(result, sizes, getattr(function, '__name__', 'the function'))
+        except WrongResultError as error:
+            count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
+            expected = f'it must return {count} finite numbers'
+            raise wrong_result(function, self._path, result, error, expected) from error
+
+
+def _twist(before: Floats, after: Floats, Ts: float) -> Floats:
+    """Return the speeds forward and to the left and the turn rate between two poses (3, 1)."""
+    V, omega = velocities_between(before, after, Ts)
+    dx, dy = (after - before)[:2]
+    left = (np.cos(after[2]) * dy - np.sin(after[2]) * dx) / Ts
+    return np.stack([V, left, omega])

@@ -1,1 +1,0 @@
-"""Users' scripts: loading, settings, calls, output and errors."""

@@ -1,0 +1,183 @@
+import _thread
+import sys
+import textwrap
+import threading
+import time
+import weakref
+
+import numpy as np
+from control_functions import load_control
+from processes import TIMEOUT_S
+
+from setcmas_ctrl.laws.script_output import folded_output, named_output
+
+
+def law(tmp_path, body, robot=2, top=''):
+    path = tmp_path / 'law.py'
+    body = textwrap.indent(textwrap.dedent(body), '    ')
+    path.write_text(f'{top}\ndef control(i, n, p, t):\n{body}\n    return 0, 0\n')
+    return load_control(path, robot)
+
+
+def test_what_a_script_prints_has_its_robots_name_before_every_line(tmp_path, capsys):
+    with named_output():
+        control = law(tmp_path, 'print("call", i)\nprint("a\\n\\nb")', top='print("loaded")')
+        control(2, 2, None, 0.0)
+        print('of other code')
+
+    expected = 'tb3_2: loaded\ntb3_2: call 2\ntb3_2: a\ntb3_2: \ntb3_2: b\nof other code\n'
+    assert capsys.readouterr().out == expected
+
+
+def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, capsys):
+    body = """
+    import sys
+    sys.stdout.write(f'{t} ')
+    print(i, end='', flush=True)
+    sys.stderr.write('to stderr')
+    if t:
+        print(' end')
+        print('rest', end='')
+    """
+    with named_output():
+        first, second = (law(tmp_path, body, robot) for robot in (1, 2))
+        for t in (0, 1):
+            first(1, 2, None, t)
+            second(2, 2, None, t)
+
+    captured = capsys.readouterr()
+    assert captured.out.splitlines() == [
+        'tb3_1: 0 11 1 end',
+        'tb3_2: 0 21 2 end',
+        'tb3_1: rest',
+        'tb3_2: rest',
+    ]
+    assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
+
+
+def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
+    body = """
+    def work():
+        for k in range(200):
+            print('line', end=' ')
+            print(k)
+    import threading
+    threads.append(threading.Thread(target=work))
+    threads[-1].start()
+    """
+    threads = []
+    with named_output():
+        for robot in (1, 2, 3):
+            control = law(tmp_path, body, robot, top='threads = []')
+            control(robot, 3, None, 0.0)
+            threads += control.__globals__['threads']
+        for thread in threads:
+            thread.join()
+
+    lines = capsys.readouterr().out.splitlines()
+    for robot in (1, 2, 3):
+        mine = [line for line in lines if line.startswith(f'tb3_{robot}: ')]
+        assert mine == [f'tb3_{robot}: line {k}' for k in range(200)]
+    assert len(lines) == 600
+
+
+def test_an_error_in_a_thread_of_a_script_is_shown_once_for_each_robot(
+    tmp_path, capsys, monkeypatch
+):
+    body = """
+    import threading
+    thread = threading.Thread(target=lambda: 1 / 0)
+    thread.start()
+    thread.join()
+    """
+    others = []
+    monkeypatch.setattr(threading, 'excepthook', others.append)
+    with named_output():
+        for robot in (1, 2):
+            control = law(tmp_path, body, robot)
+            for _ in range(3):
+                control(robot, 2, None, 0.0)
+        other = threading.Thread(target=int, args=('x',))
+        other.start()
+        other.join()
+
+    error = 'in a thread that it started: law.py, line 5: ZeroDivisionError: division by zero'
+    line = '    5 | thread = threading.Thread(target=lambda: 1 / 0)'
+    assert capsys.readouterr().err.splitlines() == [
+        f'tb3_1: {error}', line, f'tb3_2: {error}', line
+    ]  # fmt: skip
+    assert [other.exc_type for other in others] == [ValueError]
+
+
+def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
+    before = sys.stdout
+    with named_output():
+        assert sys.stdout.encoding == before.encoding
+        assert sys.stdout.isatty() is False
+        sys.stdout.writelines(['a', 'b\n'])
+    assert sys.stdout is before
+    assert capsys.readouterr().out == 'ab\n'
+
+
+def test_names_come_once_and_a_script_closes_only_its_own_output(tmp_path, capsys):
+    with named_output(), named_output():
+        law(tmp_path, 'import sys\nsys.stdout.close()\nprint("x")')(2, 2, None, 0.0)
+    print('y')
+
+    assert capsys.readouterr().out == 'tb3_2: x\ny\n'
+
+
+def test_a_thread_may_be_a_mere_print_which_has_no_caller(capsys):
+    out, deadline = '', time.monotonic() + TIMEOUT_S
+    with named_output():
+        _thread.start_new_thread(print, ('x',))
+        while out != 'x\n' and time.monotonic() < deadline:
+            out += capsys.readouterr().out
+            time.sleep(0.01)
+
+    assert out == 'x\n'
+
+
+def test_a_thread_inside_of_print_keeps_its_stream_when_the_naming_ends(capsys):
+    inside, goes_on = threading.Event(), threading.Event()
+
+    class Slow:
+        def __str__(self):
+            inside.set()
+            return str(goes_on.wait(TIMEOUT_S))
+
+    with named_output():
+        stream = weakref.ref(sys.stdout)
+        thread = threading.Thread(target=print, args=('a', Slow()))
+        thread.start()
+        assert inside.wait(TIMEOUT_S)
+    assert stream() is not None
+    goes_on.set()
+    thread.join()
+    assert capsys.readouterr().out == 'a True\n'
+
+
+def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('time.monotonic', lambda: 5.0)  # all within a second
+    with named_output():
+        control = law(tmp_path, 'for k in range(12_000): print(k)')
+        control(2, 2, None, 0.0)
+
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == 'tb3_2: 0'
+    assert lines[-1] == 'tb3_2: 2000 more lines are not shown'
+    assert len(lines) == 10_001
+
+
+def test_lines_that_differ_in_numbers_only_are_folded(capsys):
+    with folded_output():
+        for t in range(750):
+            print('at', t / 5, np.array([t, -t]))
+        print('a waypoint is reached')
+
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[4:] == [
+        'at 0.8 [ 4 -4]',
+        'a waypoint is reached',
+        '... 745 more lines like these',
+    ]
