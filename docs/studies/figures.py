@@ -1,4 +1,4 @@
-"""The figures of the page on the literature, drawn with the curves of the theory.
+"""The figures of theory and measurement on the page on studies.
 
 python docs/studies/figures.py FOLDER
 
