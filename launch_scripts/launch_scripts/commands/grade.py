@@ -18,13 +18,16 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import write_together
-from setcmas_tools.grade.grade_options import GradeOptions
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import DURATION, Number, Whole
+from setcmas_tools.study.study_options import cores
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.rubric import Rubric
@@ -34,6 +37,28 @@ RUBRIC = 'EXERCISE|FILE.yaml'
 CORRECTIONS = 'corrections.yaml'
 _MOST_SHOWN = 3
 _WRITTEN = '.written.json'  # digests of the files in a folder of grades
+
+
+@dataclass(frozen=True, kw_only=True)
+class GradeOptions(Options):
+    """How submissions are graded."""
+
+    TITLE: ClassVar[str] = 'grading'
+
+    jobs: int = option(
+        Whole(1), 'submissions graded at once', default=cores(), default_text='the number of cores'
+    )
+    trust: bool = flag(
+        'run submissions without the sandbox: they can then do whatever you can; needed on '
+        'systems where bubblewrap cannot confine them (macOS, Windows)'
+    )
+    call_timeout: float = option(
+        Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
+    )
+    timeout: float = option(DURATION, 'time limit of a run', default=60.0)
+    overwrite: bool = flag(
+        'grade again those already graded, and replace files that were changed by hand'
+    )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -109,16 +134,17 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import check_sandbox, grade, handed_in
+    from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, handed_in
     from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
-    from setcmas_tools.grade.gradebooks import tables_of
-    from setcmas_tools.grade.mark_pages import CLASS_PAGE, marks_table, pages_of
+    from setcmas_tools.grade.gradebook import CLASS_PAGE, marks_table, pages_of, tables_of
+    from setcmas_tools.grade.submission_run import Times
 
-    check_sandbox(options)
+    if not options.trust:
+        check_sandbox()
     own = WrittenFiles(folder)
     asked = own.changed()
     _check_overwriting(asked, options)
-    submissions = handed_in(args.folder, rubric, options)
+    submissions = handed_in(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
     file = find_corrections(args.corrections, args.folder, folder)
     corrections = read_corrections(file, students, rubric) if file else Corrections()
@@ -126,7 +152,9 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         warn(
             f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
         )
-    marks = [corrections.applied(one) for one in grade(submissions, rubric, folder, options)]
+    grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
+    graded = grade(submissions, grader, folder, options.jobs, options.overwrite)
+    marks = [corrections.applied(one) for one in graded]
     tables = tables_of(marks)
     texts = {**tables, **pages_of(marks)}
     _check_overwriting([path for path in own.changed(texts) if path not in asked], options)

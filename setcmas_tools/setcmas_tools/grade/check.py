@@ -18,7 +18,6 @@ from setcmas_ctrl.laws.script_imports import calling_robot
 from setcmas_ctrl.laws.script_loader import EXERCISES, find_script
 from setcmas_ctrl.laws.script_output import folded_output
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
-from setcmas_tools.compare.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
@@ -36,6 +35,7 @@ from setcmas_tools.grade.rubric import (
     read_rubric,
     rubric_of_exercise,
 )
+from setcmas_tools.grade.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run_info import State
 from setcmas_tools.submissions.student import Student

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path, PurePosixPath
 from types import ModuleType
@@ -24,7 +24,6 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import written_whole
-from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric
@@ -41,20 +40,20 @@ _READ_S = 60.0
 _MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
 
 
-def check_sandbox(options: GradeOptions) -> None:
-    """Check that submissions can be confined, or are trusted.
+def check_sandbox() -> None:
+    """Check that submissions can be confined.
 
     Raises:
-        SetcmasError: Neither; the message says what to do.
+        SetcmasError: They cannot; the message says what to do.
     """
-    if not options.trust and (reason := obstacle()):
+    if reason := obstacle():
         raise SetcmasError(
             f'no sandbox: {reason}; or --trust grades without sandbox, where submissions can '
             'do whatever you can'
         )
 
 
-def handed_in(place: Path, rubric: Rubric, options: GradeOptions) -> list[Submission]:
+def handed_in(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
     """Return the submissions in a folder or a zip file, each unpacked in the sandbox.
 
     Raises:
@@ -63,8 +62,8 @@ def handed_in(place: Path, rubric: Rubric, options: GradeOptions) -> list[Submis
     exercise = EXERCISES.file(rubric.exercise).read_bytes() if rubric.exercise else b''
 
     def read(packed: Sequence[Packed]) -> list[Submission]:
-        with ThreadPoolExecutor(options.jobs) as pool:
-            return list(pool.map(partial(read_apart, is_confined=not options.trust), packed))
+        with ThreadPoolExecutor(jobs) as pool:
+            return list(pool.map(partial(read_apart, is_confined=is_confined), packed))
 
     return find_submissions(place, rubric.function, exercise, read)
 
@@ -105,8 +104,8 @@ class Grader:
     """Grades submissions, each run in a process of its own."""
 
     rubric: Rubric
-    times: Times
-    is_confined: bool
+    times: Times = field(default_factory=Times)
+    is_confined: bool = True
 
     def marks(self, submission: Submission) -> Marks:
         """Return the marks of a submission.
@@ -236,11 +235,15 @@ _logger = logging.getLogger(__name__)
 
 
 def grade(
-    submissions: Sequence[Submission], rubric: Rubric, folder: Path, options: GradeOptions
+    submissions: Sequence[Submission],
+    grader: Grader,
+    folder: Path,
+    jobs: int = 1,
+    again: bool = False,
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
-    The marks are kept in the folder of the grades.
+    The marks are kept in the folder of the grades; `again` grades those that are there, too.
 
     A submission that the machine has kept from running, or that has made setcmas fail, is not
     marked; the next grading tries again.
@@ -249,18 +252,19 @@ def grade(
         SetcmasError: There is no sandbox, or the rubric's solution fails.
         OSError: The marks cannot be written.
     """
-    check_sandbox(options)
+    rubric = grader.rubric
+    if grader.is_confined:
+        check_sandbox()
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
-    grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
     kept = KeptMarks(folder, grader)
-    earlier = () if options.overwrite else submissions
+    earlier = () if again else submissions
     marks = {one.name: found for one in earlier if (found := kept.found(one))}
     left = [one for one in submissions if one.name not in marks]
     with tqdm(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
     ) as progress:
-        for submission, made in _made(left, grader, options.jobs):
+        for submission, made in _made(left, grader, jobs):
             name, student = submission.name, submission.student
             marks[name] = (
                 kept.keep(submission, made)

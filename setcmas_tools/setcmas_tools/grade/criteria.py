@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.compare.solution_comparison import COMPARED
+from setcmas_tools.grade.solution_comparison import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.run.run import Run

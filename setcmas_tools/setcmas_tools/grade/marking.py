@@ -9,9 +9,8 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.compare.diagnosis import diagnosis
-from setcmas_tools.compare.solution_comparison import compared
 from setcmas_tools.grade.criteria import Criterion, figures_of
+from setcmas_tools.grade.diagnosis import diagnosis
 from setcmas_tools.grade.marks import (
     CriterionMark,
     Failure,
@@ -22,6 +21,7 @@ from setcmas_tools.grade.marks import (
     ScenarioRun,
 )
 from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
+from setcmas_tools.grade.solution_comparison import compared
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.student import Student

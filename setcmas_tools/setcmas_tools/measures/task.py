@@ -62,6 +62,32 @@ class Task(TaskNames):
         return []
 
 
+DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2.6}
+"""Line style of references."""
+
+
+def line_width() -> float:
+    """Return the line width of a reference in points."""
+    from matplotlib import rcParams  # here: who measures does not draw
+
+    return 0.7 * float(rcParams['lines.linewidth'])
+
+
+def hollow_marker(marker: str, size: float) -> dict[str, Any]:
+    """Return the style of a hollow marker, its size relative to normal markers."""
+    from matplotlib import rcParams
+
+    return {
+        'marker': marker,
+        'markersize': size * rcParams['lines.markersize'],
+        'markerfacecolor': 'none',
+        'markeredgecolor': '0.15',
+        'markeredgewidth': line_width(),
+        'linestyle': '',
+        'zorder': 2.7,
+    }
+
+
 def ignore(_: str) -> None:
     """Discard a message that is shown elsewhere."""
 

@@ -21,7 +21,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
-from setcmas_tools.measures.task import ignore, task_of
+from setcmas_tools.measures.task import ignore, line_width, task_of
 from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
@@ -140,10 +140,6 @@ def _shown(*colour: float) -> tuple[float, float, float, float]:
     return red, green, blue, alpha
 
 
-DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2.6}
-"""Line style of references."""
-
-
 def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
     """Draw the references of a run, as its task draws them; return entries for the legend.
 
@@ -172,24 +168,6 @@ def draw_world(axes: Axes, run: Run) -> list[Artist]:
     if shapes:
         handles.append(Patch(label='obstacle', facecolor='0.8', edgecolor='0.55'))
     return handles
-
-
-def line_width() -> float:
-    """Return the line width of a reference in points."""
-    return 0.7 * float(rcParams['lines.linewidth'])
-
-
-def mark(marker: str, size: float) -> dict[str, Any]:
-    """Return the style of a hollow marker, its size relative to normal markers."""
-    return {
-        'marker': marker,
-        'markersize': size * rcParams['lines.markersize'],
-        'markerfacecolor': 'none',
-        'markeredgecolor': '0.15',
-        'markeredgewidth': line_width(),
-        'linestyle': '',
-        'zorder': 2.7,
-    }
 
 
 def symbols(run: Run) -> dict[int, Floats]:

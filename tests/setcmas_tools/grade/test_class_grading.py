@@ -11,11 +11,9 @@ from sandboxes import needs_sandbox
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
-from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions.sandbox import NoProcessError
 from setcmas_tools.submissions.submissions import (
     Packed,
@@ -52,11 +50,7 @@ def submissions(**scripts):
 
 
 def grade(tmp_path, scripts, **options):
-    return class_grading.grade(submissions(**scripts), RUBRIC, tmp_path, GradeOptions(**options))
-
-
-def grader():
-    return Grader(RUBRIC, Times(), is_confined=True)
+    return class_grading.grade(submissions(**scripts), Grader(RUBRIC), tmp_path, **options)
 
 
 def kept(folder):
@@ -113,7 +107,7 @@ def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_comman
 def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
     (submission,) = submissions(good=GOOD)
     monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
-    class_grading._own = grader()
+    class_grading._own = Grader(RUBRIC)
     future = Future()
     try:
         future.set_result(class_grading.graded(submission))
@@ -126,7 +120,7 @@ def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeyp
 @pytest.mark.nightly
 def test_a_process_that_dies_takes_no_other_submission_along(tmp_path):
     graders = class_grading._made(
-        submissions(good=GOOD, shipped=SCRIPTS['shipped']), grader(), jobs=2
+        submissions(good=GOOD, shipped=SCRIPTS['shipped']), Grader(RUBRIC), jobs=2
     )
 
     first, _ = next(graders)
@@ -150,7 +144,7 @@ def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_ch
     rubric = replace(rubric_of_exercise('consensus'), solution=tmp_path / 'law.py')
 
     def marks():
-        return KeptMarks(tmp_path / 'grades', Grader(rubric, Times(), is_confined=True))
+        return KeptMarks(tmp_path / 'grades', Grader(rubric))
 
     marks().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
     assert marks().found(SUBMISSION).score == 0

@@ -9,8 +9,7 @@ from graded_classes import marks_of
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.corrections import find_corrections, read_corrections
-from setcmas_tools.grade.gradebooks import tables_of
-from setcmas_tools.grade.mark_pages import class_page, student_page
+from setcmas_tools.grade.gradebook import class_page, student_page, tables_of
 from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import read_rubric
 

@@ -11,7 +11,6 @@ from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here, student_view
-from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
@@ -41,7 +40,7 @@ def mistakes_of(name):
 
 def graded(name, mistakes, folder):
     """Return the marks that students see, by the name of the mistake."""
-    rubric, options = rubric_of_exercise(name), GradeOptions(jobs=1)
+    rubric = rubric_of_exercise(name)
     path, submissions = folder / 'law.py', []
     for one in mistakes:
         path.write_text(one['script'])
@@ -49,7 +48,7 @@ def graded(name, mistakes, folder):
         submissions.append(
             Submission(one['name'], Student('Ada'), 'law.py', files, is_unfilled=is_empty)
         )
-    found = class_grading.grade(submissions, rubric, folder, options)
+    found = class_grading.grade(submissions, class_grading.Grader(rubric), folder)
     return {marks.submission: student_view(marks) for marks in found}
 
 

@@ -11,9 +11,9 @@ from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here
-from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import find_submissions
 
@@ -66,10 +66,10 @@ def test_a_class_gets_the_points_that_a_lecturer_would_give(tmp_path, wanted):
     chosen = {name: entry for name, entry in entries.items() if not wanted or name in wanted}
     place = handed_in(chosen.values(), tmp_path / 'class')
     rubric = rubric_of_exercise('consensus')
-    options = GradeOptions(jobs=1, call_timeout=2)
+    grader = class_grading.Grader(rubric, Times(call=2.0))
 
     submissions = find_submissions(place, rubric.function)
-    marks = class_grading.grade(submissions, rubric, tmp_path / 'grades', options)
+    marks = class_grading.grade(submissions, grader, tmp_path / 'grades')
 
     scores = {one.student.name: one.score for one in marks}
     assert scores.keys() == chosen.keys()

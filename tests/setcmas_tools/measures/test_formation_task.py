@@ -6,8 +6,8 @@ from metrics_runs import T, table
 from runs import measure
 
 from setcmas_ctrl.laws.references import References
+from setcmas_tools.measures.formation_task import distance_errors
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.tasks.formation_task import distance_errors
 
 
 def test_position_errors_of_a_formation():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.compare.generic_mistakes import (
+from setcmas_tools.grade.generic_mistakes import (
     EQUAL,
     YOURS,
     Explanation,

@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.compare.solution_comparison import compared, frechet_distance
+from setcmas_tools.grade.solution_comparison import compared, frechet_distance
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 

@@ -14,9 +14,9 @@ from setcmas_ctrl.laws.references import number, points, robots
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.measures.task import Errors, Task, from_share, rms, rms_by_robot
+from setcmas_tools.measures.task import Errors, Task, from_share, hollow_marker, rms, rms_by_robot
+from setcmas_tools.measures.tracking_task import REACHED_M, draw_waypoints, waypoints
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.tasks.tracking_task import REACHED_M, draw_waypoints, waypoints
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,13 +108,12 @@ class _Formation(_LedTask):
 
 def _draw_places(axes: Axes, run: Run, places: Floats) -> list[Line2D]:
     """Draw the followers' places relative to the leader's end position, in m."""
-    from setcmas_tools.plots.trajectories import finite_rows, mark
-
-    leader = finite_rows(run.table.of(LEADER), 'x', 'y')
+    leader = run.table.of(LEADER)
+    leader = leader.rows(np.isfinite(leader.x + leader.y))
     if not len(leader.t) or max(run.robots) == LEADER:
         return []
     at_end = np.array([leader.x[-1], leader.y[-1]]) + places[: max(run.robots) - 1]
-    return axes.plot(*at_end.T, label='places at the end', **mark('o', 2.8))
+    return axes.plot(*at_end.T, label='places at the end', **hollow_marker('o', 2.8))
 
 
 FORMATION = _Formation(

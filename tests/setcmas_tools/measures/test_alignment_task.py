@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_tools import simulate
-from setcmas_tools.tasks.alignment_task import alignment, spread
+from setcmas_tools.measures.alignment_task import alignment, spread
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 
 from setcmas_ctrl.laws.references import points
 from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task import Task
 from setcmas_tools.run.fleet_motion import FleetGrid
@@ -108,10 +109,8 @@ class _Coverage(Task):
 
 def _draw_cells(axes: Axes, robots: list[int], places: Floats, corners: Floats) -> None:
     """Colour each point of a box like the robot that is nearest to it."""
-    from setcmas_tools.plots.style import line_look
-
     nearest = squared_distances(corners, places, _PIXELS).argmin(axis=0)
-    colours = np.array([line_look(robot, len(robots))['color'] for robot in robots])
+    colours = np.array([plot_colour(robot, len(robots)) for robot in robots])
     (left, right), (bottom, top) = corners.T.tolist()
     extent = (left, right, bottom, top)
     axes.imshow(colours[nearest], extent=extent, origin='lower', alpha=0.2, zorder=0.5)

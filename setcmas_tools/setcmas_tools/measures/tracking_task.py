@@ -13,7 +13,15 @@ from setcmas_ctrl.laws.references import number, points
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.measures.task import Errors, Task, rms, rms_by_robot
+from setcmas_tools.measures.task import (
+    DOTTED,
+    Errors,
+    Task,
+    hollow_marker,
+    line_width,
+    rms,
+    rms_by_robot,
+)
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 
 if TYPE_CHECKING:
@@ -80,8 +88,6 @@ class _Tracking(Task):
         return Errors('Tracking error', 'distance to the reference (m)', values)
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
-        from setcmas_tools.plots.trajectories import DOTTED, line_width
-
         del run
         if plot not in ('trajectories', 'film'):
             return []
@@ -154,10 +160,8 @@ def _visits(track: FleetTable, points: Floats, reached: float) -> list[float]:
 
 def draw_waypoints(axes: Axes, references: Mapping[str, Any]) -> list[Line2D]:
     """Draw waypoints in the order of the list; return entries for the legend."""
-    from setcmas_tools.plots.trajectories import DOTTED, line_width, mark
-
     points = np.array(references['WPL']).T
-    handles = axes.plot(*points, label='waypoints', **mark('s', 1.1))
+    handles = axes.plot(*points, label='waypoints', **hollow_marker('s', 1.1))
     axes.plot(*points, linewidth=line_width(), **DOTTED)
     return handles
 

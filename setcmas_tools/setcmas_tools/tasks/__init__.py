@@ -1,1 +1,0 @@
-"""Tasks: waypoints, tracking, consensus, alignment, formations, coverage."""
