@@ -2,7 +2,7 @@
 
 Commands are never played (cmd_vel, pause, reset, joysticks): no robot moves because of a
 recording. Playback does not start while one of the recorded robots is running, and stops when
-one starts. Space pauses and resumes, q quits.
+one starts.
 
 Examples:
   setcmas play out
@@ -16,9 +16,8 @@ from pathlib import Path
 
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.node_commands import PLAYER, add_ros_arguments, node_command, ros_arguments
-from launch_scripts.supervisor import Child, StoppedError, Supervisor
-from launch_scripts.terminal import open_keyboard
-from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
+from launch_scripts.supervisor import Supervisor
+from setcmas_tools.bags.recording_options import PlayerOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,13 +33,5 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     arguments = [str(args.bag), *options.arguments(), *ros_arguments(args)]
     command = node_command(PLAYER, arguments)
-    with open_keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
-        child = supervisor.start('play', command, listens=True)
-        return supervisor.run_to_end(child, lambda: _pass_on(keyboard.pressed(), child))
-
-
-def _pass_on(keys: str, child: Child) -> None:
-    if 'q' in keys.lower():
-        raise StoppedError
-    for _ in range(keys.count(' ')):
-        child.send(PauseToggled())
+    with Supervisor(local_environment()) as supervisor:
+        return supervisor.run_to_end(supervisor.start('play', command))

@@ -7,12 +7,10 @@ import heapq
 from collections import Counter
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rosbags.interfaces import Connection, Qos
 
 from setcmas_simu.errors import SetcmasError, file_errors
@@ -24,13 +22,6 @@ from setcmas_tools.bags.message_types import (
     UndecodableError,
     UnresolvedTypeError,
 )
-
-_LONGEST_GAP_NS = 3_600 * 10**9
-"""Between two messages; a longer one is between the times of two clocks."""
-_LONGEST_START_NS = 10**9
-"""The same after time 0, which messages get before their clock is known."""
-_LONGEST_OVERLAP_NS = 10**9
-"""Between two files of a bag: a recorder ends a file before it begins the next one."""
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
@@ -79,7 +70,7 @@ class Bag:
         """
         self.path = path
         self._files = files
-        self._notices = notices + _overlap(files)
+        self._notices = notices
         self._undecodable: dict[BagTopic, str] = {}
         self._topics = self._resolve()
         full = [file.reader for file in files if file.reader.message_count]
@@ -90,9 +81,6 @@ class Bag:
         self.count = sum(topic.count for topic in self.topics)
         self.start_ns = min(reader.start_time for reader in full)
         self.end_ns = max(reader.end_time for reader in full) - 1  # rosbags counts a ns more
-        self._is_of_two_clocks = False
-        if self.start_ns <= 0 or self.end_ns - self.start_ns > _LONGEST_GAP_NS:
-            self._keep_one_clock()
 
     @property
     def notices(self) -> list[str]:
@@ -104,31 +92,7 @@ class Bag:
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message in the order of time."""
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        merged = heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
-        if not self._is_of_two_clocks:
-            return merged
-        return (one for one in merged if self.start_ns <= one[1] <= self.end_ns)
-
-    def _keep_one_clock(self) -> None:
-        """Leave out messages with times of another clock, such as 0 or before it was set."""
-        times = [(time_ns, topic.name) for topic, time_ns, _ in self.messages()]
-        gaps = [
-            i
-            for i, ((before, _), (after, _)) in enumerate(pairwise(times), start=1)
-            if after - before > (_LONGEST_GAP_NS if before > 0 else _LONGEST_START_NS)
-        ]
-        parts = list(pairwise([0, *gaps, len(times)]))
-        first, end = max(parts, key=lambda part: part[1] - part[0])
-        if len(parts) == 1:
-            return
-        self._is_of_two_clocks = True
-        self.start_ns, self.end_ns = times[first][0], times[end - 1][0]
-        time_ns, name = times[0 if first else end]
-        self._notices.append(
-            f'{len(times) - (end - first):,} of {len(times):,} messages are left out: their times '
-            f'are an hour or more away, as of another clock, such as {_date(time_ns)} of {name}; '
-            f'the others begin at {_date(self.start_ns)}'
-        )
+        return heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
 
     def deliver(
         self,
@@ -219,24 +183,6 @@ def open_bag(path: Path) -> Iterator[Bag]:
         with file_errors(f"bag '{path}' cannot be read"):
             bag = Bag(path, *open_files(path, stack))
         yield bag
-
-
-def _overlap(files: Sequence[BagFile]) -> list[str]:
-    """Return a line if files overlap in time: they may be different bags."""
-    full = sorted(
-        (file for file in files if file.reader.message_count),
-        key=lambda file: file.reader.start_time,
-    )
-    return [
-        f"'{before.path}' and '{after.path}' overlap in time; name one file if they are no bag "
-        'together'
-        for before, after in pairwise(full)
-        if before.reader.end_time - after.reader.start_time > _LONGEST_OVERLAP_NS
-    ][:1]
-
-
-def _date(time_ns: int) -> str:
-    return str(np.datetime64(time_ns // 10**9, 's'))
 
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:

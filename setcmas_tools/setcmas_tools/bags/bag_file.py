@@ -26,8 +26,6 @@ _ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # no message in CDR begins with it
 _LONGEST_REASON = 120
 _MOST_METADATA_BYTES = 1_000_000
 _TOTAL = re.compile(rb'^ {2}message_count: (\d+)', re.MULTILINE)
-_SPLIT = re.compile(r'(.+)_(\d{1,4})')
-_LISTED = re.compile(rb'^\s*-\s*[\'"]?([^\s\'"]+\.(?:mcap|db3)(?:\.zstd)?)\b', re.MULTILINE)
 
 _ROS2 = ('.mcap', '.db3')
 _READERS: dict[str, type[Ros1Reader] | type[Ros2Reader]] = {
@@ -101,7 +99,7 @@ def open_files(path: Path, stack: ExitStack) -> tuple[list[BagFile], list[str]]:
         stack: Closes the files, and removes copies of compressed and damaged ones, in the end.
 
     Returns:
-        The files, and a line for each one that is missing, cannot be read or is left out.
+        The files, and a line for each one that cannot be read, and for missing messages.
 
     Raises:
         SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
@@ -109,25 +107,25 @@ def open_files(path: Path, stack: ExitStack) -> tuple[list[BagFile], list[str]]:
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
-    paths, nb_listed, notices = ([path], 0, []) if path.is_file() else _files(path)
     files, losses = [], []
-    for file in paths:
+    for file in [path] if path.is_file() else _files(path):
         try:
             files.append(_opened(file, stack))
         except SetcmasError as error:  # of the others there is more
             losses.append(error)
     if not files:
         raise losses[0]
-    notices += map(str, losses)
-    if (count := sum(file.reader.message_count for file in files)) < nb_listed:
+    notices = list(map(str, losses))
+    count, nb_listed = sum(file.reader.message_count for file in files), _nb_listed(files[0].path)
+    if path.is_dir() and count < nb_listed:
         notices.append(
             f"'{path}' has {count:,} of the {nb_listed:,} messages that its metadata.yaml lists"
         )
     return files, notices
 
 
-def _files(folder: Path) -> tuple[list[Path], int, list[str]]:
-    """Return the files of a bag, how many messages its metadata.yaml lists, and notices."""
+def _files(folder: Path) -> list[Path]:
+    """Return the files of a bag: all in its folder, for a killed recorder leaves no list."""
     found: dict[str, Path] = {}
     for file in sorted(folder.iterdir()):
         name = file.name.removesuffix(_PACKED)
@@ -138,47 +136,16 @@ def _files(folder: Path) -> tuple[list[Path], int, list[str]]:
         return _files(folder / 'bag')
     if not found:
         raise SetcmasError(f"folder '{folder}' is not a bag; it must be {BAGS}")
-    listed, nb_listed = _listed(folder)
-    lost = [name for name in listed if name not in found]
-    notices = []
-    if lost:
-        notices.append(f"'{folder}' lacks {', '.join(lost)}, which its metadata.yaml lists")
-    if len(lost) == len(listed):  # it was renamed, or has none: it is missing after a kill
-        return list(found.values()), nb_listed, notices + _doubts(folder, list(found))
-    if more := [file.name for name, file in found.items() if name not in listed]:
-        notices.append(
-            f"{', '.join(more)} in '{folder}' is left out: its metadata.yaml does not list it; "
-            'give its path to read it'
-        )
-    return [found[name] for name in listed if name in found], nb_listed, notices
+    return list(found.values())
 
 
-def _listed(folder: Path) -> tuple[list[str], int]:
-    """Return the unpacked names of files that metadata.yaml lists, and the number of messages."""
+def _nb_listed(file: Path) -> int:
+    """Return the number of messages that the metadata.yaml beside a file lists; 0 without one."""
     try:
-        metadata = read_limited(folder / 'metadata.yaml', _MOST_METADATA_BYTES)
+        total = _TOTAL.search(read_limited(file.parent / 'metadata.yaml', _MOST_METADATA_BYTES))
     except (FileNotFoundError, SetcmasError):
-        return [], 0
-    names = [Path(name.decode(errors='replace')).name for name in _LISTED.findall(metadata)]
-    total = _TOTAL.search(metadata)
-    unpacked = dict.fromkeys(name.removesuffix(_PACKED) for name in names)
-    return list(unpacked), int(total[1]) if total else 0
-
-
-def _doubts(folder: Path, names: list[str]) -> list[str]:
-    """Return a line if files of these names are several bags, or some of one are missing."""
-    numbers: dict[str, list[int]] = {}
-    for stem in (Path(name).stem for name in names):
-        split = _SPLIT.fullmatch(stem)  # as rosbag2 names the files of a bag
-        numbers.setdefault(split[1] if split else stem, []).append(int(split[2]) if split else 0)
-    if len(numbers) > 1:
-        return [
-            f"all files of '{folder}' are read, which has no metadata.yaml: {', '.join(names)}; "
-            'give the path of one if they are not one bag'
-        ]
-    ((stem, own),) = numbers.items()
-    lost = sorted({*range(max(own))} - {*own}) if len(own) > 1 else []  # one may be moved alone
-    return [f"'{folder}' lacks {', '.join(f'{stem}_{i}' for i in lost)}"] if lost else []
+        return 0
+    return int(total[1]) if total else 0
 
 
 def _opened(file: Path, stack: ExitStack) -> BagFile:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import struct
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,9 +59,6 @@ class BagTypes:
 
     def __init__(self) -> None:
         self._resolved: dict[tuple[str, str, bool], MessageType] = {}
-        # Decoders of a part are made once; topics that disagree on it, as in merged bags, have
-        # stores of their own.
-        self._shared = get_typestore(Stores.EMPTY)
 
     def resolve(self, connection: Connection) -> MessageType:
         """Return the type of a connection's messages.
@@ -91,18 +86,13 @@ class BagTypes:
         known = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
         name = connection.msgtype
         try:
-            types = _parsed(connection)
-            if name in known.fielddefs and _fields(types[name]) < _fields(known.fielddefs[name]):
-                raise ValueError('it lacks fields')
-            store = self._store_of(types, known)
+            store = _store_of(_parsed(connection), known)
             # SyntaxError: of a damaged name
         except (TypesysError, SyntaxError, ValueError) as error:
             store = known
             if name not in store.fielddefs:
                 reason = f'its definition is damaged ({one_line(error)})'
-                if name.endswith('_Event'):
-                    reason = 'events of services and actions are not read'
-                elif not connection.msgdef.data:
+                if not connection.msgdef.data:
                     reason = 'the bag holds no definition of it'
                 raise UnresolvedTypeError(reason) from error
         store.get_msgdef(name)
@@ -112,37 +102,17 @@ class BagTypes:
             try:
                 return deserialise(data, name)
             except SerdeError as error:
-                cause = error.__cause__
-                if isinstance(cause, UnicodeDecodeError):
-                    readable = _with_ascii(data, cause.object)
-                    if readable != data:
-                        return decode(readable)
                 raise UndecodableError(one_line(error)) from error
 
         return MessageType(name, store, decode)
 
-    def _store_of(self, types: dict[str, Any], known: Typestore) -> Typestore:
-        """Return a store of types and of their parts, which bags of other tools may lack."""
-        _add_parts(types, lambda part: {part: known.fielddefs[part]})
-        with suppress(TypesysError):
-            self._shared.register(types)
-            return self._shared
-        store = get_typestore(Stores.EMPTY)
-        store.register(types)
-        return store
 
-
-def _fields(definition: Any) -> set[str]:
-    return {name for name, _ in definition[1]}
-
-
-def _with_ascii(data: bytes, text: bytes) -> bytes:
-    """Return a message with ? for each byte of a text that is not ASCII, such as in Latin-1."""
-    readable = bytes(byte if byte < 128 else ord('?') for byte in text)
-    for end in (b'\0', b''):  # of ROS 2, of ROS 1
-        length = struct.pack('<I', len(text + end))
-        data = bytes(data).replace(length + text + end, length + readable + end)
-    return data
+def _store_of(types: dict[str, Any], known: Typestore) -> Typestore:
+    """Return a store of types and of their parts, which bags of other tools may lack."""
+    _add_parts(types, lambda part: {part: known.fielddefs[part]})
+    store = get_typestore(Stores.EMPTY)
+    store.register(types)
+    return store
 
 
 def _parsed(connection: Connection) -> dict[str, Any]:

@@ -6,12 +6,10 @@ Run as `ros2 run setcmas_tools player BAG`.
 from __future__ import annotations
 
 import argparse
-import os
-import select
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +23,11 @@ from rosgraph_msgs.msg import Clock
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
-from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
+from setcmas_tools.bags.recording_options import PlayerOptions
 
 _COMMANDS = (
     topics.PAUSE,
@@ -134,62 +131,24 @@ def _duration(times: Sequence[QosTime]) -> Duration:
     return Duration(nanoseconds=longest if longest < _INFINITE_NS else 0)  # 0 is infinite, too
 
 
-class RobotConflict:
-    """Finds other nodes that publish or command the robots of a recording."""
+def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:
+    """Return which other node publishes a topic or listens for commands; empty if none does.
 
-    def __init__(self, node: Node, names: Collection[str]) -> None:
-        """Take a node, which sees the graph, and the names of the topics to play."""
-        self._node = node
-        self._names = sorted(name for name in names if topics.robot_of(name))
-        self._robots = sorted({topics.robot_of(name) or 0 for name in names} - {0})
-
-    def before_playing(self) -> str:
-        """Return which node uses a robot before playing starts; empty if none does."""
-        return self._sender(self._names, 0) or self._listener()
-
-    def while_playing(self) -> str:
-        """Return which node but this player uses a robot; empty if none does."""
-        return self._sender(filter(topics.is_odometry, self._names), 1) or self._listener()
-
-    def _sender(self, names: Iterable[str], own: int) -> str:
-        there = (name for name in names if self._node.count_publishers(name) > own)
-        return next((f'another node publishes {name}' for name in there), '')
-
-    def _listener(self) -> str:
-        for robot in self._robots:
-            topic = topics.robot_topic(robot, topics.CMD_VEL)
-            if found := cmd_vel_topics.listeners(self._node, topic):
-                name = topics.robot_name(robot)
-                return f'{name} is in use: {found[0].full_name} listens to {topic}'
-        return ''
-
-
-class PlayClock:
-    """The time in s since the first message of a recording.
-
-    Attributes:
-        paused: Whether the time stops.
+    Args:
+        node: It sees the graph.
+        names: Topics, of which those of robots count.
+        own: Number of publishers of each topic that are this player's.
     """
-
-    def __init__(self, rate: float, now: float) -> None:
-        """Start at a time of the steady clock in s, which this one is `rate` times as fast as."""
-        self.paused = False
-        self._rate = rate
-        self._at = 0.0
-        self._since = now
-
-    def at(self, now: float) -> float:
-        """Return the time in the recording at a time of the steady clock."""
-        return self._at if self.paused else self._at + self._rate * (now - self._since)
-
-    def wait_s(self, at: float, now: float) -> float:
-        """Return the time in s until a time in the recording comes, at least 0."""
-        return max(0.0, (at - self.at(now)) / self._rate)
-
-    def toggle(self, now: float) -> None:
-        """Pause, or resume."""
-        self._at, self._since = self.at(now), now
-        self.paused = not self.paused
+    robots = {name: robot for name in names if (robot := topics.robot_of(name))}
+    for name in sorted(robots):
+        if node.count_publishers(name) > own:
+            return f'another node publishes {name}'
+    for robot in sorted(set(robots.values())):
+        topic = topics.robot_topic(robot, topics.CMD_VEL)
+        if found := cmd_vel_topics.listeners(node, topic):
+            name = topics.robot_name(robot)
+            return f'{name} is in use: {found[0].full_name} listens to {topic}'
+    return ''
 
 
 _TICK_S = 0.025
@@ -205,63 +164,45 @@ class Player:
     """
 
     def __init__(
-        self, process: RosProcess, conflict: RobotConflict, rate: float, clock: Publisher | None
+        self,
+        process: RosProcess,
+        rate: float,
+        clock: Publisher | None,
+        in_use: Callable[[], str],
     ) -> None:
-        """Prepare to play at a rate, 1 as recorded; None for no clock of the recording."""
+        """Prepare to play at a rate, 1 as recorded.
+
+        `clock` publishes the time of the recording, if given; `in_use` returns why playing must
+        break off.
+        """
         self.count = 0
         self.reason = ''
-        self._process = process
-        self._conflict = conflict
-        self._clock_publisher = clock
-        self._clock = PlayClock(rate, time.monotonic())
-        self._next_tick = 0.0
-        self._next_look = time.monotonic() + _LOOK_S
-        self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
-        self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
+        self._process, self._rate, self._clock, self._in_use = process, rate, clock, in_use
 
     def play(self, bag: Bag, publishers: Mapping[BagTopic, Publisher]) -> None:
         """Play topics of a bag to its end, with a publisher for each."""
+        begin = next_tick = time.monotonic()
+        next_look = begin + _LOOK_S
         for topic, time_ns, data in bag.messages(publishers):
-            if not self._waits_until(time_ns, bag.start_ns):
-                return
+            due = begin + (time_ns - bag.start_ns) / 1e9 / self._rate
+            while (now := time.monotonic()) < due or now >= next_tick:
+                if now >= next_tick:
+                    next_tick = now + _TICK_S
+                    self._tick(bag.start_ns + round((now - begin) * self._rate * 1e9))
+                if now >= next_look:
+                    next_look = now + _LOOK_S
+                    self.reason = self._in_use()
+                if self._process.stopping or self.reason:
+                    return
+                time.sleep(max(0.0, min(due, next_tick) - time.monotonic()))
             publishers[topic].publish(data)
             self.count += 1
 
-    def _waits_until(self, time_ns: int, start_ns: int) -> bool:
-        """Return whether playing goes on when this time of the bag has come."""
-        while not (self._process.stopping or self.reason):
-            now = time.monotonic()
-            if now >= self._next_tick:
-                self._next_tick = now + _TICK_S
-                self._tick(start_ns + round(self._clock.at(now) * 1e9))
-            wait = self._clock.wait_s((time_ns - start_ns) / 1e9, now)
-            if not (wait or self._clock.paused):
-                return True
-            self._take_keys(_TICK_S if self._clock.paused else min(wait, _TICK_S))
-        return False
-
     def _tick(self, time_ns: int) -> None:
-        if self._clock_publisher:
+        if self._clock:
             seconds, nanoseconds = divmod(time_ns, 10**9)
-            self._clock_publisher.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
-        if time.monotonic() >= self._next_look:
-            self._next_look = time.monotonic() + _LOOK_S
-            self.reason = self._conflict.while_playing()
+            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
         self._process.serve_at_times()
-
-    def _take_keys(self, timeout_s: float) -> None:
-        """Wait for a time in s, or until a key is pressed."""
-        if self._stdin is None:
-            time.sleep(timeout_s)
-        elif select.select([self._stdin], [], [], timeout_s)[0]:
-            data = os.read(self._stdin, 4096)
-            if not data:  # no terminal
-                self._stdin = None
-            for _ in self._keys.feed(data):
-                now = time.monotonic()
-                self._clock.toggle(now)
-                state = 'paused' if self._clock.paused else 'playing on'
-                print(f'{state} at {self._clock.at(now):.1f} s', flush=True)
 
 
 _DISCOVERY_S = 1.0
@@ -290,10 +231,10 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     classes, notes = played_topics(bag, options.clock)
     node = FleetNode(topics.PLAYER_NODE)
     process.add(node)
-    conflict = RobotConflict(node, [topic.name for topic in classes])
+    names = [topic.name for topic in classes]
     for line in [*bag.notices, *notes]:
         print(line, file=sys.stderr, flush=True)
-    _refuse_robots(process, conflict)
+    _refuse_robots(process, lambda: robots_in_use(node, names))
     publishers = {
         topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
         for topic, kind in classes.items()
@@ -303,7 +244,7 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     seconds = (bag.end_ns - bag.start_ns) / 1e9
     print(f'playing {len(publishers)} {topics_text}, {seconds:.1f} s', flush=True)
-    player = Player(process, conflict, options.rate, clock)
+    player = Player(process, options.rate, clock, lambda: robots_in_use(node, names, own=1))
     player.play(bag, publishers)
     deadline = time.monotonic() + _LAST_MESSAGES_S
     for publisher in publishers.values():
@@ -315,16 +256,16 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     return int(bool(player.reason))
 
 
-def _refuse_robots(process: RosProcess, conflict: RobotConflict) -> None:
+def _refuse_robots(process: RosProcess, in_use: Callable[[], str]) -> None:
     """Wait until other nodes have been discovered; killed ones remain visible for a while.
 
     Raises:
         SetcmasError: One of the robots is in use.
     """
     process.spin_until(lambda: False, _DISCOVERY_S)
-    if conflict.before_playing():
-        process.spin_until(lambda: not conflict.before_playing(), _FORGOTTEN_AFTER_S)
-    if reason := conflict.before_playing():
+    if in_use():
+        process.spin_until(lambda: not in_use(), _FORGOTTEN_AFTER_S)
+    if reason := in_use():
         raise SetcmasError(f'{reason}; stop that first, or set another ROS_DOMAIN_ID')
 
 

@@ -1,4 +1,4 @@
-"""Options of recorder and player, and the message from the terminal to the player."""
+"""Options of recorder and player."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 
 from setcmas_simu.options.group import Form, Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number, PathTo
-from setcmas_simu.reports.reports import Message
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +29,3 @@ class PlayerOptions(Options):
 
     rate: float = option(Number(above=0, finite=True), 'playback speed', default=1.0)
     clock: bool = flag('publish the time of the recording on /clock, 40 times a second')
-
-
-class PauseToggled(Message, frozen=True):
-    """The pause key was pressed in the terminal."""

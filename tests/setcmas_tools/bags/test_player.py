@@ -13,18 +13,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
-from terminals import Terminal
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros import qos
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.player import (
-    PlayClock,
-    RobotConflict,
-    is_command,
-    played_topics,
-    restored_qos,
-)
+from setcmas_tools.bags.player import is_command, played_topics, restored_qos, robots_in_use
 from setcmas_tools.bags.recorded_topic import stored_qos
 
 PLAYER = [sys.executable, '-m', 'setcmas_tools.bags.player']
@@ -87,33 +80,6 @@ def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the
     assert commands == []
 
 
-def is_quiet(peer, messages):
-    """Return whether no message comes for 0.3 s."""
-    before = len(messages)
-    peer.spin(0.3)
-    return len(messages) == before
-
-
-def test_space_pauses_and_q_stops(peer, recording):
-    odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
-    terminal = Terminal('play', str(recording), '--rate', '0.5')
-    try:
-        peer.wait_for(lambda: odometry)
-        terminal.press(' ')
-        terminal.wait_for(r'paused at \d\.\d s')
-        peer.wait_for(lambda: is_quiet(peer, odometry))  # after what was on its way
-        paused = len(odometry)
-        peer.spin(0.5)
-        assert len(odometry) == paused
-        terminal.press(' ')
-        terminal.wait_for(r'playing on at \d\.\d s')
-        peer.wait_for(lambda: len(odometry) > paused)
-        terminal.press('q')
-        assert terminal.wait() == 0
-    finally:
-        terminal.close()
-
-
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SENSOR = QoSProfile(
     depth=5, reliability=ReliabilityPolicy.BEST_EFFORT, lifespan=Duration(seconds=2)
@@ -137,34 +103,18 @@ def test_subscribers_of_a_recorded_publisher_match_the_player(profiles, reliabil
 
     assert restored.reliability == ReliabilityPolicy[reliability]
     assert restored.durability == DurabilityPolicy[durability]
-
-
-def test_lifespans_are_kept():
-    assert restored_qos(stored_qos([SENSOR])).lifespan.nanoseconds == 2 * 10**9
-    assert restored_qos(stored_qos([USUAL])).lifespan == USUAL.lifespan
+    assert restored.lifespan.nanoseconds == (2 * 10**9 if SENSOR in profiles else 0)
 
 
 PLAYED = ['/tb3_1/odom', '/tb3_2/odom', '/fleet']
 
 
-@pytest.fixture
-def conflict(peer):
-    return RobotConflict(peer.node, PLAYED)
-
-
-def test_another_node_publishes_one_of_their_topics(conflict, peer):
+def test_another_node_publishes_one_of_their_topics(peer):
     peer.node.create_publisher(Odometry, '/tb3_2/odom', 1)
 
-    peer.wait_for(conflict.before_playing)
-    assert conflict.before_playing() == 'another node publishes /tb3_2/odom'
-    assert conflict.while_playing() == ''  # one publisher is the player itself
-
-
-def test_a_robot_listens_to_commands(conflict, peer):
-    peer.node.create_subscription(TwistStamped, '/tb3_1/cmd_vel', lambda _: None, 1)
-
-    peer.wait_for(conflict.while_playing)
-    assert conflict.while_playing() == 'tb3_1 is in use: /peer listens to /tb3_1/cmd_vel'
+    peer.wait_for(lambda: robots_in_use(peer.node, PLAYED))
+    assert robots_in_use(peer.node, PLAYED) == 'another node publishes /tb3_2/odom'
+    assert robots_in_use(peer.node, PLAYED, own=1) == ''
 
 
 @pytest.fixture
@@ -231,16 +181,3 @@ REPORTS = [
 @pytest.mark.parametrize(('name', 'msgtype'), COMMANDS + REPORTS)
 def test_commands_to_robots_are_never_played_and_reports_are(name, msgtype):
     assert is_command(name, msgtype) == ((name, msgtype) in COMMANDS)
-
-
-def test_time_passes_at_the_rate_and_a_pause_takes_none():
-    clock = PlayClock(10.0, now=100.0)
-
-    assert clock.at(100.5) == 5.0
-    assert clock.wait_s(10.0, 100.5) == 0.5
-    assert clock.wait_s(1.0, 100.5) == 0.0
-
-    clock.toggle(101.0)
-    assert clock.at(150.0) == 10.0
-    clock.toggle(160.0)
-    assert clock.at(161.0) == 20.0
