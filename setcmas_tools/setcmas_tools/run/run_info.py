@@ -7,8 +7,6 @@ import enum
 import functools
 import platform
 import subprocess
-import types
-import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -20,19 +18,17 @@ from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import plain
-from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.plugins import plugin_versions
 from setcmas_simu.reports.script_calls import ScriptFailure
-from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
+from setcmas_simu.yaml_entries import read_entries, write_yaml
 
 FORMAT = 1
 
 Record = TypeVar('Record')
-_NAMES = {str: 'a text', int: 'a whole number', float: 'a number', bool: 'true or false'}
 
 
 def write_record(record: Any, path: Path) -> None:
-    """Write a dataclass without its values None, whole or not at all, or raise OSError."""
+    """Write a dataclass, whole or not at all, or raise OSError."""
     write_yaml({'format': FORMAT, **builtins_of(record)}, path)
 
 
@@ -42,23 +38,31 @@ def read_record(path: Path, kind: type[Record]) -> Record | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
+    import msgspec  # late: the page in a browser, which reads no records, does without
+
     if not path.exists():
         return None
-    content = read_entries(path)
-    values = dict(content.value) if isinstance(content.value, dict) else {}
-    found = values.pop('format').value if 'format' in values else 'none'
+    content = read_entries(path).plain()
+    values = dict(content) if isinstance(content, dict) else {}
+    found = values.pop('format', 'none')
     if found != FORMAT:
         found = str(found)[:40]
         raise SetcmasError(f"'{path}' has format {found}; this setcmas reads format {FORMAT} only")
-    record: Record = _converted(dataclasses.replace(content, value=values), kind)
-    return record
+    try:
+        return msgspec.convert(values, kind)
+    except msgspec.ValidationError as error:
+        raise SetcmasError(f"'{path}' is damaged: {error}") from error
 
 
 def builtins_of(value: Any) -> Any:
-    """Return a record as values of YAML, without None in dataclasses."""
+    """Return a record as values of YAML, without those of dataclasses that are None by default."""
     if dataclasses.is_dataclass(value):
-        pairs = ((one.name, getattr(value, one.name)) for one in dataclasses.fields(value))
-        return {name: builtins_of(one) for name, one in pairs if one is not None}
+        pairs = ((one, getattr(value, one.name)) for one in dataclasses.fields(value))
+        return {
+            field.name: builtins_of(one)
+            for field, one in pairs
+            if one is not None or field.default is dataclasses.MISSING
+        }
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, Mapping):
@@ -66,47 +70,6 @@ def builtins_of(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [builtins_of(one) for one in value]
     return plain(value)
-
-
-def _converted(entry: Entry, kind: Any) -> Any:
-    """Return the value of an entry as a type.
-
-    Raises:
-        SetcmasError: It is of another type; the message names file and line.
-    """
-    inner = typing.get_args(kind)
-    if kind is Any:
-        return entry.plain()
-    if isinstance(kind, types.UnionType):
-        others = [one for one in inner if one is not type(None)]
-        return None if entry.value is None else _converted(entry, others[0])
-    if dataclasses.is_dataclass(kind):
-        return _record(entry, kind)
-    if typing.get_origin(kind) is list:
-        return [_converted(item, inner[0]) for item in entry.items()]
-    if typing.get_origin(kind) is dict:
-        if not isinstance(entry.value, dict):
-            raise entry.mistake('a mapping')
-        return {key: _converted(one, inner[1]) for key, one in entry.value.items()}
-    if issubclass(kind, enum.Enum):
-        return kind(OneOf(tuple(one.value for one in kind)).of(entry))
-    accepted = (int, float) if kind is float else kind
-    if not isinstance(entry.value, accepted) or (kind is not bool and entry.value is True):
-        raise entry.mistake(_NAMES[kind])
-    return entry.value
-
-
-def _record(entry: Entry, kind: Any) -> Any:
-    hints = typing.get_type_hints(kind)
-    given = entry.fields(hints)
-    values = {name: _converted(one, hints[name]) for name, one in given.items()}
-    for one in dataclasses.fields(kind):
-        has_default = one.default is not one.default_factory  # both are MISSING without one
-        if one.name not in values and not has_default:
-            if type(None) not in typing.get_args(hints[one.name]):
-                raise entry.error(f'{one.name} is missing')
-            values[one.name] = None
-    return kind(**values)
 
 
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib', 'daqp')

@@ -75,10 +75,9 @@ def test_other_versions_than_those_of_a_run_are_listed():
         (('seed: 7', 'seed: seven'), "is damaged: seed is 'seven'; it must be a whole number"),
         (
             ('state: failed', 'state: lost'),
-            r"run\.yaml, line \d+: outcome.state is 'lost'; it must be not finished",
+            r"run\.yaml' is damaged: Invalid enum value 'lost' - at `\$\.outcome\.state`",
         ),
         (('seed: 7', 'seed: ['), r'run\.yaml, line \d+: not YAML'),
-        (('format', '- format'), 'not YAML'),
         (('nb_robots: 3', 'version: 2\n  nb_robots: 3'), 'version is 2; it must be 1, the only'),
     ],
 )
