@@ -17,7 +17,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import setcmas_tools.plots  # noqa: F401, which quiets matplotlib; it is loaded later
 from setcmas_ctrl.laws.script_errors import (
     described_place,
     quoted_line,
