@@ -9,7 +9,6 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 from fault_kinds.kind import Kind, Place
@@ -28,7 +27,6 @@ def rehearsal(kind: Kind, domain: int) -> Iterator[Rehearsal]:
         place = {
             Place.EMULATED: _children,
             Place.APART: _apart,
-            Place.OPEN: partial(_apart, options=('--no-remapped',)),
             Place.NETWORK: _two_machines,
         }
         yield place[kind.place](stack, kind, Path(name), domain)
@@ -39,15 +37,9 @@ def _children(stack: contextlib.ExitStack, kind: Kind, folder: Path, domain: int
     return stack.enter_context(Rehearsal(peer, folder, *kind.options))
 
 
-def _apart(
-    stack: contextlib.ExitStack,
-    kind: Kind,
-    folder: Path,
-    domain: int,
-    options: tuple[str, ...] = (),
-) -> Rehearsal:
+def _apart(stack: contextlib.ExitStack, kind: Kind, folder: Path, domain: int) -> Rehearsal:
     os.environ.update(UDP_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET')
-    stack.enter_context(_emulated_lab(folder, *options))
+    stack.enter_context(_emulated_lab(folder))
     peer = stack.enter_context(Peer(domain))
     return stack.enter_context(Rehearsal(peer, folder, *kind.options, lab=()))
 

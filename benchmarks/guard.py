@@ -1,4 +1,4 @@
-"""Measures what guards cost: an emulated lab with and without, and a guard of its own.
+"""Measures what guards cost: an emulated lab with and without.
 
 Run in the environment that setcmas is installed in, on a quiet machine:
 
@@ -24,9 +24,9 @@ from quick_option import parsed
 from ros_domain import reserved_domain
 
 SETTLES_S = 4.0
-LAB, BRIDGES, GUARD = (
+LAB, BRIDGES = (
     [sys.executable, '-m', f'setcmas_expe.{module}']
-    for module in ('emulation.emulated_lab', 'bridges', 'guard.guard_node')
+    for module in ('emulation.emulated_lab', 'bridges')
 )
 
 
@@ -54,16 +54,6 @@ def lab(robots, seconds, *options):
         return share(process, seconds)
 
 
-def guard(seconds, commanded):
-    """Measure the guard of one robot, whose base hears it alone or not."""
-    with running([*LAB, '--without-guard']), contextlib.ExitStack() as stack:
-        process = stack.enter_context(running([*GUARD, '--ros-args', '-r', '__ns:=/tb3_1']))
-        if commanded:
-            stack.enter_context(running(BRIDGES))
-        time.sleep(SETTLES_S)
-        return share(process, seconds)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--robots', type=int, default=2)
@@ -75,8 +65,6 @@ def main():
             args.robots, args.seconds, '--without-guard'
         ),
         f'lab of {args.robots}, guarded': lambda: lab(args.robots, args.seconds),
-        'a guard, idle': lambda: guard(args.seconds, commanded=False),
-        'a guard, commanded': lambda: guard(args.seconds, commanded=True),
     }
     shares = {name: [] for name in kinds}
     with reserved_domain() as domain:

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rehearsal import BRIDGES, Rehearsal
 from std_msgs.msg import Bool
 
-from fault_kinds.kind import Kind, Place, falls_silent, sends
+from fault_kinds.kind import Kind, falls_silent, sends
 from setcmas_simu.ros import qos
 
 LIDAR_LAB = str(Path(__file__).parents[2] / 'tests' / 'data' / 'lidar_lab.yaml')
@@ -65,9 +65,6 @@ KINDS = {
     'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), 'STOP by'),
     'deaf base, latched stop': _deaf(_latched),
     'deaf base, bridge killed (-9)': _deaf(lambda r: r.kill(BRIDGES), 'bridge process has died'),
-    'deaf open base, bridge killed (-9)': _deaf(
-        lambda r: r.kill(BRIDGES), 'bridge process has died', place=Place.OPEN
-    ),
     'deaf base that creeps, space bar': Kind(
         _space_bar_at_a_crawl, 'does not obey zero', options=('--vnom', '0.02'), moving=False
     ),

@@ -18,7 +18,6 @@ class Place(enum.Enum):
 
     EMULATED = 'children of setcmas expe'
     APART = 'processes of their own'
-    OPEN = 'processes of their own; bases listen to cmd_vel'
     NETWORK = 'on another machine'
 
 

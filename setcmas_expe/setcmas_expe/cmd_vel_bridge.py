@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -69,9 +68,8 @@ class CmdVelBridge(RobotNode):
         self.wheel_watch = WheelWatch(self, robot, lab, self.guard)
         self.state = self.publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
 
-        guard = f'/{robot.namespace}/{topics.CMD_VEL_GUARD_NODE}'
-        pause = self.full_name(f'/{topics.PAUSE_NODE}')
-        self._may_command = (self.get_fully_qualified_name(), guard, pause)  # these two only zero
+        pause = self.full_name(f'/{topics.PAUSE_NODE}')  # it only commands zero
+        self._may_command = (self.get_fully_qualified_name(), pause)
         self._sole = [
             (topics.robot_topic(self.robot, topics.CMD_VEL_WANTED), 'controllers command it'),
             (topics.robot_topic(self.robot, topics.CMD_CART_VEL), 'nodes command it'),
@@ -168,8 +166,7 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
-        names = Counter(one.name for one in cmd_vel_topics.publishers(self, self.topic))
-        if rivals := list(names - Counter(self._may_command)):
+        if rivals := cmd_vel_topics.rivals(self, self.topic, *self._may_command):
             return StopReason(Cause.RIVAL, f'{rivals[0]} also commands it')
         if cmd_vel_topics.twins(self, self.topic):
             return StopReason(Cause.RIVAL, f'several robots listen to {self.topic}')
@@ -181,9 +178,6 @@ class CmdVelBridge(RobotNode):
                 f'nothing listens to {self.topic}: is its bringup running in this ROS domain?'
             )
             return StopReason(Cause.DEAF, self.cmd_vel.mixed or nothing)
-        if self.guard.is_open:
-            text = f'the base of robot {self.robot} listens to cmd_vel directly: remap it'
-            self.warn_once('open', f'{text} (docs/lab_setup.md)')
         return None
 
     def _send(self, decision: Decision) -> None:

@@ -151,6 +151,7 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     lab = LabPeer(peer, ('tb3_1',))
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     lab.paused = True
+    peer.listen(TwistStamped, '/tb3_1/cmd_vel_guarded')
     # A machine that holds this process up is not to stop the robot before its guard does.
     start(
         *[word for word in BRIDGES if word != '--without-guard'], *PATIENT_LAB[1:]

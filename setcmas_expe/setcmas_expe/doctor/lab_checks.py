@@ -14,7 +14,7 @@ from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import SLOWEST_HZ
 from setcmas_expe.mocap.sample import Pose
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
-from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_GUARDED, CMD_VEL_TYPES, robot_name
+from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name
 
 _PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
 _NEARLY_LOW_PERCENT = 30.0
@@ -135,9 +135,7 @@ class RobotCheck:
     def _guard_state(self) -> str:
         if self.guard is None:
             return 'no'
-        if self.guard.state.stops:
-            return self.guard.state.value
-        return 'yes' if self.guard.private else 'open'
+        return self.guard.state.value if self.guard.state.stops else 'yes'
 
     def findings(self, lab: Lab, bodies: list[str]) -> list[Finding]:
         """Return all problems and notes; `bodies` are the names that motion capture sends."""
@@ -214,12 +212,6 @@ class RobotCheck:
         if lab.lidar_stop and not self.guard.lidar:
             advice = 'start it with --lidar, or set safety.lidar_stop: false in the lab file'
             yield PROBLEM, 'guard', 'it does not watch the lidar', advice
-        if not self.guard.private:
-            advice = (
-                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab_setup.md): now every '
-                'machine on the network can move it'
-            )
-            yield NOTE, 'guard', f'the base listens to {CMD_VEL} directly', advice
 
     def _of_power(self) -> Iterator[_Remark]:
         if self.battery is not None and self.battery < _NEARLY_LOW_PERCENT:

@@ -69,7 +69,6 @@ class LabWatch(FleetNode):
             RobotWatch(robot, PoseTrack(lab.arena, lab.limits), GuardWatch(self, robot.namespace))
             for robot in lab.robots
         ]
-        self._own = cmd_vel_topics.own_participant(self)
         self._begin = time.time()
         takers = {one.robot.mocap_name: partial(self._on_mocap, one) for one in self.robots}
         self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
@@ -94,7 +93,7 @@ class LabWatch(FleetNode):
 
     def runs_experiment(self) -> bool:
         """Return whether another process pauses and starts the robots."""
-        return bool(cmd_vel_topics.strangers(self, topics.PAUSED, {self._own}))
+        return self.count_publishers(topics.PAUSED) > 0
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who receives a robot's commands, except recorders and displays."""
@@ -103,18 +102,22 @@ class LabWatch(FleetNode):
     def check(self, watch: RobotWatch) -> RobotCheck:
         """Return the measurements of a robot."""
         robot, guard = watch.robot, watch.guard
-        # Those of an experiment may command it.
-        allowed = {self._own} | guard.look_around()
-        for name in (topics.FLEET, topics.PAUSED):
-            allowed |= cmd_vel_topics.participants(self, name)
-        rival = cmd_vel_topics.rival(self, robot.topic(topics.CMD_VEL), allowed)
+        guard.look_around()
+        cmd_vel = robot.topic(topics.CMD_VEL)
+        bridge = topics.robot_topic(robot.number, topics.CMD_VEL_BRIDGE)
+        allowed = map(self.full_name, (bridge, f'/{topics.PAUSE_NODE}'))
+        rival = (
+            f'several robots listen to {cmd_vel}' if cmd_vel_topics.twins(self, cmd_vel) else ''
+        )
+        if rivals := cmd_vel_topics.rivals(self, cmd_vel, *allowed):
+            rival = f'{rivals[0]} also commands it'
         return RobotCheck(
             robot=robot,
             mocap=arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time()),
             pose=None if watch.track.fault else watch.track.pose,
             fault=watch.fault or self.mocap.trouble(robot.mocap_name) or None,
             kinds=[listener.kind for listener in self.listeners(robot)],
-            rival=guard.intruder or rival,
+            rival=rival,
             guard=guard.report if guard.is_there() else None,
             battery=watch.battery,
         )

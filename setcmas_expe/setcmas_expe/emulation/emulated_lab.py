@@ -153,11 +153,10 @@ class EmulatedLab(FleetNode):
         self._fleet = EmulatedFleet(poses, ROBOT_LIMITS[model], rng, options.robot_model(numbers))
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self.driver = EmulatedMocapDriver(lab)
-        private = lab.guarded and options.remapped
         self._robots = [
             EmulatedTurtleBot3(
                 robot,
-                topics.CMD_VEL_GUARDED if private else topics.CMD_VEL,
+                topics.CMD_VEL_GUARDED if lab.guarded else topics.CMD_VEL,
                 partial(self._fleet.command, index),
                 partial(self._fleet.set_torque, index),
             )

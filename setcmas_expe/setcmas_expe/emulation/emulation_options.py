@@ -13,7 +13,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
-from setcmas_simu.options.group import flag, option
+from setcmas_simu.options.group import option
 from setcmas_simu.options.kinds import RATE, SEEDS, Kind
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
@@ -42,9 +42,6 @@ class EmulationOptions(StartPoseOptions):
     )
     seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
     mocap_rate: float = option(RATE, 'rate of the motion capture system', default=50.0)
-    remapped: bool = flag(
-        'robots listen to their guard alone, as real ones should (default: yes)', default=True
-    )
 
     def robot_model(self, robots: Sequence[int]) -> RobotModel | None:
         """Return how robots of these numbers follow commands; None if at once.

@@ -22,6 +22,7 @@ class GuardState(enum.Enum):
     DEAF = 'deaf'
     OBSTRUCTED = 'obstructed'
     BLIND = 'blind'
+    OPEN = 'open'
     UNCONNECTED = 'unconnected'
     HELD = 'held'
     EMERGENCY = 'stop'
@@ -39,6 +40,9 @@ _TEXTS = {
     GuardState.DEAF: 'it does not obey zero: its motors are off',
     GuardState.OBSTRUCTED: 'its lidar sees something {} m ahead',
     GuardState.BLIND: 'its lidar is silent or covered',
+    GuardState.OPEN: (
+        'its base listens to cmd_vel directly: remap it to cmd_vel_guarded (docs/lab_setup.md)'
+    ),
     GuardState.UNCONNECTED: 'its base does not listen; is its bringup running?',
     GuardState.EMERGENCY: 'a stop is held; R twice releases it',
 }
@@ -63,10 +67,10 @@ class GuardSituation:
 
     Attributes:
         emergency: Whether a person, or a node, has stopped all robots for good.
-        commanders: Names of the processes that command the robot, without the pause node's.
+        commanders: Names of the nodes that command the robot, without the pause node's.
         intruders: Names of those that publish to its base past the guard.
         disobeys: Whether its wheels turn despite zero commands.
-        base_listens: Whether the base listens.
+        base: How its base does not listen to the guard alone; None if it does.
         has_ended: Whether there is no command to follow.
         clearance: Distance in m to what stands in the way within the braking distance; inf if
             nothing does, NaN if the lidar is silent or covered.
@@ -76,9 +80,12 @@ class GuardSituation:
     commanders: Sequence[str]
     intruders: Sequence[str]
     disobeys: bool
-    base_listens: bool
+    base: GuardState | None
     has_ended: bool
     clearance: float = math.inf
+
+
+_NOT_STARTED = GuardDecision(GuardState.HELD, 'it waits for a pause and a start')
 
 
 class StartLatch:
@@ -86,19 +93,13 @@ class StartLatch:
 
     def __init__(self) -> None:
         """Start with a stopped robot."""
-        self._stop: GuardDecision | None
-        self.hold('it waits for a pause and a start')
-
-    def hold(self, why: str) -> None:
-        """Stop the robot until the next start."""
-        self._stop = GuardDecision(GuardState.HELD, why)
+        self._stop: GuardDecision | None = _NOT_STARTED
 
     def decide(self, situation: GuardSituation, pause: PauseReason | None) -> GuardDecision:
         """Return what the robot may do, given why robots are paused; None if they are not."""
         if trouble := _trouble(situation):
-            self._stop = trouble
-            if trouble.state is GuardState.EMERGENCY:  # over once it is released
-                self.hold('a stop was released')
+            is_over_later = trouble.state is GuardState.EMERGENCY or situation.base
+            self._stop = _NOT_STARTED if is_over_later else trouble
             return trouble
         if self._stop and not situation.commanders:
             return GuardDecision(GuardState.IDLE)
@@ -120,7 +121,7 @@ def _trouble(situation: GuardSituation) -> GuardDecision | None:
         return stopped(GuardState.DEAF)
     if len(situation.commanders) > 1:
         return stopped(GuardState.CONTESTED, ' and '.join(situation.commanders))
-    return None if situation.base_listens else stopped(GuardState.UNCONNECTED)
+    return stopped(situation.base) if situation.base else None
 
 
 def _danger(situation: GuardSituation) -> GuardDecision | None:

@@ -1,8 +1,7 @@
 """Guard on a robot's own computer: a node that passes commands on to its base, or stops it.
 
-A TurtleBot3 keeps its last velocity when its commander or the network dies. Where its base
-listens to the guard's topic (cmd_vel_guarded), the guard decides; where it listens to cmd_vel
-directly, the guard only commands zero there after a silence or in a stop.
+A TurtleBot3 keeps its last velocity when its commander or the network dies. So its base listens
+to the guard's topic (cmd_vel_guarded) alone: a robot whose base listens to cmd_vel is stopped.
 
     ros2 run setcmas_expe cmd_vel_guard --ros-args -r __ns:=/tb3_1
 """
@@ -19,29 +18,25 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from rclpy.duration import Duration
-from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan
 
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard import lidar
-from setcmas_expe.guard.guard_commands import STOP, Commands
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, GuardState, StartLatch
 from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
-from setcmas_expe.guard.surroundings import Base, Surroundings
+from setcmas_expe.mocap.pose_track import StampClock
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.robot_node import RobotNode, stepping
 from setcmas_simu.robots.model import LIMITS, limits_named
-from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_topics import TYPES, command, filled, velocities
-from setcmas_simu.ros.polling import PolledTopic, RequestWait
+from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
 
@@ -59,19 +54,23 @@ class GuardOptions(Options):
 RATE_HZ = 20.0
 """Rate of steps in Hz."""
 
+SILENCE_S = 0.3
+"""Silence at which the guard stops a robot, in s."""
+
+LATEST_S = 0.2
+"""Largest delay of a command that is followed, compared with the least seen, in s."""
+
 _REPORT_EVERY_S = 0.2
 _LOOK_EVERY_S = 0.5
-_LAST_ZERO_S = 0.3
 _MOTORS_OFF = (GuardState.EMERGENCY, GuardState.INTRUDED, GuardState.DEAF)
-_DEFENDED = (*_MOTORS_OFF, GuardState.CONTESTED, GuardState.OBSTRUCTED, GuardState.BLIND)
+_LOGGED = (*_MOTORS_OFF, GuardState.CONTESTED, GuardState.OPEN)
+_STOP = (0.0, 0.0)
 
 
 class CmdVelGuard(RobotNode):
     """Decides what reaches the wheels of robot i: cmd_vel in, cmd_vel_guarded out.
 
     Attributes:
-        base: How the robot's base listens.
-        commands: What the robot is commanded.
         sent: What its base was last told: V in m/s, omega in rad/s.
     """
 
@@ -83,104 +82,78 @@ class CmdVelGuard(RobotNode):
         self.time.period = 1.0 / RATE_HZ
         self.options = options or GuardOptions()
         self.limits = limits_named(self.options.limits)
-        self.surroundings = Surroundings(self)
         self.pause, self.emergency = PauseWatch(self, latches=True), EmergencyWatch(self)
         self.motors, self.obedience = MotorPower(self), Obedience(self.limits)
+        self.cmd_vel = self.newest(TwistStamped, topics.CMD_VEL, qos.COMMAND)
         self.wheels = self.newest(Odometry, topics.ODOM, qos.SENSOR)
         self.scan = self.newest(LaserScan, topics.SCAN, qos.SENSOR) if self.options.lidar else None
         self._scan, self._scanned = LaserScan(), -math.inf
+        self._cmd_vel, self._odom = map(self.resolve_topic_name, (topics.CMD_VEL, topics.ODOM))
+        self.base = CmdVelPublisher(self, self.robot, topics.CMD_VEL_GUARDED, self._odom)
         self.reports = self.publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self.latch = StartLatch()
-        self.report = GuardReport(GuardDecision(GuardState.IDLE), False)
-        self.sent = STOP
+        self.report = GuardReport(GuardDecision(GuardState.IDLE))
+        self.sent = self._wanted = _STOP
+        self._stamps, self._commanded = StampClock(), -math.inf
+        self._trouble: GuardState | None = GuardState.UNCONNECTED
         self._stepped = self._looked = self._reported = self.time.now - _LOOK_EVERY_S
-        self._use(Base())
 
     def step(self) -> None:
         """Decide on new messages, and command the base."""
         now = self.time.now
         if now - self._looked >= _LOOK_EVERY_S:
-            self._looked = now
-            self._look_around()
-        self._cmd_vel.take()
-        self._take_wheels()
-        commanders = self.surroundings.commanders()
+            self._looked, self._trouble = now, self._trouble_of_base()
+        pause = self.full_name(f'/{topics.PAUSE_NODE}')  # ready to command zero
+        commanders = cmd_vel_topics.rivals(self, self._cmd_vel, pause)
         if len(commanders) != 1:
-            self.commands.forget_clock()
+            self._stamps = StampClock()  # another computer, whose clock differs, may command it
+        self._take_messages()
         situation = GuardSituation(
             emergency=self.emergency.take(),
             commanders=commanders,
-            intruders=self.surroundings.intruders(),
+            intruders=cmd_vel_topics.rivals(
+                self, self.base.topic, self.get_fully_qualified_name()
+            ),
             disobeys=self._disobeys(),
-            base_listens=self.base.is_there,
-            has_ended=self._have_commands_ended(),
+            base=self._trouble,
+            has_ended=now - self._commanded >= SILENCE_S,
             clearance=self._clearance(),
         )
         before = self.report.state
         decision = self.latch.decide(situation, self.pause.reason())
         self._switch_motors(before, decision.state)
-        self._command(decision.state)
+        follows = decision.state is GuardState.FOLLOWING
+        self._send(*(self.limits.scaled_down(*self._wanted) if follows else _STOP))
         self._publish_report(decision)
         self._stepped = now
 
     def stop(self) -> None:
-        """Stop the robot before the publishers to its base close."""
-        self._publish(*STOP)
-        for publisher in self._to_base:
-            publisher.wait_for_all_acked(Duration(seconds=_LAST_ZERO_S))
+        """Stop the robot before the publisher to its base closes."""
+        self._send(*_STOP)
+        self.base.wait_until_sent()
 
-    def _look_around(self) -> None:
-        """Follow a base that listens to another topic than before; stop the robot then."""
-        base = self.surroundings.base()
-        if base == self.base:
-            return
-        self.stop()
-        self._cmd_vel.close()
-        for publisher in self._to_base:
-            self.destroy_publisher(publisher)
-        self._use(base)
-        self.latch.hold('its base listens to another topic than before')
-        if base.is_open:
-            self.warn(
-                f'the base listens to {self.surroundings.cmd_vel}: every node on the network can '
-                f'move it; remap it to {topics.CMD_VEL_GUARDED} (docs/lab_setup.md)'
-            )
-        elif base.is_there:
-            self.get_logger().info(f'the base listens to its guard alone ({base.kind})')
+    def _trouble_of_base(self) -> GuardState | None:
+        """Return how the base does not listen to its guard alone; None if it does.
 
-    def _use(self, base: Base) -> None:
-        """Publish to the base on its topics, with its type of message."""
-        self.base = base
-        kind = base.kind if base.is_open else CMD_VEL_TYPES[0]  # as the bridge finds listeners
-        self._cmd_vel = PolledTopic(
-            self, TYPES[kind], topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND
-        )
-        # A base that only seems to listen to cmd_vel gets zeros on the guard's topic, too.
-        names = [topics.CMD_VEL_GUARDED, *([topics.CMD_VEL] if base.is_open else [])]
-        self._to_base: list[Publisher] = [
-            self.create_publisher(TYPES[base.kind], topic, qos.COMMAND) for topic in names
-        ]
-        self._frame = f'{self._name}/base_footprint'
-        self.commands = Commands(self.time.now, hears_itself=base.is_open)
+        The base is in the process that sends odometry.
+        """
+        listens, own = self.base.follow_listeners(), self.get_fully_qualified_name()
+        robot = cmd_vel_topics.participants(self, self._odom)
+        to_all = cmd_vel_topics.listeners(self, self._cmd_vel)
+        if any(one.participant in robot and one.full_name != own for one in to_all):
+            return GuardState.OPEN
+        return None if listens else GuardState.UNCONNECTED
 
-    def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
-        # Not on an open topic: there the guard's own zeros come back, stamped by its own clock.
-        if isinstance(message, TwistStamped) and not self.base.is_open:
-            sent = message.header.stamp
-            if self.commands.is_late(sent.sec + 1e-9 * sent.nanosec, self.time.now):
-                return
-        # It came after the last step, and counts as that old: this process may have stalled.
-        self.commands.receive(*velocities(message), self._stepped)
-
-    def _take_wheels(self) -> None:
+    def _take_messages(self) -> None:
+        """Take the newest command, if it is one, and what the wheels do."""
+        if message := self.cmd_vel():
+            sent, wanted = message.header.stamp, velocities(message)
+            late = self._stamps.lateness(sent.sec + 1e-9 * sent.nanosec, self.time.now)
+            if late <= LATEST_S and all(map(math.isfinite, wanted)):
+                # It came after the last step, and counts as that old: this process may stall.
+                self._wanted, self._commanded = wanted, self._stepped
         if message := self.wheels():
             self.obedience.measure(*velocities(message.twist.twist), self.time.now)
-
-    def _have_commands_ended(self) -> bool:
-        """Return whether there is no command to follow."""
-        if self.base.is_open:
-            return self.commands.must_repeat_zero(self.time.now)
-        return self.commands.have_ended(self.time.now)
 
     def _clearance(self) -> float:
         """Return how far ahead something stands within the braking distance, in m.
@@ -193,56 +166,41 @@ class CmdVelGuard(RobotNode):
             self._scan, self._scanned = scan, self.time.now
         if self.time.now - self._scanned > lidar.SILENT_AFTER_S:
             return math.nan
-        V, _ = self.limits.scaled_down(*self.commands.newest(self.time.now))
+        V, _ = self.limits.scaled_down(*self._wanted)
         scan, width = self._scan, self.limits.wheel_separation
         found = lidar.clearance(scan.ranges, scan.angle_min, scan.angle_increment, V, width)
         return math.inf if found >= lidar.braking_distance(V) else found
 
     def _switch_motors(self, before: GuardState, state: GuardState) -> None:
         """Switch the motors: off where zeros do not or may not help, on only by a start."""
-        if state in _MOTORS_OFF or (state is GuardState.CONTESTED and self.base.is_open):
+        if state in _MOTORS_OFF:
             self.motors.cut()
-        elif state is GuardState.FOLLOWING and before is not state:
-            self.motors.give()
         elif state is not GuardState.FOLLOWING:
             self.motors.leave()
+        elif before is not state:
+            self.motors.give()
         self.motors.step(self.time.now)
 
     def _disobeys(self) -> bool:
-        """Return whether the base goes on despite zero, whoever commands it."""
-        commanded = self.commands.newest(self.time.now) if self.base.is_open else self.sent
-        found = self.obedience.update(*commanded, self.time.now)
-        ignores = found is Disobedience.IGNORES_ZERO
-        # Between experiments a person may push an open base, and then drive it without a start.
-        return ignores and not (self.base.is_open and self.obedience.came_to_rest)
+        """Return whether the base goes on despite zero; one that listens to others may."""
+        found = self.obedience.update(*self.sent, self.time.now)
+        return found is Disobedience.IGNORES_ZERO and self._trouble is not GuardState.OPEN
 
-    def _command(self, state: GuardState) -> None:
-        """Tell the base what it may do; an open base only zero."""
-        now = self.time.now
-        if self.base.is_open:
-            if self.commands.must_repeat_zero(now) or state in _DEFENDED:
-                self._publish(*STOP)
-            return
-        wanted = self.commands.newest(now) if state is GuardState.FOLLOWING else STOP
-        self.sent = self.limits.scaled_down(*wanted)
-        self._publish(*self.sent)
-
-    def _publish(self, V: float, omega: float) -> None:
-        for publisher in self._to_base:
-            publisher.publish(filled(command(self.base.kind, self._frame), V, omega))
+    def _send(self, V: float, omega: float) -> None:
+        self.sent = V, omega
+        self.base.publish(V, omega)
 
     def _publish_report(self, decision: GuardDecision) -> None:
         """Publish the decision, at once if it is new; log it if it stops the robot."""
-        private = self.base.is_there and not self.base.is_open
-        report = GuardReport(decision, private, self.options.lidar)
+        report = GuardReport(decision, self.options.lidar)
         if report == self.report and self.time.now - self._reported < _REPORT_EVERY_S:
             return
         was, state = self.report.state, decision.state
-        is_news = was is GuardState.FOLLOWING or state in _DEFENDED
+        is_news = was is GuardState.FOLLOWING or state in _LOGGED
         if state.stops and state is not was and is_news:
             self.warn(f'{self._name} is stopped: {decision.reason}')
         self.report, self._reported = report, self.time.now
-        self.reports.publish(report.message(self._name, self.surroundings.cmd_vel))
+        self.reports.publish(report.message(self._name, self._cmd_vel))
 
     @property
     def _name(self) -> str:

@@ -12,7 +12,6 @@ from rclpy.qos import QoSProfile
 
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardState
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.polling import PolledTopic
 
 SILENT_AFTER_S = 0.5
@@ -47,12 +46,10 @@ class GuardReport:
 
     Attributes:
         decision: What it lets its robot do, and why.
-        private: Whether the robot's base listens to the guard alone.
         lidar: Whether it stops the robot when something is in its way.
     """
 
     decision: GuardDecision
-    private: bool
     lidar: bool = False
 
     @property
@@ -64,7 +61,6 @@ class GuardReport:
         """Return the message of a robot by name, with the topic that its base listens to."""
         values = {
             'state': self.state.value,
-            'private': _YES if self.private else _NO,
             'lidar': _YES if self.lidar else _NO,
         }
         level = DiagnosticStatus.WARN if self.state.stops else DiagnosticStatus.OK
@@ -80,7 +76,7 @@ class GuardReport:
             decision = GuardDecision(GuardState(values.get('state')), message.message)
         except ValueError:
             decision = GuardDecision(GuardState.HELD, 'its report is invalid')
-        return cls(decision, values.get('private') == _YES, values.get('lidar') == _YES)
+        return cls(decision, values.get('lidar') == _YES)
 
 
 class GuardWatch:
@@ -109,11 +105,9 @@ class GuardWatch:
         self._now, self.found_deaf = now, False
         self._messages.take()
 
-    def look_around(self) -> set[bytes]:
-        """Count who reports as the guard; return the process that may command zero as such."""
-        found = cmd_vel_topics.participants(self._node, self._topic)
-        self._nb_senders = len(found)
-        return found if self.is_open else set()
+    def look_around(self) -> None:
+        """Count who reports as the guard."""
+        self._nb_senders = self._node.count_publishers(self._topic)
 
     @property
     def intruder(self) -> str:
@@ -126,19 +120,14 @@ class GuardWatch:
         """Why its reports cannot be trusted; empty if they can."""
         return _SEVERAL.format(self._nb_senders) if self._nb_senders > 1 else ''
 
-    @property
-    def is_open(self) -> bool:
-        """Whether the base of the robot receives cmd_vel directly, past its guard."""
-        return self.report is not None and not self.report.private and not self.doubt
-
     def is_there(self) -> bool:
         """Return whether it has reported recently."""
         return self._now - self._received <= SILENT_AFTER_S
 
     @property
     def has_ended(self) -> bool:
-        """Whether it is silent, and its base listens to it alone."""
-        return self.report is not None and self.report.private and not self.is_there()
+        """Whether it has fallen silent."""
+        return self.report is not None and not self.is_there()
 
     def trouble(self, demanded: bool, lidar: bool = False) -> str:
         """Return why its robot may not move; empty if it may.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -137,24 +137,10 @@ def twins(node: Node, topic: str) -> bool:
     return max(names.values(), default=0) > 1
 
 
-def rival(node: Node, topic: str, allowed: Collection[bytes]) -> str:
-    """Return another process that commands the robot, or a second robot; '' if there is none.
-
-    `allowed` has the identifiers of the processes that may command it; node names can be forged.
-    """
-    rivals = strangers(node, topic, allowed)
-    if rivals:
-        return f'{rivals[0]} also commands it'
-    return f'several robots listen to {topic}' if twins(node, topic) else ''
-
-
-def strangers(node: Node, topic: str, allowed: Collection[bytes]) -> list[str]:
-    """Return the names of a topic's publishers outside some processes."""
-    return [
-        endpoint.name
-        for endpoint in publishers(node, topic)
-        if endpoint.participant not in allowed
-    ]
+def rivals(node: Node, topic: str, *allowed: str) -> list[str]:
+    """Return the names of a topic's publishers, but one of each full name that may publish."""
+    names = Counter(one.name for one in publishers(node, topic))
+    return list((names - Counter(allowed)).elements())
 
 
 def _endpoint(info: TopicEndpointInfo) -> Endpoint:

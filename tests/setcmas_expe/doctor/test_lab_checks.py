@@ -59,7 +59,7 @@ def test_bodies_that_another_preset_would_receive_are_named():
     assert same == ['natnet or nokov or optitrack would receive Red, tb3_1']
 
 
-GUARDED = GuardReport(GuardDecision(GuardState.IDLE), private=True)
+GUARDED = GuardReport(GuardDecision(GuardState.IDLE))
 LAB = load_lab(DEFAULT_FILE, 1)
 GOOD = RobotCheck(
     robot=LabRobot.numbered(1),
@@ -92,7 +92,6 @@ def test_a_robot_that_is_well():
         ({'kinds': ['std_msgs/msg/String']}, PROBLEM, 'std_msgs/msg/String'),
         ({'rival': '/joy also commands it'}, PROBLEM, '/joy also commands it'),
         ({'guard': None}, PROBLEM, 'cmd_vel_guard'),
-        ({'guard': replace(GUARDED, private=False)}, NOTE, 'cmd_vel_guarded'),
         ({'guard': replace(GUARDED, decision=stopped(GuardState.EMERGENCY))}, NOTE, 'R twice'),
         ({'battery': 20.0}, NOTE, '20 %'),
         ({'battery': 5.0}, PROBLEM, '5 %'),

@@ -16,7 +16,7 @@ WELL = GuardSituation(
     commanders=['/bridge'],
     intruders=[],
     disobeys=False,
-    base_listens=True,
+    base=None,
     has_ended=False,
 )
 
@@ -32,7 +32,8 @@ WELL = GuardSituation(
         ({'clearance': 0.2}, GO, GuardState.OBSTRUCTED),
         ({'clearance': 0.2}, PAUSED, GuardState.PAUSED),
         ({'clearance': math.nan}, GO, GuardState.BLIND),
-        ({'base_listens': False}, PAUSED, GuardState.UNCONNECTED),
+        ({'base': GuardState.UNCONNECTED}, PAUSED, GuardState.UNCONNECTED),
+        ({'base': GuardState.OPEN}, PAUSED, GuardState.OPEN),
         ({'disobeys': True}, PAUSED, GuardState.DEAF),
         ({'commanders': ['/bridge', '/rogue']}, PAUSED, GuardState.CONTESTED),
         ({'intruders': ['/rogue']}, PAUSED, GuardState.INTRUDED),
@@ -50,7 +51,7 @@ STOPS = [
     {'has_ended': True},
     {'clearance': 0.2},
     {'clearance': math.nan},
-    {'base_listens': False},
+    {'base': GuardState.OPEN},
     {'disobeys': True},
     {'commanders': ['/bridge', '/rogue']},
     {'intruders': ['/rogue']},

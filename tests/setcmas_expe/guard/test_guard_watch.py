@@ -9,10 +9,10 @@ from setcmas_expe.guard.guard_watch import GuardReport, GuardWatch
 from setcmas_simu.ros import qos
 
 
-@pytest.mark.parametrize('private', [True, False])
-def test_a_message_says_all_that_a_report_does(private):
+@pytest.mark.parametrize('lidar', [True, False])
+def test_a_message_says_all_that_a_report_does(lidar):
     decision = GuardDecision(GuardState.INTRUDED, '/rogue commands it past its guard')
-    report = GuardReport(decision, private, lidar=not private)
+    report = GuardReport(decision, lidar)
 
     message = report.message('tb3_1', '/tb3_1/cmd_vel')
     assert message.level == DiagnosticStatus.WARN
@@ -28,7 +28,7 @@ def test_deaf_wheels_are_seen_though_they_stand_when_the_next_report_follows(pee
     received = peer.listen(DiagnosticStatus, '/tb3_1/guard_state')
     publisher = peer.publisher(DiagnosticStatus, '/tb3_1/guard_state', 2, qos.STATE)
     for state in (GuardState.DEAF, GuardState.PAUSED):
-        report = GuardReport(GuardDecision(state), private=True)
+        report = GuardReport(GuardDecision(state))
         publisher.publish(report.message('tb3_1', '/tb3_1/cmd_vel'))
     peer.wait_for(lambda: len(received) == 2)
 
