@@ -11,18 +11,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
 
 
-@pytest.mark.parametrize(
-    'message',
-    [
-        'has no function ',
-        'does not take ',
-        ' arguments in another order',
-        'a value that is not finite',
-        ' has not returned',
-        'it is at ',
-        'works again after ',
-    ],
-)
+@pytest.mark.parametrize('message', [' has not returned', 'it is at ', 'works again after '])
 def test_messages_are_those_of_the_program(message):
     sources = (one for name in ('simu', 'ctrl') for one in ROOT.glob(f'setcmas_{name}/**/*.py'))
 
