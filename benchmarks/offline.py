@@ -46,7 +46,9 @@ class Bare(NamedTuple):
 def laws_alone(algo, nb_robots: int, duration: float) -> float:
     """Return how long the bare functions keep a core busy, called in a plain loop, in s."""
     chosen = Scenario.of(algo, nb_robots=nb_robots).law
-    laws = [Bare(law._control, law.robot, nb_robots) for law in load_laws(chosen, nb_robots)]
+    laws = [
+        Bare(law._control.function, law.robot, nb_robots) for law in load_laws(chosen, nb_robots)
+    ]
     poses = start_poses(nb_robots)
     begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):

@@ -21,18 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.laws.script_errors import (
-    ControlError,
-    ErrorReports,
-    StopCall,
-    failure_of,
-)
-from setcmas_ctrl.laws.script_function import (
-    WrongResultError,
-    checked_function,
-    numbers_of,
-    wrong_result,
-)
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
@@ -43,7 +33,11 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
 STEP = 'step(state, command, Ts)'
 """The function that a robot script must define."""
 
-_OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
+_FUNCTIONS = (
+    ('step', STEP, 'x, y, theta'),
+    ('start', 'start(x, y, theta)', 'numbers'),
+    ('command', 'command(velocity, pose)', 'numbers'),
+)
 _STOPS = 'stops; the other robots continue'
 _process = ExitStack()
 
@@ -65,11 +59,12 @@ class ScriptRobot(RobotModel):
         self._path = path.resolve()
         self._robot = robot
         functions = vars(load_script(self._path, robot, STEP))
-        self._step = checked_function(functions.get('step'), self._path, STEP, 'x, y, theta')
         self._own = {
-            name: checked_function(functions[name], self._path, expected, 'numbers')
-            for name, expected in _OPTIONAL.items()
-            if name in functions
+            name: ScriptFunction(
+                checked_function(functions.get(name), self._path, form, result), self._path, name
+            )
+            for name, form, result in _FUNCTIONS
+            if name in functions or name == 'step'
         }
         if 'command' in self._own:
             self.motion = Motion.FREE  # as far as the script says
@@ -91,7 +86,7 @@ class ScriptRobot(RobotModel):
             return state
         try:
             arguments = tuple(poses[:, 0].tolist())
-            own = self._numbers(self._own['start'], arguments, range(3, 1000))
+            own = np.array(self._own['start'].numbers(range(3, 1000), *arguments))
         except ControlError as error:
             raise SetcmasError(str(error)) from error
         return np.concatenate([state, own[3:, None]])
@@ -99,7 +94,7 @@ class ScriptRobot(RobotModel):
     def _command(self, velocities: Floats, poses: Floats, _: float) -> Floats:
         """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
         commands = np.zeros((3, 1))
-        result = self._called(self._own['command'], (velocities[:, 0], poses[:, 0]), (2, 3))
+        result = self._called('command', (velocities[:, 0], poses[:, 0]), (2, 3))
         if result is not None:
             commands[[0, 2] if len(result) == 2 else [0, 1, 2], 0] = result
         return commands
@@ -109,7 +104,7 @@ class ScriptRobot(RobotModel):
         later: Floats = states.copy()
         later[TWIST] = 0.0
         own = np.concatenate([states[POSE, 0], states[TWIST.stop :, 0]])
-        result = self._called(self._step, (own, commands[:, 0].copy(), Ts), (len(own),))
+        result = self._called('step', (own, commands[:, 0].copy(), Ts), (len(own),))
         self._t += Ts
         if result is not None:
             later[POSE, 0], later[TWIST.stop :, 0] = result[:3], result[3:]
@@ -117,39 +112,19 @@ class ScriptRobot(RobotModel):
         return later
 
     def _called(
-        self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
+        self, name: str, arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
         """Call a function of the script; return its numbers, or None if it fails."""
         if on_call:
             on_call(self._robot, self._path)
         try:
-            result = self._numbers(function, arguments, sizes)
+            result = np.array(self._own[name].numbers(sizes, *arguments))
         except ControlError as error:
             self.failed = True
             self._reports.failed(self._robot, self._t, error)
             return None
         self._reports.succeeded(self._robot, self._t)
         return result
-
-    def _numbers(
-        self,
-        function: Callable[..., Any],
-        arguments: tuple[Any, ...],
-        sizes: range | tuple[int, ...],
-    ) -> Floats:
-        """Call a function of the script; return its numbers, or raise ControlError."""
-        try:
-            result = function(*arguments)
-        except (StopCall, KeyboardInterrupt):
-            raise
-        except BaseException as error:  # whatever a script raises, the other robots continue
-            raise failure_of(error, self._path) from error
-        try:
-            return numbers_of(result, sizes, getattr(function, '__name__', 'the function'))
-        except WrongResultError as error:
-            count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-            expected = f'it must return {count} finite numbers'
-            raise wrong_result(function, self._path, result, error, expected) from error
 
 
 def _twist(before: Floats, after: Floats, Ts: float) -> Floats:

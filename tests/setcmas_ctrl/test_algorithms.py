@@ -78,7 +78,7 @@ def test_followers_keep_their_places_around_the_leader():
 
 def test_further_followers_get_places_of_their_own():
     law = ControlLaw(find_script('leader_follower_formation'), 2, 30)
-    module = law._control.__globals__
+    module = law.names
     places = np.array(module['places_of'](29))
     gaps = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     np.fill_diagonal(gaps, np.inf)
@@ -140,13 +140,13 @@ def test_every_built_in_works_for_any_number_of_robots(path):
 @pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)
 def test_velocities_below_a_centimetre_per_second_become_zero(path):
     law = ControlLaw(path, 1, 1)
-    target = law._control.__globals__.get('WPL', [[2, 0]])[0]
+    target = law.names.get('WPL', [[2, 0]])[0]
     resting = np.array([[target[0] + 0.001], [target[1]], [0.0]])
     if path.stem == 'traj_tracking':
-        law._control.__globals__['W'] = 0.0
+        law.names['W'] = 0.0
     if path.stem == 'coverage':
-        law._control.__globals__['BOX'] = [[1, -1], [3, 1]]
+        law.names['BOX'] = [[1, -1], [3, 1]]
     if path.stem == 'resilient_consensus':
-        law._control.__globals__['REBELS'] = []
+        law.names['REBELS'] = []
 
     assert network.call_law(law, resting, 0.0) == (0.0, 0.0)

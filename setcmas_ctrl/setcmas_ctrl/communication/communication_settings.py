@@ -28,6 +28,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
 )
 from setcmas_ctrl.laws.exercise import unfilled_note
 from setcmas_ctrl.laws.script_errors import ErrorReports
+from setcmas_ctrl.laws.script_function import file_of
 from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script, find_script_of
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
@@ -179,8 +180,7 @@ class Communication:
         condition = self._condition or further_than(self.threshold)
         if isinstance(condition, Mapping):
             condition = condition[robot]
-        code = getattr(condition, '__code__', None)
-        return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
+        return Broadcast(robot, condition, file_of(condition, 'ctc'), reports)
 
 
 def chosen_communication(

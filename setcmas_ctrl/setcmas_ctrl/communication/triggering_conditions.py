@@ -29,14 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.message_content import Value, read_only
-from setcmas_ctrl.laws.script_errors import (
-    ControlError,
-    ErrorReports,
-    StopCall,
-    failure_of,
-    scripts_own,
-)
-from setcmas_ctrl.laws.script_function import WrongResultError, numbers_of, wrong_result
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.laws.script_function import ScriptFunction
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -60,7 +54,6 @@ VALUES = ('value', 'last_value')
 NEIGHBOURS = RECEIVED, MEASURED = ('received', 'measured')
 """Further ones: the poses of the robot's neighbours."""
 
-_EXPECTED = 'it must return True or False'
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 
 
@@ -136,7 +129,7 @@ class Broadcast:
             SetcmasError: The condition has neither form.
         """
         self.robot = robot
-        self._condition = condition
+        self._triggers = triggering(condition, path)
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
@@ -183,35 +176,20 @@ class Broadcast:
         values: dict[str, Any] = {name: read_only(given[name]) for name in self._values_taken}
         values |= {name: poses.copy() for name, poses in self._neighbours.items()}
         try:
-            result = self._condition(*arguments, t, **values)
-            answer = checked_answer(self._condition, result, self.path)
-        except StopCall:
-            raise
-        except BaseException as error:  # whatever a script raises, the robots continue
-            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
-                raise
-            failure = error if isinstance(error, ControlError) else failure_of(error, self.path)
+            (answer,) = self._triggers(*arguments, t, **values)
+        except ControlError as error:
             self._failing = True
-            self._reports.failed(self.robot, t, failure)
+            self._reports.failed(self.robot, t, error)
             return True
         if self._failing:
             self._failing = False
             self._reports.succeeded(self.robot, t)
-        return answer
+        return bool(answer)
 
 
-def checked_answer(condition: Condition, result: Any, path: Path) -> bool:
-    """Convert the result of a condition, of a script, to a bool; 0 and 1 are accepted.
-
-    Raises:
-        ControlError: It is something else.
-    """
-    if isinstance(result, (bool, np.bool_)):  # the usual case
-        return bool(result)
-    try:
-        return bool(numbers_of(result, (1,), 'ctc')[0])
-    except WrongResultError as error:
-        raise wrong_result(condition, path, result, error, _EXPECTED) from error
+def triggering(condition: Condition, path: Path) -> ScriptFunction:
+    """Return a condition, of a script, as a function that returns one number: 0 for no."""
+    return ScriptFunction(condition, path, 'ctc', (1,), 'True or False')
 
 
 def _position(state: State) -> Floats:

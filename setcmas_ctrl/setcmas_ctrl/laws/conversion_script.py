@@ -21,23 +21,13 @@ import numpy as np
 from setcmas_ctrl.laws.script_errors import (
     ControlError,
     ErrorReports,
-    StopCall,
-    failure_of,
-    scripts_own,
 )
-from setcmas_ctrl.laws.script_function import (
-    WrongResultError,
-    checked_function,
-    numbers_of,
-    wrong_result,
-)
+from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function, file_of
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.arrays import Floats
 
 SI_TO_UNI = 'si_to_uni(velocity, pose, komega)'
 """The function that a script for `--si-to-uni` must define."""
-
-_EXPECTED = 'it must return two finite numbers: return V, omega'
 
 GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
 """A script, a function, or a function for each robot; None is the built-in si_to_uni."""
@@ -66,12 +56,8 @@ class ScriptConversion:
         Raises:
             SetcmasError: The script does not load, or the function takes other arguments.
         """
-        if isinstance(function, Path):
-            self.path, self._function = function, load_conversion(function, robot)
-        else:
-            code = getattr(function, '__code__', None)
-            self.path = Path(code.co_filename if code else 'si_to_uni')
-            self._function = checked_function(function, self.path, SI_TO_UNI, 'V, omega')
+        self._function = load_conversion(function, robot)
+        self.path = self._function.path
         self._robot, self._reports = robot, reports
         self.has_failed = False
         self._time, self._during_call = time, during_call
@@ -86,15 +72,14 @@ class ScriptConversion:
             zip(velocities.T.tolist(), poses.T.tolist(), strict=True)
         ):
             if all(map(math.isfinite, (*velocity, *pose))):
-                V, omega = self._called(tuple(velocity), tuple(pose), komega)
-                commands[:, column] = V, 0.0, omega
+                commands[[0, 2], column] = self._called(tuple(velocity), tuple(pose), komega)
         return commands
 
-    def _called(self, *arguments: Any) -> tuple[float, float]:
+    def _called(self, *arguments: Any) -> tuple[float, ...]:
         """Return V and omega, or report why they are zero."""
         try:
             with self._during_call(self._robot, self.path):
-                answer = answer_of(self._function, self.path, *arguments)
+                answer = self._function(*arguments)
         except ControlError as error:
             self._reports.failed(self._robot, self._time(), error)
             self.has_failed = True
@@ -103,31 +88,15 @@ class ScriptConversion:
         return answer
 
 
-def load_conversion(path: Path, robot: int) -> Callable[..., Any]:
-    """Return the function of a robot's own copy of a script, or raise SetcmasError."""
-    function = vars(load_script(path, robot, SI_TO_UNI)).get('si_to_uni')
-    return checked_function(function, path, SI_TO_UNI, 'V, omega')
-
-
-def answer_of(function: Callable[..., Any], path: Path, *arguments: Any) -> tuple[float, float]:
-    """Return V and omega that a function of a script returns.
-
-    Raises:
-        ControlError: It fails, or returns something else.
-    """
-    try:
-        result = function(*arguments)
-    except StopCall:
-        raise
-    except BaseException as error:  # whatever a script raises, the other robots continue
-        if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
-            raise
-        raise failure_of(error, path) from error
-    try:
-        V, omega = numbers_of(result, (2,), 'si_to_uni').tolist()
-    except WrongResultError as error:
-        raise wrong_result(function, path, result, error, _EXPECTED) from error
-    return V, omega
+def load_conversion(given: Path | Callable[..., Any], robot: int) -> ScriptFunction:
+    """Return a function, or that of a robot's own copy of a script, or raise SetcmasError."""
+    if isinstance(given, Path):
+        path, function = given, vars(load_script(given, robot, SI_TO_UNI)).get('si_to_uni')
+    else:
+        path, function = file_of(given, 'si_to_uni'), given
+    function = checked_function(function, path, SI_TO_UNI, 'V, omega')
+    expected = 'two finite numbers: return V, omega'
+    return ScriptFunction(function, path, 'si_to_uni', expected=expected)
 
 
 def script_conversions(

@@ -11,6 +11,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,9 @@ from setcmas_ctrl.laws.script_errors import (
     ControlError,
     StopCall,
     described_place,
+    failure_of,
     quoted_line,
+    scripts_own,
     short_repr,
 )
 from setcmas_simu.arrays import Floats
@@ -86,6 +89,12 @@ def checked_function(
             f'{expected}'
         )
     return checked
+
+
+def file_of(function: Any, name: str) -> Path:
+    """Return the file of a function; a path of this name if it has none."""
+    code = getattr(function, '__code__', None)
+    return Path(code.co_filename if code else name)
 
 
 def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
@@ -230,26 +239,76 @@ def _short(value: Any) -> str:
     return re.sub(r'np\.\w+\(([^()]*)\)', r'\1', short_repr(value))  # nan, not np.float64(nan)
 
 
-def wrong_result(
-    function: Callable[..., Any], path: Path, result: Any, error: WrongResultError, expected: str
-) -> ControlError:
-    """Return the error for a wrong result of a function, with the return that it has just taken.
+_FLOATS = {np.float64, float}
 
-    Args:
-        function: The function.
-        path: Its script.
-        result: What it returned.
-        error: What is wrong with it.
-        expected: What the function must return, in words.
+
+class ScriptFunction:
+    """A function of a script, or of Python, that must return numbers.
+
+    Attributes:
+        path: The script, or the file of the function.
+        function: The function itself.
     """
-    code: Any = getattr(function, '__code__', None)
-    file, line, text = path, None, str(error)
-    advice = _FINITE if error.is_nan else expected
-    if code:
-        file, line = Path(code.co_filename), code.co_firstlineno
-        if NOTED in code.co_names and _line:
-            line = _line
-        elif NOTED in code.co_names and result is None:
-            text += ': it reached its end without a return'
-    message = f'{described_place(file, line, path)}: {text}; {advice}{quoted_line(file, line)}'
-    return ControlError(message, (text.partition(':')[0], file, line), place=(file, line))
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        path: Path,
+        name: str,
+        sizes: tuple[int, ...] = (2,),
+        expected: str = '',
+    ) -> None:
+        """Take a function that returns as many numbers as one of the sizes says.
+
+        `expected` are the words that follow "it must return" in messages.
+        """
+        self.path = path
+        self.function, self._name = function, name
+        self._sizes, self._expected = sizes, expected
+
+    def __call__(self, *arguments: Any, **keywords: Any) -> tuple[float, ...]:
+        """Call the function; return its numbers, or raise ControlError as `numbers` does."""
+        return self.numbers(self._sizes, *arguments, **keywords)
+
+    def numbers(
+        self, sizes: tuple[int, ...] | range, *arguments: Any, **keywords: Any
+    ) -> tuple[float, ...]:
+        """Call the function; return its numbers, as many as one of the sizes says.
+
+        Raises:
+            ControlError: It has failed, or returned something else.
+        """
+        try:
+            result = self.function(*arguments, **keywords)
+        except (StopCall, ControlError):  # ControlError: from another law
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots continue
+            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+                raise
+            raise failure_of(error, self.path) from error
+        is_usual = type(result) is tuple and {*map(type, result)} <= _FLOATS
+        if is_usual and len(result) in sizes and all(map(isfinite, result)):
+            return tuple(result)
+        try:
+            return tuple(numbers_of(result, sizes, self._name).tolist())
+        except WrongResultError as error:
+            raise self._wrong(result, error, sizes) from error
+
+    def _wrong(
+        self, result: Any, error: WrongResultError, sizes: tuple[int, ...] | range
+    ) -> ControlError:
+        """Return the error for a wrong result, with the return that it has just taken."""
+        code: Any = getattr(self.function, '__code__', None)
+        file, line, text = self.path, None, str(error)
+        if code:
+            file, line = Path(code.co_filename), code.co_firstlineno
+            if NOTED in code.co_names and _line:
+                line = _line
+            elif NOTED in code.co_names and result is None:
+                text += ': it reached its end without a return'
+        count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
+        expected = f'it must return {self._expected or f"{count} finite numbers"}'
+        advice = _FINITE if error.is_nan else expected
+        place = described_place(file, line, self.path)
+        message = f'{place}: {text}; {advice}{quoted_line(file, line)}'
+        return ControlError(message, (text.partition(':')[0], file, line), place=(file, line))

@@ -55,7 +55,7 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
     laws = []
     for robot in robots:
         if robot in functions or scripts is None:
-            laws.append(ControlLaw.of_function(functions[robot], robot, nb_robots))
+            laws.append(ControlLaw(functions[robot], robot, nb_robots))
             continue
         call.begin(robot, scripts.script(robot), Function.LOADING)
         laws.append(scripts.law(robot, nb_robots))

@@ -22,13 +22,13 @@ from setcmas_ctrl.communication.message_content import (
 )
 from setcmas_ctrl.communication.triggering_conditions import (
     CTC,
-    checked_answer,
     keywords_taken,
     takes_velocities,
+    triggering,
 )
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.conversion_script import answer_of, load_conversion
-from setcmas_ctrl.laws.script_errors import ControlError, failure_of
+from setcmas_ctrl.laws.conversion_script import load_conversion
+from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
@@ -210,25 +210,23 @@ class ConfinedScript:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
         with_velocities, names = takes_velocities(condition, path.name), keywords_taken(condition)
+        triggers = triggering(condition, path)
 
         def answer(t: float, numbers: Floats, given: Contents) -> bytes:
             encoded = {name: given.values.get(name) for name in names}
             values = {name: one and read_only(one.value) for name, one in encoded.items()}
-            try:
-                result = condition(*numbers.reshape(-1, 3).copy(), t, **values)
-            except BaseException as error:
-                raise failure_of(error, path) from error
-            return TRIGGERED.pack(checked_answer(condition, result, path))
+            (answer,) = triggers(*numbers.reshape(-1, 3).copy(), t, **values)
+            return TRIGGERED.pack(bool(answer))
 
         return with_velocities, answer
 
     def _conversion(self, robot: int) -> tuple[bool, Answer]:
-        function = load_conversion(self._path, robot)
+        convert = load_conversion(self._path, robot)
 
         def answer(t: float, numbers: Floats, given: Contents) -> bytes:
             del t, given
             vx, vy, *pose, komega = numbers.tolist()
-            return VELOCITY.pack(*answer_of(function, self._path, (vx, vy), tuple(pose), komega))
+            return VELOCITY.pack(*convert((vx, vy), tuple(pose), komega))
 
         return False, answer
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.conversion_script import answer_of, load_conversion
+from setcmas_ctrl.laws.conversion_script import load_conversion
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_function import WrongResultError, checked_function, numbers_of
 from setcmas_simu.errors import SetcmasError
@@ -119,4 +119,4 @@ def test_a_function_that_a_decorator_changes_is_shown_where_it_begins(tmp_path):
     )
 
     with pytest.raises(ControlError, match=r'own\.py: si_to_uni returned 3 values'):
-        answer_of(load_conversion(path, 1), path, (0.0, 0.0), (0.0, 0.0, 0.0), 1.5)
+        load_conversion(path, 1)((0.0, 0.0), (0.0, 0.0, 0.0), 1.5)
