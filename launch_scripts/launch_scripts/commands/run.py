@@ -165,7 +165,6 @@ def _evaluate(
     from setcmas_tools.run.run import Run
 
     report = convert(folder.bag, folder.csv)
-    info = replace(info, parameters_set=report.parameters_set or None)
     if not report.fleet:
         warn(f'setcmas {args.verb}: no odometry was recorded, so there are no plots')
         return 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options.group import typed_words
 from setcmas_tools.run.run import law_title
-from setcmas_tools.run.run_info import INFO_FILE, RunInfo, origin_changes, read_info
+from setcmas_tools.run.run_info import INFO_FILE, origin_changes, read_info
 from setcmas_tools.scenario.scenario import Scenario
 
 _STARTS: dict[str, Any] = {'poses': None, 'pose': (), 'random_poses': None}
@@ -109,21 +109,10 @@ def _base(args: argparse.Namespace) -> Scenario | None:
     if scripts := scenario.scripts():
         texts = (str(one).removeprefix(f'{folder}{os.sep}') for one in scripts)
         warn(f'setcmas {args.verb}: running scripts from {named}: {", ".join(texts)}')
-    if earlier and (info := read_info(earlier)):
-        for line in _not_repeated(info):
+    if earlier and (info := read_info(earlier)) and info.origin:
+        for line in origin_changes(info.origin):
             warn(f'setcmas {args.verb}: {line}')
     return scenario
-
-
-def _not_repeated(info: RunInfo) -> Iterator[str]:
-    """Yield how repeating a run will differ from the run."""
-    if info.origin:
-        yield from origin_changes(info.origin)
-    if changes := info.parameters_set:
-        listed = ', '.join(
-            f'{one.name} = {one.value} of {one.node} at t = {one.t:.1f} s' for one in changes
-        )
-        yield f'parameters set during that run are not repeated: {listed}'
 
 
 def _earlier_scenario(folder: Path) -> Scenario:

@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import types
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
@@ -19,7 +19,6 @@ from typing import Any
 from setcmas_ctrl import rviz_marker, rviz_marker_array
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
-from setcmas_simu.plugins import OUR_PACKAGES
 
 MOST_BYTES = 2_000_000
 """Largest script."""
@@ -172,17 +171,6 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
                 path = path / part
                 places = (path.with_suffix('.py'), path / '__init__.py')
                 yield from (place for place in places if place.is_file())
-
-
-def imported_packages(sources: Iterable[bytes]) -> set[str]:
-    """Return the packages that the sources of scripts import, except Python's and setcmas's."""
-    found = set()
-    for source in sources:
-        with contextlib.suppress(SyntaxError, ValueError):
-            nodes = [node for node in _import_statements(source) if not getattr(node, 'level', 0)]
-            names = [name for node in nodes for _, name in _names(node, Path(), Path())]
-            found |= {name.partition('.')[0] for name in names}
-    return found - sys.stdlib_module_names - _DRAWING.keys() - {*OUR_PACKAGES}
 
 
 @lru_cache(maxsize=64)

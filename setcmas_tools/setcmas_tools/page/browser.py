@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import socket
-import struct
 import sys
 import time
 import webbrowser
@@ -16,25 +13,6 @@ from typing import Any, ClassVar
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Kind, OneOf, Whole
-
-_SIOCGIFADDR = 0x8915
-
-
-def network_addresses() -> dict[str, str]:
-    """Return the IPv4 addresses of network interfaces except loopback; none without fcntl."""
-    try:
-        import fcntl
-    except ImportError:
-        return {}
-    addresses = {}
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        for _, name in socket.if_nameindex():
-            with contextlib.suppress(OSError):  # it has no address
-                request = struct.pack('256s', name.encode()[:15])
-                answer = fcntl.ioctl(probe.fileno(), _SIOCGIFADDR, request)
-                addresses[name] = socket.inet_ntoa(answer[20:24])
-    return {name: ip for name, ip in addresses.items() if not ip.startswith('127.')}
-
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""

@@ -17,7 +17,6 @@ from setcmas_tools.measures.consensus_metrics import CONSENSUS, disagreement
 from setcmas_tools.page.drawn_markers import MarkerStore
 from setcmas_tools.page.page_data import SCALE, look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
-from setcmas_tools.run.run import law_title
 
 LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""
@@ -171,8 +170,7 @@ class LiveRun:
         models: Names of the models of robots whose model is announced.
         real: Whether this is an experiment, so that robots cannot be reset or started.
         ended: Whether all robots are gone; the last state stays.
-        law: The control law, if it is known.
-        task: Its task, if it is known.
+        task: The task of the control law, if it is known.
     """
 
     def __init__(self, now: float) -> None:
@@ -187,7 +185,7 @@ class LiveRun:
     def begin(self) -> None:
         """Forget the run that has ended: another one begins."""
         self.states, self.clock = PauseStates(), RunClock()
-        self.ended, self.law, self.task = False, '', ''
+        self.ended, self.task = False, ''
         self._seen: dict[int, _Seen] = {}
         self._put: set[int] = set()
         self._fresh = False
@@ -331,7 +329,7 @@ class LiveRun:
             remarks.append(f'{robots_in_words(unseen, "are")} announced, but not seen')
         return {
             'kind': 'status',
-            'title': f'{law_title(self.law)}, {count}' if self.law else count,
+            'title': count,
             'detail': '; '.join(remarks),
             'state': state,
             'paused': paused,

@@ -9,12 +9,9 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
-from rcl_interfaces.srv import GetParameters
-from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Empty, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
@@ -27,7 +24,6 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
-from setcmas_simu.ros.process import RosProcess
 from setcmas_tools.page.live import Departures, Diagnosis, LiveRun
 from setcmas_tools.page.server import Action, Pause, Reset, Stop
 
@@ -237,9 +233,6 @@ def _matrix(sizes: list[int], data: list[float]) -> Floats | None:
     return np.array(data, dtype=float).reshape(sizes)
 
 
-_PARAMETERS = f'{topics.CONTROLLERS}/get_parameters'
-
-
 class FleetCommands:
     """Publishes pause, reset and stop.
 
@@ -280,33 +273,3 @@ class FleetCommands:
         if paused and subscribers > self._subscribers:
             self._publishers[Pause].publish(Bool(data=True))
         self._subscribers = subscribers
-
-
-class LawName:
-    """Name of the control law, requested once from each new process of controllers."""
-
-    def __init__(self, process: RosProcess, node: Node, run: LiveRun) -> None:
-        """Prepare; `look` sends the request."""
-        process.add(node)
-        self._process = process
-        self._node = node
-        self._run = run
-        self._client: Client | None = None
-        self._answer: Future | None = None
-
-    def look(self) -> None:
-        """Ask, or take the answer; once a second is enough."""
-        if not self._node.count_services(_PARAMETERS):
-            if self._client:
-                self._node.destroy_client(self._client)
-            self._client = self._answer = None
-        elif not self._client:
-            self._client = self._node.create_client(GetParameters, _PARAMETERS)
-        elif not self._answer and self._client.service_is_ready():
-            self._answer = self._client.call_async(GetParameters.Request(names=[topics.LAW]))
-            self._answer.add_done_callback(self._take)
-        self._process.serve(0.0)
-
-    def _take(self, answer: Future) -> None:
-        values = answer.result().values
-        self._run.law = values[0].string_value if values else ''

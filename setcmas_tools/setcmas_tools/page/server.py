@@ -29,7 +29,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions, network_addresses
+from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions
 from setcmas_tools.page.feed import Feed
 
 LIVE = '/live'
@@ -226,8 +226,8 @@ def announce(server: PageServer, options: BrowserOptions) -> None:
     taken = '' if server.port == options.port else f' (port {options.port} is taken)'
     print(f'browser view: {server.url}{taken}', flush=True)
     if options.host in EVERYWHERE:
-        others = ', '.join(network_urls(server.port, server.query))
-        print(f'browser view for other machines: {others}', flush=True)
+        other = address_url(_way_out(), server.port) + server.query
+        print(f'browser view for other machines: {other}', flush=True)
     if server.query:
         print(
             f'warning: with --host {options.host} whoever has this address can press the buttons '
@@ -360,13 +360,6 @@ def _check(error: OSError, host: str, port: int) -> None:
         f"host '{host}' is not an address of this machine; it must be 127.0.0.1, 0.0.0.0 "
         'or an address that `hostname -I` prints'
     ) from None
-
-
-def network_urls(port: int, query: str = '') -> list[str]:
-    """Return the addresses of a page, served at all of them, for other machines."""
-    found = network_addresses()
-    named = [f'{address_url(address, port)}{query} ({name})' for name, address in found.items()]
-    return named or [address_url(_way_out(), port) + query]
 
 
 def _way_out() -> str:

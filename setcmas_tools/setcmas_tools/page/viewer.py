@@ -18,7 +18,7 @@ from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
 from setcmas_tools.page.document import checkbox, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
-from setcmas_tools.page.live_topics import FleetCommands, LawName, LiveTopics
+from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
 from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.server import PageServer, announce
 
@@ -65,7 +65,7 @@ class LivePage:
         node = FleetNode('browser_view')
         self._run = LiveRun(time.monotonic())
         self._topics = LiveTopics(node, self._run)
-        self._law = LawName(process, node, self._run)
+        process.add(node)
         self._commands = FleetCommands(node) if takes_actions else None
 
     def run(self) -> None:
@@ -98,7 +98,7 @@ class LivePage:
 
     def _look(self) -> None:
         self._topics.look()
-        self._law.look()
+        self._process.serve(0.0)
         if self._commands and self._server.has_viewers():
             self._commands.prepare()
         # The pause node of an experiment repeats its state itself.

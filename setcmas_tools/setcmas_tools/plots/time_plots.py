@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from itertools import combinations
 from typing import Any
 
@@ -163,27 +162,16 @@ _MOST_ROBOTS_IN_PAIRS = 5
 
 @applies_to(lambda run: len(run.robots) > 1)
 def draw_distances(figure: Figure, run: Run) -> None:
-    """Draw the distance of each pair of robots; for many robots, summaries.
-
-    Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below, the
-    distance of each robot to the fleet's centre.
-    """
+    """Draw the distance of each pair of robots; of more than 5, smallest, mean and largest."""
     table, grid = run.table, run.grid()
-    if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
-        figure.set_size_inches(9.0, 5.0)
-        panels, draws = [figure.add_subplot()], [_draw_pairs]
-    else:
-        figure.set_size_inches(9.0, 6.4)
-        panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
-    marks = time_axis(panels, table.t[0], table.t[-1])
-    marks += trajectories.draw_references('distances', panels[0], run)
-    for axes, draw in zip(panels, draws, strict=True):
-        handles = draw(axes, grid)
-        axes.set_ylim(bottom=0.0)
-        legend(axes, handles + marks)
-        marks = []
-    panels[0].set_title('Distances between robots')
-    figure.align_ylabels()
+    figure.set_size_inches(9.0, 5.0)
+    axes = figure.add_subplot(title='Distances between robots')
+    draw = _draw_pairs if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS else _draw_range
+    marks = time_axis([axes], table.t[0], table.t[-1])
+    marks += trajectories.draw_references('distances', axes, run)
+    handles = draw(axes, grid)
+    axes.set_ylim(bottom=0.0)
+    legend(axes, handles + marks)
 
 
 def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
@@ -213,17 +201,3 @@ def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
     (high,) = axes.plot(grid.t, largest, color='0.2', linestyle='--', label='largest')
     axes.set_ylabel('distance of pairs (m)')
     return [high, middle, low]
-
-
-def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore', RuntimeWarning)  # times without any pose
-        centre = np.nanmean([grid.x, grid.y], axis=1)
-    centre[:, ~grid.complete] = np.nan
-    drawn = drawn_robots(grid.robots)
-    rows = np.isin(grid.robots, drawn)
-    for robot, x, y in zip(drawn, grid.x[rows], grid.y[rows], strict=True):
-        distance = np.hypot(x - centre[0], y - centre[1])
-        axes.plot(grid.t, distance, **line_look(robot, len(grid.robots)))
-    axes.set_ylabel('distance to centre (m)')
-    return line_handles(grid.robots)

@@ -15,7 +15,6 @@ from setcmas_simu.fleet.topics import TRIG_ODOM
 from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
-from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, stem_of_bag, write_tables
 
@@ -34,7 +33,6 @@ class ConversionReport:
         messages: Number of rows of all topics.
         duration: From the first to the last message, in s.
         notices: A line for each loss in the bag.
-        parameters_set: The ROS parameters that were set.
     """
 
     folder: Path
@@ -43,7 +41,6 @@ class ConversionReport:
     messages: int
     duration: float
     notices: list[str]
-    parameters_set: list[ParameterChange]
 
     def __str__(self) -> str:
         fleet = f' and {self.fleet.name}' if self.fleet else ''
@@ -117,7 +114,6 @@ def _write_files(
         sum(own.nb_rows for own in written),
         (bag.end_ns - bag.start_ns) / 1e9,
         bag.notices + samples.notices,
-        samples.parameters_set(),
     )
 
 

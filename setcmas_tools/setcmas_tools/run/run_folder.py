@@ -5,17 +5,16 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_ctrl.laws.script_imports import imported_packages
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Number, PathTo
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import RunInput
-from setcmas_tools.run.run_info import INFO_FILE, RunInfo, this_origin, write_info
+from setcmas_tools.run.run_info import INFO_FILE, RunInfo, write_info
 from setcmas_tools.run.run_tables import BAG_ENDINGS, RunTables, stem_of_bag, write_tables
 from setcmas_tools.scenario.scenario_files import INPUTS
 
@@ -210,12 +209,8 @@ class RunFolder:
 
     def write_info(self, info: RunInfo) -> None:
         """Replace run.yaml, or raise SetcmasError."""
-        scripts = [given for given in self._inputs if given.path.suffix == '.py']
-        modules = imported_packages(source for one in scripts for source in one.contents)
-        own = {file.stem for one in scripts for file in one.files}
-        origin = info.origin or this_origin(frozenset(modules - own))
         with self._writing():
-            write_info(replace(info, origin=origin), self.path)
+            write_info(info, self.path)
 
     def write_tables(self, tables: RunTables) -> None:
         """Write the CSV files, or raise SetcmasError."""

@@ -93,10 +93,9 @@ class Origin:
 
 
 @functools.cache
-def this_origin(modules: frozenset[str] = frozenset()) -> Origin:
-    """Return the origin of runs of this process, whose scripts import these installed modules."""
-    packages = [*_PACKAGES, *sorted(map(_package_of, modules))]
-    found = {name: version for name in packages if (version := _version(name))}
+def this_origin() -> Origin:
+    """Return the origin of runs of this process."""
+    found = {name: version for name in _PACKAGES if (version := _version(name))}
     return Origin(
         _commit() or __version__,
         {'python': platform.python_version(), **found, **plugin_versions()},
@@ -114,14 +113,6 @@ def origin_changes(origin: Origin) -> list[str]:
         for name, version in before.items()
         if version != now[name]
     ]
-
-
-def _package_of(module: str) -> str:
-    if _version(module):
-        return module
-    from importlib import metadata
-
-    return metadata.packages_distributions().get(module, [module])[0]
 
 
 def _version(package: str) -> str | None:
@@ -216,22 +207,6 @@ _SHOWN = ('algo', 'nb_robots', 'duration', 'seed')
 
 
 @dataclass(frozen=True)
-class ParameterChange:
-    """A ROS parameter that was set during a run.
-
-    Attributes:
-        t: When, in s from the first command.
-        node: Full name of its node, such as '/controllers'.
-        value: Its value from then on.
-    """
-
-    t: float
-    node: str
-    name: str
-    value: Any
-
-
-@dataclass(frozen=True)
 class RunInfo:
     """Content of run.yaml.
 
@@ -245,7 +220,6 @@ class RunInfo:
             runs leave equal files.
         origin: Versions and machine; None is this process.
         failures: Failures of scripts with robot and time; None if none, or if unknown.
-        parameters_set: The ROS parameters that were set; None if none were, or if unknown.
     """
 
     command: list[str] = field(default_factory=list)
@@ -256,7 +230,6 @@ class RunInfo:
     started: str | None = None
     origin: Origin | None = None
     failures: list[ScriptFailure] | None = None
-    parameters_set: list[ParameterChange] | None = None
 
     def __repr__(self) -> str:
         """Return one line."""

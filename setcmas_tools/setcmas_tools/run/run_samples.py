@@ -29,7 +29,6 @@ from setcmas_tools.run.communication_record import (
     record_of,
 )
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
-from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_tables import RunTables
 
 if TYPE_CHECKING:
@@ -176,11 +175,6 @@ class CommunicationSamples:
 
 _MARKER = 'visualization_msgs/msg/Marker'
 _SPHERE_TYPE = 2
-_VALUES = (
-    'bool_value', 'integer_value', 'double_value', 'string_value', 'byte_array_value',
-    'bool_array_value', 'integer_array_value', 'double_array_value', 'string_array_value',
-)  # fmt: skip
-"""Fields of rcl_interfaces/ParameterValue, in the order of its types from 1."""
 
 
 def names_here(found: Iterable[str], odometry_topic: str) -> dict[str, str]:
@@ -249,7 +243,6 @@ class RunSamples:
         self._references: References | None = None
         self.notices: list[str] = []
         self._safety: list[law_output.SafetyRow] = []
-        self._changes: list[ParameterChange] = []
 
     def _name(self, topic: BagTopic) -> str:
         return self.names.get(topic.name, topic.name)
@@ -268,7 +261,6 @@ class RunSamples:
         """Return the functions by topic, without the robot's prefix, and message type."""
         return {
             (topics.TASK, 'std_msgs/msg/String'): self._take_task,
-            (topics.PARAMETER_EVENTS, 'rcl_interfaces/msg/ParameterEvent'): self._take_parameters,
             (topics.DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray'): self._take_statuses,
             (topics.COMMUNICATION_GRAPH, 'std_msgs/msg/Float32MultiArray'): (
                 self._communication.take_graph
@@ -309,24 +301,12 @@ class RunSamples:
             self._communication.messages(),
         )
 
-    def parameters_set(self) -> list[ParameterChange]:
-        """Return the parameters that were set, in the order of time."""
-        return self._changes
-
     def _take_task(self, _: int, message: Any) -> None:
         try:
             self._references = References.decoded(message.data)
         except ValueError as error:  # of another program
             if (line := not_understood(error)) not in self.notices:
                 self.notices.append(line)
-
-    def _take_parameters(self, time_ns: int, message: Any) -> None:
-        for parameter in message.changed_parameters:
-            kind = parameter.value.type
-            value = getattr(parameter.value, _VALUES[kind - 1]) if 0 < kind < 10 else None
-            value = value.tolist() if isinstance(value, np.ndarray) else value
-            change = ParameterChange(round(time_ns / 1e9, 6), message.node, parameter.name, value)
-            self._changes.append(change)
 
     def _take_statuses(self, time_ns: int, message: Any) -> None:
         for status in message.status:

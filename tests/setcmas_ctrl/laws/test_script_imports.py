@@ -3,7 +3,7 @@ import sys
 import pytest
 from control_functions import load_control
 
-from setcmas_ctrl.laws.script_imports import helper_files, helper_modules, imported_packages
+from setcmas_ctrl.laws.script_imports import helper_files, helper_modules
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.errors import SetcmasError
 
@@ -169,14 +169,3 @@ def test_a_folder_of_that_name_does_not_hide_an_installed_package(folder, tmp_pa
     law = 'import colorsys\ndef control(i, n, p, t):\n    return colorsys.rgb_to_hls(0, 0, 0)\n'
 
     assert load_control(folder(law=law), 1)(1, 1, None, 0.0) == (0, 0, 0)
-
-
-def test_installed_packages_that_scripts_import_are_known_without_running_them():
-    sources = [
-        b'import os, numpy.linalg as la\ndef f():\n    from yaml import x',
-        b'from . import a',
-        b'import rviz_marker\nfrom setcmas_ctrl import drawing',
-        b'(',
-    ]
-
-    assert imported_packages(sources) == {'numpy', 'yaml'}

@@ -6,7 +6,6 @@ from recordings import RECORDER, recorded, wait_until_on_disk
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.run.bag_conversion import convert
 
 pytest.importorskip('rclpy')
 
@@ -36,7 +35,7 @@ def test_every_topic_and_those_that_appear_later(record, peer, bag):
     assert 'recorded 101 messages of 2 topics in ' in recorder.output()
 
 
-def test_parameters_that_are_set_and_logs_are_kept(record, peer, bag, tmp_path):
+def test_parameters_that_are_set_and_logs_are_kept(record, peer, bag):
     peer.node.declare_parameter('vnom', 0.5)
     recorder = record()
     peer.wait_for(lambda: peer.node.count_subscribers('/parameter_events'))
@@ -47,12 +46,8 @@ def test_parameters_that_are_set_and_logs_are_kept(record, peer, bag, tmp_path):
     wait_until_on_disk(peer, bag, '/rosout')
 
     assert recorder.end() == 0
-    (change,) = convert(bag, tmp_path / 'csv').parameters_set
-    assert (change.node, change.name, change.value) == (
-        peer.node.get_fully_qualified_name(),
-        'vnom',
-        0.1,
-    )
+    (event,) = recorded(bag, '/parameter_events')
+    assert event.changed_parameters[0].name == 'vnom'
     assert 'slow down' in [log.msg for log in recorded(bag, '/rosout')]
 
 

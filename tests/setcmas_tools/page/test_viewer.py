@@ -75,7 +75,7 @@ def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
         homes = {robot: position(odometry[robot][-1]) for robot in odometry}
         wait_for(lambda: [row[-1] for row in rows(browser).values()] == ['standing'] * 3)
         start(*CTRL, '--algo', 'leader_follower_formation')
-        wait_for(lambda: text(browser, 'title') == 'leader_follower_formation, 3 robots')
+        wait_for(lambda: text(browser, 'title') == '3 robots')
         wait_for(lambda: text(browser, 'state') == 'running')
         peer.wait_for(lambda: all_move(commands))
 

@@ -7,14 +7,13 @@ from circling_fleets import drawn
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.plots.style import line_look, plot_style
 from setcmas_tools.plots.time_plots import (
-    draw_distances,
     draw_heading,
     draw_positions,
     draw_velocities,
 )
 from setcmas_tools.plots.trajectories import draw_trajectories
 
-DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities, draw_distances]
+DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities]
 STYLES = [(8, 'ros1', None), (8, 'okabe-ito', 'page'), (50, 'ros1', 'column')]
 
 

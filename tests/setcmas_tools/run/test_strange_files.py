@@ -213,17 +213,3 @@ def test_a_robot_beyond_the_largest_fleet_is_none(tmp_path, write_bag, make):
     assert Run.load(bag).robots == [1]
     assert len(convert(bag).files) == 3
     assert find_run(bag).bag == bag
-
-
-def test_parameters_that_were_set_have_their_times(tmp_path, write_bag, make):
-    value = make('rcl_interfaces/msg/ParameterValue', {'type': 3, 'double_value': 0.1})
-    vnom = make('rcl_interfaces/msg/Parameter', {'name': 'vnom', 'value': value})
-    event = {'node': '/controllers', 'changed_parameters': [vnom], 'new_parameters': [vnom]}
-    messages = [('/tb3_1/odom', i / 10, make('nav_msgs/msg/Odometry')) for i in range(20)]
-    messages += [('/tb3_1/cmd_vel', 0.5, make('geometry_msgs/msg/TwistStamped'))]
-    messages += [('/parameter_events', 1.2, make('rcl_interfaces/msg/ParameterEvent', event))]
-
-    (change,) = convert(write_bag(tmp_path / 'bag', messages)).parameters_set
-
-    assert (change.node, change.name, change.value) == ('/controllers', 'vnom', 0.1)
-    assert change.t == pytest.approx(0.7)
