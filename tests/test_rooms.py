@@ -53,7 +53,6 @@ MAY_IMPORT_ROS = {
 """The modules by their rooms."""
 
 SCENARIOS = [
-    'launch_scripts.commands.test_agreement',
     'launch_scripts.commands.test_site_page',
     'launch_scripts.test_packages',
     'setcmas_ctrl.controllers.test_experiment',

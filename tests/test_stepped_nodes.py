@@ -102,6 +102,13 @@ def test_each_scenario_goes_as_offline(name, domain):
         np.testing.assert_array_equal(nodes.sent, sent)
 
 
+def test_a_fleet_over_a_bad_network_goes_exactly_the_same_way_as_offline(domain):
+    links = {'graph': 'ring', 'loss': 0.3, 'delay': 0.1, 'noise': 0.02}
+    scenario = Scenario.of('consensus', nb_robots=20, duration=10.0, **links)
+
+    assert np.array_equal(stepped(scenario, domain).poses, simulate(scenario).poses)
+
+
 @pytest.mark.parametrize(
     ('module', 'name'), [(unicycle, 'step'), (si_to_uni, 'si_to_uni')], ids=['step', 'si_to_uni']
 )

@@ -68,7 +68,7 @@ RUNS = {
         '--range=9', '--set=K=0.9', '--seed=5', '--pose=2:1,0.5,1.57', '--duration=8',
     ],
 }  # fmt: skip
-"""Options of each run, offline and over ROS."""
+"""Options of each run."""
 
 BAGS = {'bag.mcap': 'bag', 'foreign_mcap': 'foreign_bag', 'foreign_sqlite3': 'foreign_bag'}
 """The golden files of each bag: the same messages in both formats have the same tables."""

@@ -6,12 +6,9 @@ their last digit.
 
 import re
 
-import numpy as np
 import pytest
 from golden import store
 from sandboxes import needs_sandbox
-
-from setcmas_tools import Scenario, simulate
 
 NUMBER = re.compile(rb'-?\d+\.\d+(?:e[-+]\d+)?')
 LAST_DIGIT = 1.1e-9
@@ -40,19 +37,6 @@ def test_an_offline_run_is_the_golden_one(name, tmp_path):
     made = store.run(name, tmp_path)
     compare(made, name)
     assert made.keys() == store.stored(name).keys()
-
-
-@pytest.mark.parametrize('name', store.RUNS)
-def test_the_nodes_of_a_run_move_robots_as_the_offline_run(name, tmp_path, domain):
-    pytest.importorskip('rclpy')
-    from stepped_nodes import stepped_nodes
-
-    store.run(name, tmp_path)
-    scenario = Scenario.load(tmp_path / name / 'run.yaml')
-    with stepped_nodes(scenario, domain) as nodes:
-        nodes.run()
-
-    assert np.array_equal(nodes.poses, simulate(scenario).poses)
 
 
 @pytest.mark.parametrize(('name', 'golden'), store.BAGS.items())

@@ -11,7 +11,6 @@ from processes import SETCMAS, TIMEOUT_S, run_here, run_setcmas
 
 pytest.importorskip('rclpy')
 
-NIGHTLY = pytest.mark.nightly
 DELAYED = "import sys, time\nif any('{}' in text for text in sys.orig_argv):\n    time.sleep({})\n"
 RUN = (*SETCMAS, 'run', '--no-plots', '--output', 'out')
 
@@ -86,15 +85,11 @@ def wait_for_growth(path):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize(
-    'victim',
-    ['controller', *(pytest.param(one, marks=NIGHTLY) for one in ('simulator', 'recorder'))],
-)
-def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path, victim):
+def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path):
     process = start(*RUN, '--algo', 'consensus', '--nb-robots', '2', cwd=tmp_path)
     process.wait_for_output('[ctrl] controlling')
     nodes = nodes_of(process)
-    dying = [pid for pid in nodes if victim in ' '.join(psutil.Process(pid).cmdline())]
+    dying = [pid for pid in nodes if 'controller' in ' '.join(psutil.Process(pid).cmdline())]
     os.kill(dying[0], signal.SIGKILL)
 
     assert process.wait() not in (0, 2)
