@@ -177,10 +177,13 @@ ENDS = _bodies({
         'os.write(4, struct.pack("<I", 9000) + bytes(9000))', 'wrote on its connection'
     ),
     'not a number': (
-        'os.write(4, struct.pack("<Idd", 16, float("nan"), 0)); os.close(4)', 'invalid reply'
+        'data = msgspec.msgpack.encode({"type": "Reply", "numbers": [float("nan"), 0.0]})\n'
+        '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'replies ahead': (
-        'os.write(4, 3 * struct.pack("<Idd", 16, 0.2, 0)); os.close(4)', 'wrote on its connection'
+        'data = msgspec.msgpack.encode({"type": "Reply", "numbers": [0.2, 0.0]})\n'
+        '    os.write(4, 3 * (struct.pack("<I", len(data)) + data)); os.close(4)',
+        'wrote on its connection',
     ),
     'nested data': (
         'os.write(4, struct.pack("<I", 8000) + b"\\x91" * 8000); os.close(4)', 'invalid reply'
@@ -191,7 +194,7 @@ ENDS = _bodies({
     ),
     'many dimensions': (
         'sent = {"dimensions": [["a", -9, 2**62]], "numbers": []}\n'
-        '    data = msgspec.msgpack.encode({"type": "Reply", "velocity": [0.0, 0.0],\n'
+        '    data = msgspec.msgpack.encode({"type": "Reply", "numbers": [0.0, 0.0],\n'
         '        "messages": {"are_used": True, "sent": sent}})\n'
         '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),

@@ -30,7 +30,7 @@ EXTRAS = {
     'setcmas_tools/setcmas_tools/page/document.py': 'report',
     'setcmas_tools/setcmas_tools/plots/film.py': 'test',  # ffmpeg may come from elsewhere
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
-    'setcmas_tools/setcmas_tools/study': 'cluster',
+    'setcmas_tools/setcmas_tools/study': 'study',
     'docs': 'docs',
     'tests': 'all',
 }

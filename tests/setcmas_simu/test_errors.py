@@ -41,7 +41,6 @@ def test_other_errors_of_an_import_stay():
         ('daqp', 'filter', ('offline', *LAW, '--filter', 'barrier')),
         ('joblib', 'study', ('sweep', *LAW, '--seeds', '2')),
         ('pandas', 'study', ('sweep', *LAW, '--seeds', '2')),
-        ('distributed', 'cluster', ('sweep', *LAW, '--cluster', 'tcp://127.0.0.1:1')),
         ('jinja2', 'grade', ('grade', 'class', '--rubric', 'rubric.yaml', '-o', 'grades')),
     ],
 )

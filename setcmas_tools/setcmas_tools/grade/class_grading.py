@@ -1,28 +1,25 @@
-"""Grading of a class: unpacking, workers, stored marks, and their order."""
+"""Grading of a class: what was handed in, its marks, and the marks that are kept."""
 
 from __future__ import annotations
 
 import ctypes
 import hashlib
 import logging
-import multiprocessing
 import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path, PurePosixPath
-from types import ModuleType
 
 import msgspec
 from tqdm import tqdm
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu import __version__
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import written_whole
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
@@ -125,6 +122,22 @@ class Grader:
             marks = mark(rubric, shown, name, student, submission.is_unfilled)
         return replace(marks, file=submission.file).with_messages(without_paths)
 
+    def tried(self, submission: Submission) -> tuple[str, Marks | None]:
+        """Return the name of a submission and its marks; None if it is not why there are none.
+
+        Raises:
+            SetcmasError: As `marks`, unless the machine ends a run.
+        """
+        try:
+            return submission.name, self.marks(submission)
+        except NoProcessError:
+            return submission.name, None
+        except SetcmasError:
+            raise
+        except Exception:  # it does not stop the others
+            _logger.exception('internal error while grading %r', submission.name)
+            return submission.name, None
+
 
 def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
     """Return a runner whose failures name the cells of a notebook, if it is one."""
@@ -144,24 +157,6 @@ def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
         return replace(done, failure=shown)
 
     return run_notebook
-
-
-_own: Grader
-_PR_SET_PDEATHSIG = 1
-
-
-def begin(grader: Grader) -> None:
-    """Prepare this process for grading; it ends with its parent."""
-    global _own
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that started it
-    _own = grader
-
-
-def graded(submission: Submission) -> Marks:
-    """Return the marks of a submission, in a prepared process; raises as `Grader.marks`."""
-    return _own.marks(submission)
 
 
 KEPT = 'marks'
@@ -246,7 +241,7 @@ def grade(
     The marks are kept in the folder of the grades; `again` grades those that are there, too.
 
     A submission that the machine has kept from running, or that has made setcmas fail, is not
-    marked; the next grading tries again.
+    marked; the next grading tries again, also after a grading process has died.
 
     Raises:
         SetcmasError: There is no sandbox, or the rubric's solution fails.
@@ -260,16 +255,17 @@ def grade(
     kept = KeptMarks(folder, grader)
     earlier = () if again else submissions
     marks = {one.name: found for one in earlier if (found := kept.found(one))}
+    by_name = {one.name: one for one in submissions}
     left = [one for one in submissions if one.name not in marks]
     with tqdm(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
     ) as progress:
-        for submission, made in _made(left, grader, jobs):
-            name, student = submission.name, submission.student
+        for name, made in _made(left, grader, jobs):
+            submission = by_name[name]
             marks[name] = (
                 kept.keep(submission, made)
                 if made
-                else unmarked(rubric, name, student, Failure(_NOT_RUN))
+                else unmarked(rubric, name, submission.student, Failure(_NOT_RUN))
             )
             progress.update()
     kept.drop_others(submissions)
@@ -279,68 +275,30 @@ def grade(
 
 def _made(
     submissions: Sequence[Submission], grader: Grader, jobs: int
-) -> Iterator[tuple[Submission, Marks | None]]:
-    """Yield the marks of submissions as they finish; None for what the machine cannot run.
+) -> Iterator[tuple[str, Marks | None]]:
+    """Yield names and marks of submissions as they finish; None for what the machine cannot run.
 
-    If a grading process dies, its submissions are graded again, one at a time.
+    Raises:
+        SetcmasError: A grading process has died.
     """
-    left = list(submissions)
-    while left:
-        done = []
-        try:
-            with _pool(grader, min(jobs, len(left))) as pool:
-                with _without_main():
-                    waiting = {pool.submit(graded, one): one for one in left}
-                for future in as_completed(waiting):
-                    one = waiting[future]
-                    made = _result(future, one)
-                    done.append(one)
-                    yield one, made
-        except BrokenProcessPool:
-            left = [one for one in left if one not in done]
-            if jobs == 1:
-                yield left.pop(0), None
-            jobs = 1
-        else:
-            return
-
-
-def _result(future: Future[Marks], submission: Submission) -> Marks | None:
-    """Return marks; None if an error is not the submission's, which does not stop the others."""
+    with needs('grade'):
+        import joblib
+    parallel = joblib.Parallel(
+        jobs, 'loky', return_as='generator_unordered', initializer=_end_with_parent
+    )
     try:
-        return future.result()
-    except NoProcessError:
-        return None
-    except (SetcmasError, BrokenProcessPool):
-        raise
-    except Exception:
-        _logger.exception('internal error while grading %r', submission.name)
-        return None
+        yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)
+    except BrokenProcessPool as error:
+        raise SetcmasError(f'a grading process has died: {_NOT_RUN}') from error
 
 
-@contextmanager
-def _pool(grader: Grader, jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of grading processes, and end all of them if the grading is stopped."""
-    context = multiprocessing.get_context('spawn')
-    pool = ProcessPoolExecutor(jobs, context, begin, (grader,))
-    try:
-        yield pool
-    except BaseException:
-        for process in multiprocessing.active_children():
-            process.kill()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+_PR_SET_PDEATHSIG = 1
 
 
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """Start processes without the main module: it may be read from stdin, or grade again."""
-    main, sys.modules['__main__'] = sys.modules['__main__'], ModuleType('__main__')
-    try:
-        yield
-    finally:
-        sys.modules['__main__'] = main
+def _end_with_parent() -> None:
+    """Let a grading process end when the one that has started it is killed."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _prints(

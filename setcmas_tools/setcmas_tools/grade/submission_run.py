@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from struct import Struct
 from typing import Any, NoReturn
 
 import msgspec
@@ -27,14 +26,11 @@ from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
 from setcmas_tools.submissions.confined_script import (
-    LOADED,
-    REQUEST,
-    TRIGGERED,
-    VELOCITY,
-    Contents,
+    Answer,
     Encoded,
     Refusal,
     Reply,
+    Request,
     RunWork,
 )
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
@@ -164,12 +160,10 @@ class RunScript:
     def _loaded(self, robot: int) -> bool:
         """Load the script for a robot; return whether it takes velocities."""
         late = f'{self._work.script} has been loading'
-        answer = self._asked(robot, 0.0, (), late, Failure(''))
-        kinds = {loaded: velocities for velocities, loaded in LOADED.items()}
-        if answer not in kinds:
-            refusal = _reply(answer)
-            self._lose(Failure(refusal.message if isinstance(refusal, Refusal) else _INVALID))
-        return kinds[answer]
+        answer = self._asked(Request(robot), late, Failure(''))
+        if not isinstance(answer, Reply) or answer.numbers not in ((0.0,), (1.0,)):
+            self._lose(Failure(answer.message if isinstance(answer, Refusal) else _INVALID))
+        return answer.numbers == (1.0,)
 
     def _law(
         self, robot: int, _: bool
@@ -179,13 +173,12 @@ class RunScript:
             adjacency = network.adjacency()
             is_new = adjacency is not self._adjacency.get(robot)
             self._adjacency[robot] = adjacency
-            arrays = (poses, adjacency) if is_new else (poses,)
             received = {
                 sender: Encoded(*layout(content.value), content.t)
                 for sender, content in network.contents().items()
             }
-            given = Contents(received) if received else None
-            vx, vy = self._answer(robot, t, arrays, VELOCITY, is_new, given)
+            given = _bytes(poses), _bytes(adjacency) if is_new else b'', received
+            vx, vy = self._numbers(Request(robot, t, *given), 2)
             return vx, vy
 
         return control
@@ -193,8 +186,8 @@ class RunScript:
     def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
         def asked(*vectors: Floats, t: float, **values: Value | None) -> bool:
             encoded = {name: Encoded.of(value) for name, value in values.items()}
-            given = Contents(values=encoded) if any(encoded.values()) else None
-            return bool(self._answer(robot, t, vectors, TRIGGERED, given=given)[0])
+            request = Request(robot, t, _bytes(*vectors), values=encoded)
+            return self._numbers(request, 1) != (0.0,)
 
         def ctc(pos: Floats, last_pos: Floats, t: float, *, value: Any, last_value: Any) -> bool:
             return asked(pos, last_pos, t=t, value=value, last_value=last_value)
@@ -223,64 +216,40 @@ class RunScript:
             velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
         ) -> tuple[float, float]:
             numbers = np.array([*velocity, *pose, komega])
-            V, omega = self._answer(robot, next(times) * period, (numbers,), VELOCITY)
+            V, omega = self._numbers(Request(robot, next(times) * period, _bytes(numbers)), 2)
             return V, omega
 
         return si_to_uni
 
-    def _answer(
-        self,
-        robot: int,
-        t: float,
-        arrays: Sequence[Floats],
-        form: Struct,
-        is_new: bool = False,
-        given: Contents | None = None,
-    ) -> tuple[Any, ...]:
+    def _numbers(self, request: Request, size: int) -> tuple[float, ...]:
         """Return the numbers that a robot's function returns, and send what it sends.
 
         Raises:
             ControlError: It fails.
             LostError: Its process has ended.
         """
-        here = Failure('', robot=robot, t=t)
+        here = Failure('', robot=request.robot, t=request.t)
         late = f'{self._work.function} has not returned'
-        answer = self._asked(robot, t, arrays, late, here, is_new, given)
-        if len(answer) == form.size:
-            numbers = form.unpack(answer)
-            if form is not VELOCITY or all(map(math.isfinite, numbers)):
-                return numbers
-        reply = _sent_on(_reply(answer))
-        if isinstance(reply, Reply) and form is VELOCITY:
-            return reply.velocity
-        refusal = reply if isinstance(reply, Refusal) else Refusal(_INVALID)
-        if refusal.message == _INVALID:
+        answer = _sent_on(self._asked(request, late, here))
+        if isinstance(answer, Reply) and len(answer.numbers) == size:
+            return answer.numbers
+        if not isinstance(answer, Refusal) or answer.message == _INVALID:
             self._lose(replace(here, message=_INVALID))
-        message, place = refusal.message, (Path(refusal.file), refusal.line)
+        message, place = answer.message, (Path(answer.file), answer.line)
         if not self.failure:
-            self.failure = replace(here, message=message, script=refusal.file, line=refusal.line)
-        raise ControlError(message, (refusal.kind, *place), place=place)
+            self.failure = replace(here, message=message, script=answer.file, line=answer.line)
+        raise ControlError(message, (answer.kind, *place), place=place)
 
-    def _asked(
-        self,
-        robot: int,
-        t: float,
-        arrays: Sequence[Floats],
-        late: str,
-        here: Failure,
-        is_new: bool = False,
-        given: Contents | None = None,
-    ) -> bytes:
+    def _asked(self, request: Request, late: str, here: Failure) -> Answer:
         """Return what the process answers for a robot."""
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
         if self._left < timeout:
             timeout, text = self._left, f'the run takes longer than {self._times.run:g} s'
-        begin, size = time.monotonic(), sum(array.size for array in arrays)
-        request = REQUEST.pack(is_new, robot, size, t, max(timeout, 1e-6))
-        request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
-        request += msgspec.msgpack.encode(given) if given else b''
+        begin = time.monotonic()
+        request = msgspec.structs.replace(request, timeout=max(timeout, 1e-6))
+        content = msgspec.msgpack.encode(request)
         try:
-            return self._process.answer(request, timeout, text, _MOST_ANSWERED)
+            return _answer(self._process.answer(content, timeout, text, _MOST_ANSWERED))
         except ProcessEndedError as error:
             self.was_killed = error.was_killed
             frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
@@ -295,28 +264,32 @@ class RunScript:
         raise LostError(failure.message)
 
 
-_decoded = msgspec.msgpack.Decoder(Reply | Refusal).decode
+def _bytes(*arrays: Floats) -> bytes:
+    return b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
 
 
-def _reply(answer: bytes) -> Reply | Refusal:
-    """Return the answer of a law that uses messages, or the error, without control characters."""
+_decoded = msgspec.msgpack.Decoder(Answer).decode
+
+
+def _answer(content: bytes) -> Answer:
+    """Return an answer of finite numbers, or the error, without control characters."""
     try:
-        sent = _decoded(answer)
+        sent = _decoded(content)
     except (msgspec.MsgspecError, RecursionError):
         return Refusal(_INVALID)
     if isinstance(sent, Reply):
-        return sent if all(map(math.isfinite, sent.velocity)) else Refusal(_INVALID)
+        return sent if all(map(math.isfinite, sent.numbers)) else Refusal(_INVALID)
     message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
     return Refusal(message, kind, file, sent.line, sent.messages)
 
 
-def _sent_on(reply: Reply | Refusal) -> Reply | Refusal:
-    """Use messages as the law of a reply does; return the reply, or that it is invalid."""
+def _sent_on(answer: Answer) -> Answer:
+    """Use messages as the law of an answer does; return the answer, or that it is invalid."""
     try:
-        if value := reply.messages.sent:
+        if value := answer.messages.sent:
             network.send(value.value)
-        elif reply.messages.are_used:
+        elif answer.messages.are_used:
             network.received()
     except (TypeError, ValueError, OverflowError, RuntimeError):  # RuntimeError: of a condition
         return Refusal(_INVALID)
-    return reply
+    return answer

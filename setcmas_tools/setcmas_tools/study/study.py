@@ -62,8 +62,8 @@ def sweep(
         metrics: Further metrics by name: functions of a run, which become columns.
         output: Folder of the study. If it holds the same study, perhaps with fewer seeds, only
             the missing runs are made. None keeps the study as long as it is used.
-        options: `cases`, `jobs`, `cluster`, `timeout`, as on the command line; all other
-            arguments of `simulate`.
+        options: `cases`, `jobs`, `timeout`, as on the command line; all other arguments of
+            `simulate`.
 
     Raises:
         SetcmasError: An argument is invalid, or the folder holds something else.

@@ -81,10 +81,5 @@ class SweepOptions(Options):
     jobs: int = option(
         Whole(1), 'simultaneous runs', default=cores(), default_text='the number of cores'
     )
-    cluster: str | None = option(
-        Kind(metavar='ADDRESS'),
-        'run on the workers of this Dask scheduler, such as tcp://10.0.0.1:8786',
-        default=None,
-    )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
     dry_run: bool = flag('only print the number of runs')

@@ -1,18 +1,14 @@
-"""Runs of a study: each is made in a process of its own, here or on a cluster, and gets a row."""
+"""Runs of a study: each is made in a process of its own, and gets a row."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.measures.metric import Metric
@@ -25,9 +21,8 @@ from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
 from setcmas_tools.study.study_options import SweepOptions
-from setcmas_tools.study.study_plan import Plan, located_in
+from setcmas_tools.study.study_plan import Plan
 
-_CONNECT_S = 10
 _LONGEST_MESSAGE = 300
 _LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million states
 
@@ -41,47 +36,17 @@ def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterato
     """Make runs of a study, and yield their rows as they finish, or raise SetcmasError.
 
     A thread controls the process of each run: joblib's own processes could not be ended
-    individually when a script hangs, and one that dies would end all.
+    individually when a script hangs, and one that dies would end all. Within
+    `joblib.parallel_config('dask')`, the workers of a cluster take the place of the threads.
     """
     with needs('study'):
         import joblib
 
-    address = options.cluster
-    limits = options.timeout, _memory_of_each(os.cpu_count() or 1 if address else options.jobs)
-    scenario, files = (plan.kept_scenario, plan.contents) if address else (plan.scenario, {})
-    with _dask(address) if address else joblib.parallel_config('threading', n_jobs=options.jobs):
-        yield from joblib.Parallel(return_as='generator_unordered')(
-            joblib.delayed(made_row)(run, scenario(run), plan.metrics, files, *limits)
-            for run in runs
-        )
-
-
-@contextmanager
-def _dask(address: str) -> Iterator[None]:
-    """Let joblib use the workers of a Dask scheduler, or raise SetcmasError."""
-    import joblib
-
-    with needs('cluster'):
-        from distributed import Client
-    try:
-        client = Client(address, timeout=_CONNECT_S)
-    except (OSError, ValueError) as error:
-        raise SetcmasError(
-            f"cluster '{address}' does not answer; must be the address of a Dask scheduler, "
-            'such as tcp://10.0.0.1:8786'
-        ) from error
-    with client, joblib.parallel_config('dask', n_jobs=-1):
-        releases = set(client.run(_release).values())
-        if releases != {__version__}:
-            found = ', '.join(sorted(map(str, releases))) or 'no worker'
-            raise SetcmasError(
-                f"cluster '{address}' has {found}; its workers must have setcmas {__version__}"
-            )
-        yield
-
-
-def _release() -> str:
-    return __version__
+    limits = options.timeout, _memory_of_each(options.jobs)
+    parallel = joblib.Parallel(options.jobs, prefer='threads', return_as='generator_unordered')
+    yield from parallel(
+        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, *limits) for run in runs
+    )
 
 
 def _memory_of_each(jobs: int) -> int:
@@ -93,12 +58,11 @@ def _memory_of_each(jobs: int) -> int:
 
 
 def made_row(
-    number: int, scenario: Scenario, metrics: Mapping[str, Metric], files: Mapping[str, bytes],
-    timeout: float, memory: int,
-) -> Row:  # fmt: skip
+    number: int, scenario: Scenario, metrics: Mapping[str, Metric], timeout: float, memory: int
+) -> Row:
     """Make a run in a process of its own; return its row, whatever its scripts do.
 
-    Files are contents by path, empty if they are on this machine; the limits are in s and bytes.
+    The limits are in s and bytes.
     """
     from joblib import wrap_non_picklable_objects
 
@@ -106,29 +70,17 @@ def made_row(
     of_main = [name for name in ('distributed',) if name in sys.modules]
     multiprocessing.set_forkserver_preload([*of_main, _WARM_UP])
     try:
-        with _with_files(scenario, files) as found:
-            work = wrap_non_picklable_objects((found, metrics), keep_wrapper=False)
-            size = size_of(checked_steps(found) + 1, found.nb_robots)
-            run = partial(row_of, number, work)
-            with ScriptProcess(run, found.scripts(), size, memory) as process:
-                return process.result(lambda _: None, timeout=timeout)
+        work = wrap_non_picklable_objects((scenario, metrics), keep_wrapper=False)
+        size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
+        run = partial(row_of, number, work)
+        with ScriptProcess(run, scenario.scripts(), size, memory) as process:
+            return process.result(lambda _: None, timeout=timeout)
     except StartError:
         raise  # all other runs would end so
     except SetcmasError as error:
         return _row(number, State.NOT_STARTED, message=str(error))
     except ScriptEndedError as error:
         return _row(number, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
-
-
-@contextmanager
-def _with_files(scenario: Scenario, files: Mapping[str, bytes]) -> Iterator[Scenario]:
-    """Yield a scenario; its files, if it brings them, are in a folder meanwhile."""
-    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
-        for name, content in files.items():
-            path = Path(folder, name)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-        yield located_in(Path(folder), scenario) if files else scenario
 
 
 def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object = None) -> Row:

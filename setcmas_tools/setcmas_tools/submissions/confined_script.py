@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from pathlib import Path
-from struct import Struct
 from typing import Annotated, Any, cast
 
 import msgspec
@@ -34,19 +33,6 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.machine_paths import without_paths
-
-REQUEST = Struct('<?xxxIIxxxxdd')
-"""Whether a new adjacency matrix follows the poses, robot, count of numbers that follow, time in
-s, and how long the call may take, in s. Without numbers, the script is loaded for the robot.
-
-The numbers of the arrays that the function takes follow, then `Contents`, if there are any.
-"""
-LOADED = {False: b'loaded', True: b'loaded, with velocities'}
-"""Answer of a script that is loaded, by whether its condition takes velocities."""
-VELOCITY = Struct('<dd')
-"""Answer of a law, or V and omega; one of another size is a `Reply` or a `Refusal`."""
-TRIGGERED = Struct('<?')
-"""Answer of a condition."""
 
 _LONGEST_TEXT = 1500
 _set_timer = getattr(signal, 'setitimer', None)
@@ -91,11 +77,25 @@ class Encoded(msgspec.Struct, frozen=True):
         return value_of(self.dimensions, self.numbers)
 
 
-class Contents(msgspec.Struct, frozen=True):
-    """What a robot has received, by sender; or the values that a condition gets, by name."""
+class Request(msgspec.Struct, frozen=True):
+    """A call of a robot's function; without numbers, the script is loaded for the robot.
 
+    Attributes:
+        t: Time in s.
+        numbers: The arrays that the function takes, as the bytes of their float64 numbers.
+        adjacency: The adjacency matrix likewise, if it is another one than at the last call.
+        received: What the robot has received, by sender.
+        values: The values that a condition gets, by name.
+        timeout: How long the call may take, in s.
+    """
+
+    robot: int
+    t: float = 0.0
+    numbers: bytes = b''
+    adjacency: bytes = b''
     received: dict[int, Encoded] = {}
     values: dict[str, Encoded | None] = {}
+    timeout: float = 0.0
 
 
 class Messages(msgspec.Struct, frozen=True):
@@ -116,13 +116,17 @@ class Refusal(msgspec.Struct, frozen=True, tag=True):
 
 
 class Reply(msgspec.Struct, frozen=True, tag=True):
-    """The answer of a law that uses messages: its velocity in m/s, and their use."""
+    """What a function returns: vx and vy, V and omega, or 1 or 0 for whether a condition holds.
 
-    velocity: tuple[float, float]
-    messages: Messages
+    A script that is loaded replies 1 or 0 for whether its condition takes velocities.
+    """
+
+    numbers: tuple[float, ...]
+    messages: Messages = Messages()
 
 
-_contents = msgspec.msgpack.Decoder(Contents).decode
+Answer = Reply | Refusal
+Function = Callable[[Request], Answer]
 
 
 class _NoCanvas:
@@ -135,18 +139,13 @@ class _NoCanvas:
         """Ignore a point of a trail."""
 
 
-Answer = Callable[[float, Floats, Contents], bytes]
-"""Answers a call: time in s, the numbers of its arrays, and messages."""
-
-
 class ConfinedScript:
     """The functions of a script, for each robot loaded anew."""
 
     def __init__(self, work: RunWork) -> None:
         self.work = work
         self._path = Path()
-        self._adjacency: dict[int, Floats] = {}
-        self._answers: dict[int, Answer] = {}
+        self._functions: dict[int, Function] = {}
 
     @seeded_generators()
     def serve(self, receive: Callable[[], bytes], send: Callable[[bytes], None]) -> None:
@@ -154,95 +153,90 @@ class ConfinedScript:
         self._path = Path(self.work.script).resolve()
         drawing.canvas = _NoCanvas()
         seed_scripts(self.work.seed)
+        decoded = msgspec.msgpack.Decoder(Request).decode
         while True:
-            send(self._timed(receive()))
+            send(msgspec.msgpack.encode(self._answer(decoded(receive()))))
 
-    def _timed(self, request: bytes) -> bytes:
-        is_new, robot, count, t, seconds = REQUEST.unpack_from(request)
-        numbers = np.frombuffer(request, count=count, offset=REQUEST.size)
-        rest = request[REQUEST.size + numbers.nbytes :]
+    def _answer(self, request: Request) -> Answer:
+        """Answer a request; the process ends if that takes too long."""
         if _set_timer:
-            _set_timer(_TIMER, seconds)
+            _set_timer(_TIMER, request.timeout)
         try:
-            if not count:
-                return self._loaded(robot)
-            if is_new:
-                n = self.work.nb_robots
-                numbers, matrix = numbers[: 3 * n], numbers[-n * n :]
-                self._adjacency[robot] = matrix.reshape(n, n)
-            return self._answers[robot](t, numbers, _contents(rest) if rest else Contents())
+            if not request.numbers:
+                return self._loaded(request.robot)
+            return self._functions[request.robot](request)
         except ControlError as error:
-            return _encoded(_refusal(error))
+            return _refusal(error)
         except SetcmasError as error:
-            return _encoded(Refusal(str(error)))
+            return Refusal(_shown(str(error)))
         finally:
             if _set_timer:
                 _set_timer(_TIMER, 0)
 
-    def _loaded(self, robot: int) -> bytes:
-        """Load the script for a robot; return whether it takes velocities."""
+    def _loaded(self, robot: int) -> Reply:
+        """Load the script for a robot."""
         kinds = {'control': self._law, 'ctc': self._condition, 'si_to_uni': self._conversion}
-        with_velocities, self._answers[robot] = kinds[self.work.function](robot)
-        return LOADED[with_velocities]
+        with_velocities, self._functions[robot] = kinds[self.work.function](robot)
+        return Reply((float(with_velocities),))
 
-    def _law(self, robot: int) -> tuple[bool, Answer]:
-        nb_robots = self.work.nb_robots
-        law = ControlLaw(self._path, robot, nb_robots, self.work.settings)
+    def _law(self, robot: int) -> tuple[bool, Function]:
+        law = ControlLaw(self._path, robot, self.work.nb_robots, self.work.settings)
+        adjacency: Floats = np.empty(0)
 
-        def answer(t: float, numbers: Floats, given: Contents) -> bytes:
-            mailbox = network.Mailbox(
-                t, {sender: Content(one.t, one.value) for sender, one in given.received.items()}
-            )
+        def answer(request: Request) -> Answer:
+            nonlocal adjacency
+            poses = np.frombuffer(request.numbers).reshape(3, -1)
+            if request.adjacency:
+                adjacency = np.frombuffer(request.adjacency).reshape(2 * poses.shape[1:])
+            received = {
+                sender: Content(one.t, one.value) for sender, one in request.received.items()
+            }
+            mailbox = network.Mailbox(request.t, received)
             try:
                 with network.exchanged_by(mailbox):
-                    poses = numbers.reshape(3, nb_robots)
-                    vx, vy = network.call_law(law, poses, t, self._adjacency[robot])
+                    vx, vy = network.call_law(law, poses, request.t, adjacency)
             except ControlError as error:
-                return _encoded(_refusal(error), _messages(mailbox))
-            if mailbox.are_used:
-                reply = Reply((float(vx), float(vy)), _messages(mailbox))
-                return msgspec.msgpack.encode(reply)
-            return VELOCITY.pack(vx, vy)
+                return _refusal(error, _messages(mailbox))
+            return Reply((float(vx), float(vy)), _messages(mailbox))
 
         return False, answer
 
-    def _condition(self, robot: int) -> tuple[bool, Answer]:
+    def _condition(self, robot: int) -> tuple[bool, Function]:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
         with_velocities, names = takes_velocities(condition, path.name), keywords_taken(condition)
         triggers = triggering(condition, path)
 
-        def answer(t: float, numbers: Floats, given: Contents) -> bytes:
-            encoded = {name: given.values.get(name) for name in names}
+        def answer(request: Request) -> Reply:
+            states = np.frombuffer(request.numbers).reshape(-1, 3).copy()
+            encoded = {name: request.values.get(name) for name in names}
             values = {name: one and read_only(one.value) for name, one in encoded.items()}
-            (answer,) = triggers(*numbers.reshape(-1, 3).copy(), t, **values)
-            return TRIGGERED.pack(bool(answer))
+            (answer,) = triggers(*states, request.t, **values)
+            return Reply((float(answer),))
 
         return with_velocities, answer
 
-    def _conversion(self, robot: int) -> tuple[bool, Answer]:
+    def _conversion(self, robot: int) -> tuple[bool, Function]:
         convert = load_conversion(self._path, robot)
 
-        def answer(t: float, numbers: Floats, given: Contents) -> bytes:
-            del t, given
-            vx, vy, *pose, komega = numbers.tolist()
-            return VELOCITY.pack(*convert((vx, vy), tuple(pose), komega))
+        def answer(request: Request) -> Reply:
+            vx, vy, *pose, komega = np.frombuffer(request.numbers).tolist()
+            return Reply(tuple(map(float, convert((vx, vy), tuple(pose), komega))))
 
         return False, answer
+
+
+_NONE = Messages()
 
 
 def _messages(mailbox: network.Mailbox) -> Messages:
     return Messages(mailbox.are_used, Encoded.of(mailbox.sent))
 
 
-def _refusal(error: ControlError) -> Refusal:
+def _refusal(error: ControlError, messages: Messages = _NONE) -> Refusal:
     kind, file, line = cast(tuple[Any, Any, Any], error.key)
-    return Refusal(str(error), kind, file.name, line or 0)
+    return Refusal(_shown(str(error)), kind, file.name, line or 0, messages)
 
 
-def _encoded(refusal: Refusal, used: Messages | None = None) -> bytes:
-    text = without_paths(refusal.message[:_LONGEST_TEXT])
-    messages = used or refusal.messages
-    return msgspec.msgpack.encode(
-        msgspec.structs.replace(refusal, message=text, messages=messages)
-    )
+def _shown(text: str) -> str:
+    return without_paths(text[:_LONGEST_TEXT])

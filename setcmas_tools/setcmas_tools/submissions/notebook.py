@@ -16,12 +16,8 @@ _WRITTEN = re.compile(r'%%(?:write)?file\s+([\w-]+\.py)\s*\n')
 _TRANSPARENT = ('%%time', '%%capture')  # the rest of the cell is ordinary code
 # With the lines that a backslash joins to it; or a question for help.
 _MAGIC = re.compile(
-    r'([ \t]*)(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*$)', re.MULTILINE
-)
-_TOKEN = re.compile(
-    r'(?P<open>[(\[{])|(?P<close>[)\]}])|(?P<end>\n)|\\\n|#[^\n]*'  # then strings
-    r'|(\'\'\'|""")(?:\\.|[^\\])*?(?:\4|\\?\Z)|("|\')(?:\\.|(?!\5)[^\\\n])*\5?',
-    re.DOTALL,
+    r'^([ \t]*)(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*)$',
+    re.MULTILINE,
 )
 _OF_JUPYTER = {'display', 'get_ipython'}
 _OF_NOTEBOOKS = {'IPython', 'google', 'ipywidgets'}  # modules that need not be here
@@ -89,30 +85,20 @@ def _source(cell: Any) -> str:
 
 
 def _without_magics(cell: str) -> str:
-    """Return a cell without its magics and shell commands; a syntax error of its own stays."""
+    """Return a cell without its magics and shell commands, which only a cell that fails has."""
     first, _, rest = cell.partition('\n')
     if first.startswith('%%'):
         cell = f'\n{rest}' if first.split()[0] in _TRANSPARENT else '\n' * cell.count('\n')
-    kept, place = [], 0
-    while place < len(cell):
-        if magic := _MAGIC.match(cell, place):
-            end = magic.end()
-            kept.append(f'{magic[1]}pass' + '\n' * magic[0].count('\n'))
-        else:
-            end = _end_of_statement(cell, place)
-            kept.append(cell[place:end])
-        place = end
-    return ''.join(kept)
+    if _parsed(cell):
+        return cell
+    return _MAGIC.sub(lambda found: f'{found[1]}pass' + '\n' * found[0].count('\n'), cell)
 
 
-def _end_of_statement(cell: str, place: int) -> int:
-    """Return where the line of Python ends that begins at a place, with all that belongs to it."""
-    depth = 0
-    for token in _TOKEN.finditer(cell, place):
-        depth += (token.lastgroup == 'open') - (token.lastgroup == 'close')
-        if token.lastgroup == 'end' and depth <= 0:
-            return token.end()
-    return len(cell)
+def _parsed(cell: str) -> ast.Module | None:
+    try:
+        return ast.parse(cell)
+    except _INVALID:
+        return None
 
 
 def _without_runs(cell: str, runs: set[str]) -> str:
@@ -120,9 +106,7 @@ def _without_runs(cell: str, runs: set[str]) -> str:
 
     The names are those that run the law, or result from it; those of the cell are added.
     """
-    try:
-        tree = ast.parse(cell)
-    except _INVALID:
+    if not (tree := _parsed(cell)):
         return cell
     lines = cell.encode().split(b'\n')
     for node in reversed([one for one in tree.body if _is_run(one, runs)]):

@@ -51,10 +51,6 @@ class Unread(bytes):
         return cls(reason.encode(errors='replace'))
 
 
-class _Linked(Unread):
-    """That a file is a hard link."""
-
-
 class _TooMuchError(Exception):
     """Files have too many bytes, or are too many."""
 
@@ -86,14 +82,13 @@ def handed_in(place: Path) -> Files:
     """
     try:
         if place.is_dir():
-            files = _within(_in_folder(place))
-            _check_not_linked(place, files)
-            return files
+            return _within(_in_folder(place))
         with place.open('rb') as file:
             return _packed(file)
     except _TooMuchError as error:
         raise SetcmasError(
-            f"'{place}' holds more than {_MOST_OF_CLASS >> 20} MB; grade it in parts"
+            f"'{place}' holds more than {_MOST_OF_CLASS >> 20} MB, most of it in '{error}'; "
+            'grade it in parts'
         ) from error
     except OSError as error:
         raise SetcmasError(f"'{place}' cannot be read: {error.strerror}") from error
@@ -115,42 +110,14 @@ def _packed(file: IO[bytes]) -> Files:
 
 
 def _within(files: Iterable[tuple[PurePosixPath, bytes]]) -> Files:
-    """Return the files of a class within its limit; it costs the one who hands in the most."""
-    found, sizes, refused = Files(), Counter[str](), set[str]()
-    left = _MOST_OF_CLASS
+    """Return the files of a class, or raise _TooMuchError with who has handed in the most."""
+    found, sizes = Files(), Counter[str]()
     for path, content in files:
-        if (top := path.parts[0]) in refused:
-            continue
         found[path] = content
-        sizes[top] += (size := max(len(content), _BLOCK))
-        left -= size
-        if left < 0:
-            if len(sizes) == 1:
-                raise _TooMuchError
-            [(largest, _)] = sizes.most_common(1)
-            refused.add(largest)
-            left += sizes.pop(largest)
-            found = {path: one for path, one in found.items() if path.parts[0] != largest}
-            reason = f'{largest} is the largest of more than {_MOST_OF_CLASS >> 20} MB'
-            found[PurePosixPath(largest, 'all')] = Unread.because(f'{reason}; grade it alone')
+        sizes[path.parts[0]] += max(len(content), _BLOCK)
+        if sizes.total() > _MOST_OF_CLASS:
+            raise _TooMuchError(sizes.most_common(1)[0][0])
     return found
-
-
-def _check_not_linked(place: Path, files: Files) -> None:
-    """Check that a folder is not a copy of hard links: all its students would get no points.
-
-    Raises:
-        SetcmasError: All files of several submissions have another name.
-    """
-    tops: dict[str, bool] = {}
-    for path, content in files.items():
-        if not is_empty(path):
-            top = path.parts[0]
-            tops[top] = tops.get(top, True) and isinstance(content, _Linked)
-    if len(tops) > 1 and all(tops.values()):
-        raise SetcmasError(
-            f"'{place}' holds only hard links, as cp -al makes them; copy it with cp -r"
-        )
 
 
 def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
@@ -174,11 +141,6 @@ def _of_disk(place: Path, name: str, path: PurePosixPath) -> bytes:
         status = (place / name).lstat()
         if not stat.S_ISREG(status.st_mode):
             return Unread.because(f'{path.name} is a symbolic link or no file; put a copy there')
-        if status.st_nlink > 1:  # it may be any file of the teacher's disk
-            return _Linked.because(
-                f'{path.name} is a hard link, perhaps to a file of another person; check it, '
-                'and put a copy in its place'
-            )
         with (place / name).open('rb') as file:
             return _limited(file, path, status.st_size)
     except OSError as error:

@@ -1,14 +1,14 @@
 import errno
-import multiprocessing
-from concurrent.futures import Future
 from dataclasses import replace
 from unittest.mock import Mock
 
 import msgspec
+import psutil
 import pytest
 from sandboxes import needs_sandbox
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
@@ -88,7 +88,7 @@ def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_comman
     made = class_grading._made
 
     def disturbed(*args):
-        return ((one, None if one.name == 'good' else marks) for one, marks in made(*args))
+        return ((name, None if name == 'good' else marks) for name, marks in made(*args))
 
     monkeypatch.setattr(class_grading, '_made', disturbed)
     two = {'good': GOOD, 'sign': SCRIPTS['sign']}
@@ -107,29 +107,22 @@ def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_comman
 def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
     (submission,) = submissions(good=GOOD)
     monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
-    class_grading._own = Grader(RUBRIC)
-    future = Future()
-    try:
-        future.set_result(class_grading.graded(submission))
-    except Exception as raised:
-        future.set_exception(raised)
 
-    assert class_grading._result(future, submission) is None
+    assert Grader(RUBRIC).tried(submission) == ('good', None)
 
 
 @pytest.mark.nightly
-def test_a_process_that_dies_takes_no_other_submission_along(tmp_path):
-    graders = class_grading._made(
-        submissions(good=GOOD, shipped=SCRIPTS['shipped']), Grader(RUBRIC), jobs=2
-    )
+def test_after_a_grading_process_has_died_the_same_command_goes_on(tmp_path):
+    two = {'good': GOOD, 'shipped': SCRIPTS['shipped']}
+    made = class_grading._made(submissions(**two), Grader(RUBRIC), jobs=2)
 
-    first, _ = next(graders)
-    for process in multiprocessing.active_children():
+    next(made)
+    for process in psutil.Process().children():
         process.kill()
-    rest = list(graders)
+    with pytest.raises(SetcmasError, match=r'a grading process has died: .* repeat the command'):
+        list(made)
 
-    assert {first.name, *(one.name for one, _ in rest)} == {'good', 'shipped'}
-    assert all(marks.is_full for _, marks in rest)
+    assert all(marks.is_full for marks in grade(tmp_path, two, jobs=2))
 
 
 SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})

@@ -74,22 +74,12 @@ def test_cells_for_the_place_where_a_notebook_was_written_are_left_out():
     )
 
 
-def test_a_magic_is_the_beginning_of_a_line_of_python_and_no_part_of_one():
-    cell = 'x = ("(" + \'[\',\n%s)\nf(\n  a\n  % b)  # (\n"""\n%s\n"""\ny = a \\\n % b'
-
-    assert read_notebook(notebook(f'{cell}\n%time\nls = !ls\nf?')).source == (
-        f'{cell}\npass\npass\npass\n'
-    )
-
-
-def test_a_notebook_is_parsed_once_and_a_large_one_never(monkeypatch):
+def test_a_large_notebook_is_not_parsed(monkeypatch):
     parse = Mock(side_effect=ast.parse)
     monkeypatch.setattr('setcmas_tools.submissions.notebook.ast.parse', parse)
 
-    read_notebook(notebook('%time\n' * 999, AGAIN))
-    assert parse.call_count == 2
     read_notebook(notebook('%time\n' * 99_999, AGAIN))
-    assert parse.call_count == 2
+    assert not parse.called
 
 
 def test_messages_name_the_cell_and_its_line():
