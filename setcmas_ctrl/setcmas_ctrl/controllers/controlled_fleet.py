@@ -268,10 +268,10 @@ class ControlledFleet:
 
     def _watch_graph(self) -> None:
         process, node, robots = self.process, self.node, self.si_to_unis
+        is_of_one = self._alone is not None
         self.graph = GraphWatch(
-            node, self.poses, self._topic_of, self._announced, robots, self.warn
+            node, self.poses, self._topic_of, self._announced, robots, is_of_one
         )
-        self.graph.is_of_one = self._alone is not None
         self._lost = LostRobots(self.robots, self.poses, self.warn)
         self._urgent: list[PolledTopic] = []
         if self.options.experiment:

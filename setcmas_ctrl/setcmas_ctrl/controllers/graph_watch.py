@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import enum
 import time
 from collections.abc import Callable
 
@@ -18,18 +18,23 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
 _MOST_CHECKS = 2  # robots checked per step
-_PATIENCE_S = 2.0  # time without a listener before a warning
+_NOW_S, _SOON_S = 0.0, 1.9  # in the next round
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
 
+class Problem(enum.Enum):
+    """What the graph shows of a robot, and how long it must last before it is reported, in s."""
+
+    MIXED = 'its cmd_vel has listeners of several types', _NOW_S
+    UNHEARD = 'nothing listens to its cmd_vel', _SOON_S
+    LATE = 'it has appeared later', _SOON_S  # DDS discovers robots one after another
+    # A killed process stays in the graph for a while.
+    RIVAL = 'another node commands it', _FORGOTTEN_AFTER_S
+    SEVERAL = 'several nodes publish its velocity', _FORGOTTEN_AFTER_S
+
+
 class GraphWatch:
-    """Checks the graph now and then, and reports each problem once.
-
-    Attributes:
-        is_of_one: Whether this process is to have one robot alone, whichever others appear.
-    """
-
-    is_of_one = False
+    """Checks the graph now and then, and reports each problem of a robot once."""
 
     def __init__(
         self,
@@ -38,30 +43,24 @@ class GraphWatch:
         topic_of: Callable[[int], str],
         announced: FleetListener,
         drivers: list[SiToUni],
-        warn: Callable[[str], None],
+        is_of_one: bool,
     ) -> None:
-        """Begin; new robots are found by their topics, those of known ones are in `poses`."""
+        """Begin; new robots are found by their topics, those of known ones are in `poses`.
+
+        A process that is to have one robot alone (`is_of_one`) minds no others.
+        """
         self._node = node
         self._topic_of = topic_of
         self._own = cmd_vel_topics.own_participant(node)
         self._poses = poses
         self._announced = announced
         self._drivers = drivers
-        self._warn = warn
-        self._begin = time.monotonic()
+        self._known = None if is_of_one else set(range(1, poses.poses.shape[1] + 1))
         self._next_round = 0.0
         self._unchecked: list[SiToUni] = []
-        self._unconnected: set[int] = set()
-        self._unconnected_before: set[int] = set()
-        self._rivals: dict[int, str] = {}
-        self._report_unconnected_at = 0.0
-        self._contested: set[int] = set()
-        self._several: dict[int, str] = {}
-        self._several_since: dict[int, float] = {}
-        self._mixed: dict[int, str] = {}
-        self._mixed_reported: set[int] = set()
-        self._known = set(range(1, poses.poses.shape[1] + 1))
-        self._latecomers: set[int] = set()
+        self._found: dict[tuple[Problem, int], str] = {}  # in this round, and what it is about
+        self._since: dict[tuple[Problem, int], float] = {}
+        self._reported: set[tuple[Problem, int]] = set()
 
     def all_connected(self) -> Callable[[], bool]:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
@@ -112,89 +111,73 @@ class GraphWatch:
         now = time.monotonic()
         if not self._unchecked and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
-            self._unchecked = list(self._drivers)
-            self._unconnected, self._rivals, self._mixed, self._several = set(), {}, {}, {}
+            self._unchecked, self._found = list(self._drivers), {}
         some, self._unchecked = self._unchecked[:_MOST_CHECKS], self._unchecked[_MOST_CHECKS:]
         for driver in some:
-            self._check_robot(driver, now)
+            self._check_robot(driver)
         if some and not self._unchecked:
-            self._notice_mixed()
-            self._notice_unconnected(now)
-            if not self.is_of_one:
-                self._notice_latecomers()
-            self._notice_rivals()
-            self._notice_several()
+            self._look_for_latecomers()
+            self._report(now)
 
-    def _check_robot(self, driver: SiToUni, now: float) -> None:
+    def _check_robot(self, driver: SiToUni) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel
         connected = cmd_vel.follow_listeners()
         if cmd_vel.mixed:
-            self._mixed[robot] = cmd_vel.mixed
+            self._found[Problem.MIXED, robot] = cmd_vel.mixed
         elif not connected:
-            self._unconnected.add(robot)
-        # A killed process stays in the graph for a while.
-        is_due = now - self._begin > _FORGOTTEN_AFTER_S and robot not in self._contested
-        if is_due and (names := cmd_vel.other_commanders(self._own)):
-            self._rivals[robot] = names[0]
-        elif robot not in self._contested:
-            self._look_for_several(driver, now)
+            self._found[Problem.UNHEARD, robot] = ''
+        if names := cmd_vel.other_commanders(self._own):
+            self._found[Problem.RIVAL, robot] = names[0]
+            return
+        for one in driver.velocity_topics:
+            if driver.count_publishers(one) > 1:
+                topic = driver.resolve_topic_name(one)
+                nodes = sorted(node.name for node in cmd_vel_topics.publishers(driver, topic))
+                text = f'{topic} is published by {" and ".join(nodes)}'
+                self._found[Problem.SEVERAL, robot] = text
 
-    def _look_for_several(self, driver: SiToUni, now: float) -> None:
-        """Remember who publishes the velocities of a robot if it has been several for a while."""
-        contested = [one for one in driver.velocity_topics if driver.count_publishers(one) > 1]
-        if not contested:
-            self._several_since.pop(driver.robot, None)
-        elif now - self._several_since.setdefault(driver.robot, now) > _FORGOTTEN_AFTER_S:
-            topic = driver.resolve_topic_name(contested[0])
-            names = sorted(one.name for one in cmd_vel_topics.publishers(driver, topic))
-            self._several[driver.robot] = f'{topic} is published by {" and ".join(names)}'
+    def _look_for_latecomers(self) -> None:
+        if self._known is not None:
+            self._announced.take()
+            found = robots_with_odometry(self._node, self._topic_of, self._known)
+            for robot in {*found, *self._announced.robots} - self._known:
+                self._found[Problem.LATE, robot] = ''
 
-    def _notice_mixed(self) -> None:
-        if new := [robot for robot in self._mixed if robot not in self._mixed_reported]:
-            self._mixed_reported |= set(new)
-            more = f' (and {len(new) - 1} more topics)' if len(new) > 1 else ''
-            self._warn(f'{self._mixed[new[0]]}{more}; choose with --cmd-vel-type')
+    def _report(self, now: float) -> None:
+        """Report what has lasted long enough, and has not been reported."""
+        self._since = {key: self._since.get(key, now) for key in self._found}
+        for problem in Problem:
+            robots = [
+                robot
+                for key, since in self._since.items()
+                if key not in self._reported and now - since >= problem.value[1]
+                for kind, robot in [key]
+                if kind is problem
+            ]
+            if robots:
+                robots.sort()
+                self._reported |= {(problem, robot) for robot in robots}
+                text = _in_words(problem, robots, self._found[problem, robots[0]])
+                self._node.get_logger().warning(text)
 
-    def _notice_unconnected(self, now: float) -> None:
-        if self._unconnected != self._unconnected_before:
-            self._unconnected_before = self._unconnected
-            self._report_unconnected_at = now + _PATIENCE_S
-        elif self._unconnected and now > self._report_unconnected_at:
-            self._report_unconnected_at = math.inf
-            self._warn(
-                f'nothing listens to cmd_vel of {robots_in_words(sorted(self._unconnected))}: '
-                'commands do not arrive'
-            )
 
-    def _notice_latecomers(self) -> None:
-        self._announced.take()
-        present = {
-            *robots_with_odometry(self._node, self._topic_of, self._known),
-            *self._announced.robots,
-        }
-        latecomers = present - self._known
-        complete, self._latecomers = latecomers == self._latecomers, latecomers
-        if latecomers and complete:  # DDS discovers robots one after another
-            self._known |= latecomers
-            self._warn(
-                f'{robots_in_words(sorted(latecomers), "have")} appeared; this controller '
-                'does not control all of them: restart it, if necessary with --nb-robots'
-            )
-
-    def _notice_rivals(self) -> None:
-        if self._rivals:
-            self._contested |= set(self._rivals)
-            self._warn(
-                f'another controller also commands {robots_in_words(sorted(self._rivals))} '
-                f'({next(iter(self._rivals.values()))}); stop one of them'
-            )
-
-    def _notice_several(self) -> None:
-        if self._several:
-            self._contested |= set(self._several)
-            (_, text), *others = sorted(self._several.items())
-            more = robots_in_words([robot for robot, _ in others]) if others else ''
-            self._warn(
-                f'{text}{more and f" (and that of {more})"}; the robot follows all of them: '
-                'stop all but one'
-            )
+def _in_words(problem: Problem, robots: list[int], about: str) -> str:
+    """Return a warning about some robots, with what is known about the first one."""
+    others = robots[1:]
+    if problem is Problem.MIXED:
+        more = f' (and {len(others)} more topics)' if others else ''
+        return f'{about}{more}; choose with --cmd-vel-type'
+    if problem is Problem.UNHEARD:
+        return f'nothing listens to cmd_vel of {robots_in_words(robots)}: commands do not arrive'
+    if problem is Problem.LATE:
+        return (
+            f'{robots_in_words(robots, "have")} appeared; this controller does not control all of '
+            'them: restart it, if necessary with --nb-robots'
+        )
+    if problem is Problem.RIVAL:
+        return (
+            f'another controller also commands {robots_in_words(robots)} ({about}); stop one of '
+            'them'
+        )
+    more = f' (and that of {robots_in_words(others)})' if others else ''
+    return f'{about}{more}; the robot follows all of them: stop all but one'
