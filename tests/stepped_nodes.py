@@ -8,7 +8,7 @@ import rclpy
 from stepped_alone import SetClock
 
 from setcmas_ctrl import drawing, network
-from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.control_loop import prepared_fleet
 from setcmas_ctrl.controllers.controllers import PARAMETERS
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_ctrl.laws.script_seeds import seeded_generators
@@ -48,7 +48,7 @@ class SteppedRun:
         law = scenario.law
         node = FleetNode(topics.CONTROLLERS, follows_clock=True)
         limits = options.limits
-        self.fleet = ControlledFleet(
+        self.fleet = prepared_fleet(
             self._process,
             node,
             NodeParameters(node, law, PARAMETERS),
@@ -59,7 +59,7 @@ class SteppedRun:
                 model=options.model,
                 limits=limits_named(limits) if limits != NO_LIMITS else None,
             ),
-            self._clock,
+            clock=self._clock,
         )
 
     def run(self) -> 'SteppedRun':

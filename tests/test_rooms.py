@@ -33,7 +33,7 @@ MAY_IMPORT_ROS = {
         'safety_filter_node script_outcomes si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
-        'fleet_discovery fleet_pause fleet_time graph_watch law_loader markers'
+        'fleet_discovery fleet_pause fleet_scripts fleet_time graph_watch markers script_reloader'
     ),
     'setcmas_expe.doctor': 'lab_examination',
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 inject_fault',

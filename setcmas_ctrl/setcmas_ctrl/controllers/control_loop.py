@@ -7,14 +7,28 @@ from collections.abc import Callable
 from functools import partial
 
 from setcmas_ctrl import network
-from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
-from setcmas_ctrl.controllers.fleet_discovery import go_on, wait_until
+from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet, Prepared
+from setcmas_ctrl.controllers.fleet_discovery import (
+    clock_of_robots,
+    go_on,
+    wait_for_fleet,
+    wait_until,
+)
+from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.script_outcomes import end_stuck_script
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
-from setcmas_simu.robot_node import stepping
+from setcmas_simu.robot_node import RobotNode, stepping
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.polling import RequestWait
+from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.step_loop import SteadyClock
 
 _POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
@@ -22,8 +36,50 @@ _LISTENERS_WAIT_S = 2.0
 _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
 
 
-def control(fleet: ControlledFleet) -> None:
-    """Control the robots until the process must stop; then they rest."""
+def prepared_fleet(
+    process: RosProcess,
+    node: FleetNode,
+    parameters: NodeParameters[LawOptions],
+    communication: CommunicationOptions,
+    safety: FilterOptions,
+    options: ControllerOptions,
+    alone: RobotNode | None = None,
+    clock: SteadyClock | None = None,
+) -> ControlledFleet:
+    """Find a fleet, load its laws, and create the nodes of its robots in this process.
+
+    Args:
+        process: This process.
+        node: Stands for the fleet: it has what there is once.
+        parameters: Those of this node.
+        communication: How the robots communicate.
+        safety: The safety filter.
+        options: Which robots there are, and how they listen.
+        alone: The only node, if the others of its robot are in other processes.
+        clock: Clock of the steps; by default that of the robots.
+
+    Raises:
+        SetcmasError: A script does not load, or options contradict each other.
+        StopCall: The process was asked to stop meanwhile.
+    """
+    process.requests = RequestWait([node])
+    law = parameters.options
+    found = None if law.is_external else law.scripts()  # a missing script does not wait for robots
+    communication = communication.found(law.exercise)
+    announced, given = FleetListener(node), options.nb_robots
+    nb_robots = given or wait_for_fleet(process, node, announced)
+    nb_robots = max(nb_robots, alone.robot if alone else 0)  # it may come later
+    robots = options.controlled(nb_robots)
+    scripts = FleetScripts(process, node, law, found, communication, robots, nb_robots)
+    if given and not options.experiment:  # laws load before there is a fleet
+        wait_for_fleet(process, node, announced, given)
+    clock = clock or clock_of_robots(process, node, announced)
+    prepared = Prepared(announced, nb_robots, clock, scripts, alone)
+    return ControlledFleet(process, node, parameters, safety, options, prepared)
+
+
+def control(fleet: ControlledFleet) -> int:
+    """Control the robots until the process must stop; then they rest. Return the exit status."""
     process = fleet.process
     process.take_signals()  # scripts may have changed the handlers while loading
     end_stuck_script(process, fleet.watch)
@@ -43,7 +99,8 @@ def control(fleet: ControlledFleet) -> None:
         if process.can_talk:
             fleet.stop()
         fleet.watch.close()
-    fleet.outcomes.end()
+    fleet.scripts.outcomes.end()
+    return SCRIPT_FAILED if fleet.scripts.outcomes.failed else 0
 
 
 def _wait_until_ready(fleet: ControlledFleet) -> None:

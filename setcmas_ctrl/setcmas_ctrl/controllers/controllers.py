@@ -10,10 +10,9 @@ import argparse
 from dataclasses import replace
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.controllers.control_loop import control
-from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.control_loop import control, prepared_fleet
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
+from setcmas_ctrl.laws.control_options import ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
@@ -41,7 +40,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
         parameters.options = law_of_parameters(node, parameters.options)
         try:
-            fleet = ControlledFleet(
+            fleet = prepared_fleet(
                 process,
                 node,
                 parameters,
@@ -49,10 +48,9 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
                 FilterOptions.of(args),
                 fleet_of_parameters(node, ControllerOptions.of(args)),
             )
-            control(fleet)
+            return control(fleet)
         except StopCall:
             return 0
-        return SCRIPT_FAILED if fleet.outcomes.failed else 0
 
 
 def law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:

@@ -12,7 +12,8 @@ from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.process import SIMULATED_TIME, FleetNode, RosProcess
+from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, TopicClock
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 1.5
@@ -58,7 +59,10 @@ def wait_for_fleet(
     """Wait until the robots of a fleet are announced, or publish odometry if nobody announces any.
 
     Returns:
-        Size of the fleet, nb_robots if given; 0 if the process must stop.
+        Size of the fleet, nb_robots if given.
+
+    Raises:
+        StopCall: The process was asked to stop meanwhile.
     """
     changed, seen = time.monotonic(), (0, [0])
 
@@ -77,8 +81,7 @@ def wait_for_fleet(
         return bool(robots) and (len(robots) == nb_robots or settled_s >= _SETTLED_S)
 
     warn = node.get_logger().warning
-    if not wait_until(process, is_known, lambda: warn(_missing(node, nb_robots))):
-        return 0
+    go_on(wait_until(process, is_known, lambda: warn(_missing(node, nb_robots))))
     if not listener.robots:
         warn(
             f'nothing announces a fleet on {node.full_name(topics.FLEET)}: '
@@ -100,6 +103,22 @@ def _missing(node: FleetNode, nb_robots: int | None) -> str:
         f'waiting for a fleet: nothing is announced on {node.full_name(topics.FLEET)}; is setcmas '
         'simu running in the same ROS domain and namespace?'
     )
+
+
+def clock_of_robots(process: RosProcess, node: FleetNode, announced: FleetListener) -> SteadyClock:
+    """Return the clock of the robots; wait for one on /clock.
+
+    Raises:
+        StopCall: The process was asked to stop meanwhile.
+    """
+    if announced.rtf != 1.0:
+        return ScaledClock(announced.rtf, announced.begin)
+    if not node.get_parameter(SIMULATED_TIME).value:
+        return SteadyClock()
+    clock = TopicClock(node)
+    text = f'waiting for the time on {topics.CLOCK} ({SIMULATED_TIME}); is it published?'
+    go_on(wait_until(process, clock.has_begun, lambda: node.get_logger().warning(text)))
+    return clock
 
 
 class LostRobots:

@@ -5,7 +5,6 @@ In experiments they follow the pause node (`setcmas_ctrl/experiment_pause.py`).
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 from rclpy.node import Node
@@ -17,9 +16,6 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Launcher, Paused
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
-
-_MOST_LINES = 10  # in _FLOOD_S
-_FLOOD_S = 10.0
 
 
 class FleetPause:
@@ -34,7 +30,6 @@ class FleetPause:
         self._drivers = drivers
         self._launcher = launcher
         self._stopped = self._requested = False
-        self._printed: list[float] = []
         node.create_service(SetBool, '~/pause', self._answer)
         stop = topics.EMERGENCY_STOP
         self.topics = [
@@ -68,20 +63,11 @@ class FleetPause:
         if self._stopped:
             return
         if self._requested != paused or any(one.paused != paused for one in self._drivers):
-            self._print(f'{"paused" if paused else "started"} by {by}')
+            print(f'{"paused" if paused else "started"} by {by}', flush=True)
             self._launcher.report(Paused(paused))
         self._requested = paused
         for driver in self._drivers:
             driver.pause(paused)
-
-    def _print(self, line: str) -> None:
-        """Print a line, unless a flood of requests would fill the terminal."""
-        now = time.monotonic()
-        self._printed = [at for at in self._printed if now - at < _FLOOD_S]
-        if len(self._printed) < _MOST_LINES:
-            self._printed.append(now)
-            rest = len(self._printed) == _MOST_LINES
-            print(f'{line}{"; similar lines are hidden for now" if rest else ""}', flush=True)
 
     def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._pause(request.data, 'service')

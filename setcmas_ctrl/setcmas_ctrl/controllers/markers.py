@@ -14,10 +14,11 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.drawing import Sphere
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_simu.fleet import topics
-from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.ros import messages, qos
 
 
@@ -96,12 +97,16 @@ _LINE_M = 0.04
 _HEIGHT_M = 0.2
 
 
-def publish_obstacles(node: Node, obstacles: Obstacles, arena: Arena | None) -> None:
-    """Publish obstacles and arena, if there are any, latched for late displays."""
+def publish_obstacles(node: Node, safety: FilterOptions, in_experiment: bool) -> None:
+    """Publish obstacles and arena, if there are any, latched for late displays.
+
+    The arena of an experiment is the bridge's to show.
+    """
+    obstacles = Obstacles.of(safety.obstacles or '')
     markers = [_disc(*disc) for disc in obstacles.discs]
     markers += [_outline(polygon.corners) for polygon in obstacles.polygons]
-    if arena:
-        xmin, xmax, ymin, ymax = arena
+    if safety.arena and not in_experiment:
+        xmin, xmax, ymin, ymax = safety.arena
         markers.append(_outline([(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)]))
     for number, marker in enumerate(markers):
         marker.id = number

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.robots.models import is_script, robot_models
+from setcmas_simu.robots.models import is_script, model_names, robot_models
 from setcmas_simu.ros.fleet_topic import FleetListener
 
 
@@ -19,13 +19,13 @@ class DrivenModels:
         self._warn = warn
         self._reported: set[str] = set()
 
-    def use(self, names: Sequence[str]) -> None:
-        """Use these models, one name for each robot of the fleet.
+    def use(self, text: str, nb_robots: int) -> None:
+        """Use the models in the value of `--model`, for a fleet of this size.
 
         Raises:
             SetcmasError: A model is unknown, or a script does not load.
         """
-        robots = list(self._drivers)
+        robots, names = list(self._drivers), model_names(text, nb_robots)
         self._set(robots, [names[robot - 1] for robot in robots])
 
     def follow(self, announced: FleetListener) -> None:

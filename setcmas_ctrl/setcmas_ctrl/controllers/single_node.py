@@ -16,14 +16,12 @@ from functools import partial
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
-from setcmas_ctrl.controllers.control_loop import control
-from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.control_loop import control, prepared_fleet
 from setcmas_ctrl.controllers.controllers import fleet_of_parameters, law_of_parameters
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import (
     EXTERNAL,
-    SCRIPT_FAILED,
     ControllerOptions,
     GainOptions,
     LawOptions,
@@ -103,13 +101,10 @@ def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
             ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
             communication = replace(communication, threshold=threshold, ctc=ctc or None)
         try:
-            fleet = ControlledFleet(
-                process, node, parameters, communication, safety, options, alone=node
-            )
-            control(fleet)
+            fleet = prepared_fleet(process, node, parameters, communication, safety, options, node)
+            return control(fleet)
         except StopCall:
             return 0
-    return SCRIPT_FAILED if fleet.outcomes.failed else 0
 
 
 if __name__ == '__main__':

@@ -1,5 +1,3 @@
-from unittest.mock import Mock
-
 import pytest
 
 pytest.importorskip('rclpy')
@@ -9,7 +7,6 @@ from ros_peer import velocity
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
-from setcmas_ctrl.controllers.fleet_pause import FleetPause
 from setcmas_simu.ros import qos
 
 
@@ -44,25 +41,3 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
         peer.wait_for_new(messages, 5)
     assert stands(0)
     assert stands(1)
-
-
-class Robot:
-    paused = stopped = False
-
-    def pause(self, paused):
-        self.paused = paused
-
-
-def test_a_flood_of_pauses_does_not_fill_the_terminal(capsys, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr('time.monotonic', lambda: now[0])
-    pauses = FleetPause(Mock(), [Robot()], Mock())
-    for i in range(1000):
-        pauses._on_pause(Bool(data=i % 2 == 0))
-    lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 10
-    assert lines[-1] == 'started by /pause; similar lines are hidden for now'
-
-    now[0] = 11.0
-    pauses._on_pause(Bool(data=True))
-    assert capsys.readouterr().out == 'paused by /pause\n'

@@ -12,7 +12,7 @@ pytest.importorskip('rclpy')
 from ros_peer import position, velocity
 from std_msgs.msg import Bool, UInt16
 
-from setcmas_ctrl.controllers.law_loader import SETTLED_S, FileWatch
+from setcmas_ctrl.controllers.script_reloader import SETTLED_S, FileWatch
 
 
 def test_a_save_is_noticed_once_it_has_settled(tmp_path):

@@ -1,25 +1,17 @@
-"""Loader of a process's control laws, and their reload on every save (`--watch`)."""
+"""Reload of a process's scripts on every save (`--watch`)."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import time
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Protocol
 
-import rclpy
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.controllers.markers import TaskTopic
-from setcmas_ctrl.laws.call_watch import CallWatch
-from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.conversion_script import GivenConversion
-from setcmas_ctrl.laws.law_scripts import LawScripts
+from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
 from setcmas_ctrl.laws.script_imports import with_helpers
-from setcmas_ctrl.laws.script_seeds import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -80,57 +72,6 @@ def _signature(file: Path) -> _Signature:
     return _GONE
 
 
-@dataclass(frozen=True)
-class LawLoader:
-    """Loads the laws of this process's robots, each time with fresh state."""
-
-    scripts: LawScripts
-    seed: int
-    robots: Sequence[int]
-    nb_robots: int
-    watch: CallWatch
-    task: TaskTopic
-
-    def load(self) -> list[ControlLaw]:
-        """Return a new law for each robot, and publish their task.
-
-        Raises:
-            SetcmasError: A script does not load, or has shut down ROS.
-        """
-        seed_scripts(self.seed, self.robots[0])
-        laws = [self._law(robot) for robot in self.robots]
-        with self.watch.loading(laws[0].robot, laws[0].path):
-            self.task.publish(laws)
-        return laws
-
-    def _law(self, robot: int) -> ControlLaw:
-        script = self.scripts.script(robot)
-        with self.watch.loading(robot, script):
-            law = self.scripts.law(robot, self.nb_robots)
-        if not rclpy.ok():
-            raise SetcmasError(
-                f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
-            )
-        return law
-
-
-class Fleet(Protocol):
-    """The robots whose laws are replaced."""
-
-    @property
-    def shares_t(self) -> bool:
-        """Whether other processes use the same t."""
-
-    def load_conditions(self) -> None:
-        """Load the triggering conditions again, or raise SetcmasError."""
-
-    def load_conversions(self) -> None:
-        """Load the user's own conversion again, if there is one, or raise SetcmasError."""
-
-    def use(self, laws: Sequence[ControlLaw]) -> None:
-        """Replace the laws, and reset t and errors; without laws all robots stop."""
-
-
 class ScriptReloader:
     """Replaces laws, conditions and conversions of a process by their scripts' newest version.
 
@@ -143,25 +84,22 @@ class ScriptReloader:
     def __init__(
         self,
         node: FleetNode,
-        fleet: Fleet,
-        laws: Sequence[ControlLaw],
-        loader: LawLoader,
-        condition: Path | None,
-        conversion: GivenConversion,
+        scripts: FleetScripts,
+        has_conditions: bool,
+        reload: Callable[[], str],
         pause_timeout_s: float,
     ) -> None:
-        """Watch the scripts of laws, a condition and a conversion, and the modules they import.
+        """Watch the scripts of a process, and the modules they import.
 
-        A new version waits while the pause node has said go in the last `pause_timeout_s`.
+        `reload` replaces all scripts; it returns what t is then, or raises SetcmasError. A new
+        version waits while the pause node has said go in the last `pause_timeout_s`.
         """
-        self._node = node
-        self._fleet = fleet
-        self._laws = laws
-        self._loader = loader
-        self._condition = condition
+        self._node, self._loaded, self._reload_all = node, scripts, reload
         self._pause_timeout_s = pause_timeout_s
-        self._others = [one for one in (condition, conversion) if isinstance(one, Path)]
-        self._scripts = list(dict.fromkeys([*(law.path for law in laws), *self._others]))
+        condition = scripts.condition if has_conditions else None
+        self._others = [one for one in (condition, scripts.conversion) if isinstance(one, Path)]
+        laws = (law.path for law in scripts.laws)
+        self._scripts = list(dict.fromkeys([*laws, *self._others]))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
@@ -171,7 +109,7 @@ class ScriptReloader:
         """Look for a new version, and load it."""
         self._paused.take()
         # Without laws, poll too: a missing module may appear.
-        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
+        self._files.watch(self._watched_files(), new_are_saved=not self._loaded.laws)
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if not self._is_new:
             return
@@ -182,9 +120,9 @@ class ScriptReloader:
         self._reload()
 
     def _watched_files(self) -> set[Path]:
-        if self._laws:
+        if self._loaded.laws:
             own = {file for script in self._others for file in with_helpers(script)}
-            return own.union(*(law.files for law in self._laws))
+            return own.union(*(law.files for law in self._loaded.laws))
         return self._nearby_files()  # the imports of a version that does not load are unknown
 
     def _nearby_files(self) -> set[Path]:
@@ -199,26 +137,18 @@ class ScriptReloader:
     def _reload(self) -> None:
         # A missing module may appear while the scripts load.
         self._files.watch({*self._watched_files(), *self._nearby_files()})
+        log = self._node.get_logger()
         try:
-            laws = self._loader.load()
-            if self._condition:
-                self._fleet.load_conditions()
-            self._fleet.load_conversions()
-            self._laws = laws
+            t = self._reload_all()
         except SetcmasError as error:
-            self._laws = []
-            self._node.get_logger().warning(
+            log.warning(
                 f'{self._saved()} was saved with a mistake; its robots get zero velocity '
                 f'until you correct it:\n    {error}'
             )
         else:
-            robots = robots_in_words([law.robot for law in self._laws])
-            self._node.get_logger().info(
-                f'{self._saved()} was saved and reloaded for {robots}; '
-                f't {"continues, as in other controllers" if self._fleet.shares_t else "= 0"}'
-            )
-        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
-        self._fleet.use(self._laws)
+            robots = robots_in_words([law.robot for law in self._loaded.laws])
+            log.info(f'{self._saved()} was saved and reloaded for {robots}; {t}')
+        self._files.watch(self._watched_files(), new_are_saved=not self._loaded.laws)
 
     def _is_moving(self) -> bool:
         return time.monotonic() - self._last_moving < self._pause_timeout_s

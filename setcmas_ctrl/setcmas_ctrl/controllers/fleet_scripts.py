@@ -1,0 +1,124 @@
+"""The scripts of a process of controllers: laws, triggering conditions and conversions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import rclpy
+
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    chosen_communication,
+)
+from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
+from setcmas_ctrl.controllers.markers import TaskTopic
+from setcmas_ctrl.laws.call_watch import CallWatch
+from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.laws.control_options import LawOptions
+from setcmas_ctrl.laws.conversion_script import ScriptConversion, script_conversions
+from setcmas_ctrl.laws.law_scripts import LawScripts
+from setcmas_ctrl.laws.script_seeds import seed_scripts
+from setcmas_ctrl.predictions.prediction import doubts_at_start
+from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.ros.process import FleetNode, RosProcess
+
+
+class FleetScripts:
+    """Loads the scripts of a process's robots, each time with fresh state.
+
+    Attributes:
+        watch: Times the calls of scripts.
+        communication: How the robots communicate.
+        laws: The control laws; none where other programs publish the velocities.
+        outcomes: Errors of the scripts.
+        condition: The script of a triggering condition, if it is one.
+        conversion: The user's own si_to_uni, if there is one.
+    """
+
+    def __init__(
+        self,
+        process: RosProcess,
+        node: FleetNode,
+        law: LawOptions,
+        scripts: LawScripts | None,
+        communication: CommunicationOptions,
+        robots: Sequence[int],
+        nb_robots: int,
+    ) -> None:
+        """Load the laws of robots of a fleet; the node shows their task, and warnings.
+
+        There are no `scripts` where other programs publish the velocities.
+
+        Raises:
+            SetcmasError: A script does not load.
+        """
+        warn = node.get_logger().warning
+        self._robots, self._nb_robots, self._seed = robots, nb_robots, law.seed
+        self.communication = chosen_communication(nb_robots, communication, law.seed)
+        self.condition = self.communication.condition_script
+        self.conversion = law.conversion()
+        self.watch = CallWatch(warn, process.launcher)
+        end_stuck_script(process, self.watch)
+        self._task = TaskTopic(node, nb_robots)
+        self._scripts = scripts
+        self.laws: list[ControlLaw] = []
+        if scripts:
+            scripts.check(nb_robots)
+            self.laws = self._loaded(scripts)
+            names = {one.path: one.names for one in self.laws}
+            for text in doubts_at_start(names, self.communication, 1.0 / law.rate):
+                warn(text)
+        self.outcomes = ScriptOutcomes(
+            warn,
+            self.watch,
+            process.launcher,
+            {one.robot: one.path for one in self.laws},
+            robots,
+            self.condition or Path(CTC),
+            Path(str(self.conversion)),
+        )
+
+    def _loaded(self, scripts: LawScripts) -> list[ControlLaw]:
+        """Return a new law for each robot, and publish their task, or raise SetcmasError."""
+        seed_scripts(self._seed, self._robots[0])
+        laws = [self._law(scripts, robot) for robot in self._robots]
+        with self.watch.loading(laws[0].robot, laws[0].path):
+            self._task.publish(laws)
+        return laws
+
+    def _law(self, scripts: LawScripts, robot: int) -> ControlLaw:
+        script = scripts.script(robot)
+        with self.watch.loading(robot, script):
+            law = scripts.law(robot, self._nb_robots)
+        if not rclpy.ok():
+            raise SetcmasError(
+                f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
+            )
+        return law
+
+    def reload(self) -> None:
+        """Load the laws again; there are none if one does not load, which raises SetcmasError."""
+        self.laws = []
+        if self._scripts:
+            self.laws = self._loaded(self._scripts)
+
+    def broadcast(self, robot: int) -> Broadcast:
+        """Return a newly loaded condition of a robot, or raise SetcmasError."""
+        with self.watch.loading(robot, self.condition or Path(CTC)):
+            return self.communication.broadcast(robot, self.outcomes.conditions)
+
+    def conversions(
+        self, robots: Sequence[int], time: Callable[[], float]
+    ) -> list[ScriptConversion]:
+        """Return a user's own conversion for each robot, newly loaded; none without one.
+
+        `time` returns the time t of the run in s. Raises SetcmasError if it does not load.
+        """
+        watched = partial(self.watch.call, function=Function.SI_TO_UNI)
+        return script_conversions(
+            self.conversion, robots, self.outcomes.conversions, time, watched
+        )
