@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import needs
@@ -74,11 +74,9 @@ _MOST_EARLY_S = 0.15
 """Longest lead of a simulated motion to its command: a step at 10 Hz, and jitter."""
 
 _AT_ONCE_S = 0.02
-_LEAST = np.array([-np.inf, 0.0, 0.0])  # gain, lag, delay
-_MOST = np.array([np.inf, LONGEST_DELAY_S, LONGEST_DELAY_S])
-_PROBE_S = 2e-3
+_ALL, _WITHOUT_LAG = ('gain', 'lag', 'delay'), ('gain', 'delay')
 _SINGULAR = 1e5
-_LEAST_SIGMA = 1e-12
+_LEAST_SIGMA = 1e-12  # 0 times a spread without end is no number
 
 
 @dataclass(frozen=True)
@@ -149,15 +147,23 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
         SetcmasError: scipy is missing.
     """
     lags = _LAGS_S if lag is None else np.array([lag])
-    free = np.array([True, lag is None, True])
-    best = _nearest(measured, _best(measured, lags, _DELAYS_S), free)
+    names = _ALL if lag is None else _WITHOUT_LAG
+    best, errors = _nearest(measured, _best(measured, lags, _DELAYS_S), names)
     if best.lag + best.delay < _AT_ONCE_S:
         early = _best(measured, np.zeros(1), np.linspace(-_MOST_EARLY_S, 0.0, 151))
-        best = early if early.delay < 0.0 else best
-    y, e = measured.y, measured.y - measured.predicted(best)
-    apart = float(np.linalg.norm(y - y.mean()))
+        if early.delay < 0.0:
+            best, errors = _nearest(measured, early, _WITHOUT_LAG)
+    if best.delay < 0.0:  # the delay is 0 then, and no better known than the lead
+        lead = errors.delay - best.delay
+        errors = Response(errors.gain, lead, lead)
+    elif lag is None:  # a run may determine only the sum of lag and delay, which bounds both
+        _, together = _nearest(measured, best, _WITHOUT_LAG)
+        most = best.lag + best.delay + together.delay
+        gain = min(errors.gain, together.gain) if np.isinf(errors.gain) else errors.gain
+        errors = Response(gain, min(errors.lag, most), min(errors.delay, most))
+    e = measured.y - measured.predicted(best)
+    apart = float(np.linalg.norm(measured.y - measured.y.mean()))
     quality = 100.0 * (1.0 - float(np.linalg.norm(e)) / apart) if apart > 0.0 else 0.0
-    errors = _errors(measured, best, free)
     return Fit(replace(best, delay=max(0.0, best.delay)), errors, quality)
 
 
@@ -174,55 +180,34 @@ def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
     return best
 
 
-def _nearest(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the response with the least squares near another, over its free values.
+def _nearest(
+    measured: Measured, start: Response, names: Sequence[str]
+) -> tuple[Response, Response]:
+    """Return the response with the least squares near another, and the standard errors.
+
+    Only the values with these names change; the errors of the others are 0. Those of values that
+    the run does not determine are infinite.
 
     Raises:
         SetcmasError: scipy is missing.
     """
     with needs('identify'):
         from scipy.optimize import least_squares
-    start = np.array([begin.gain, begin.lag, begin.delay])
 
     def response(values: Floats) -> Response:
-        all_values = start.copy()
-        all_values[free] = values
-        return Response(*all_values.tolist())
+        return replace(start, **dict(zip(names, values.tolist(), strict=True)))
 
+    least = {'gain': -np.inf, 'lag': 0.0, 'delay': min(0.0, start.delay)}
+    most = {'gain': np.inf, 'lag': LONGEST_DELAY_S, 'delay': LONGEST_DELAY_S}
     found = least_squares(
         lambda values: measured.predicted(response(values)) - measured.y,
-        start[free],
-        jac=lambda values: _jacobian(measured, response(values))[:, free],
-        bounds=(_LEAST[free], _MOST[free]),
+        [getattr(start, name) for name in names],
+        bounds=([least[name] for name in names], [most[name] for name in names]),
     )
-    return response(found.x)
-
-
-def _jacobian(measured: Measured, at: Response) -> Floats:
-    """Return how predictions change with gain, lag and delay, shape (K, 3)."""
-    unit, here = measured.predicted(replace(at, gain=1.0)), measured.predicted(at)
-    columns = [unit]
-    for name in ('lag', 'delay'):
-        nudged = replace(at, **{name: getattr(at, name) + _PROBE_S})
-        columns.append((measured.predicted(nudged) - here) / _PROBE_S)
-    return np.column_stack(columns)
-
-
-def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the standard errors of gain, lag and delay; infinite if undetermined.
-
-    A run may determine only the sum of lag and delay; that sum then bounds both errors.
-    """
-    J = _jacobian(measured, best)
-    e = measured.y - measured.predicted(best)
-    square = float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap)
-    sigma = max(np.sqrt(square), _LEAST_SIGMA)  # 0 times a spread without end is no number
-    gain, total = sigma * _spread(J[:, [0, 2]])
-    if not free[1]:
-        return Response(float(gain), 0.0, float(total))
-    most = best.lag + abs(best.delay) + total
-    errors = np.minimum(sigma * _spread(J), [np.inf, most, most])
-    return Response(float(gain if np.isinf(errors[0]) else errors[0]), *errors[1:].tolist())
+    apart = max(1.0, len(measured.y) - len(_ALL) * measured.overlap)
+    sigma = max(np.sqrt(2.0 * found.cost * measured.overlap / apart), _LEAST_SIGMA)
+    errors = dict(zip(names, (sigma * _spread(found.jac)).tolist(), strict=True))
+    return response(found.x), replace(Response(0.0, 0.0, 0.0), **errors)
 
 
 def _spread(J: Floats) -> Floats:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,19 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.laws.conversion_script import ScriptConversion
-from setcmas_ctrl.laws.script_errors import ErrorReports
-from setcmas_ctrl.si_to_uni import KOMEGA, Conversion, as_unicycles, conversion_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.robots.identified_robot import IdentifiedRobot
-from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
-from setcmas_tools.run.csv_columns import COMMANDS
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
-from setcmas_tools.run.law_output import Commands
-from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_samples import FleetSamples
 
@@ -104,9 +94,8 @@ def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
     Raises:
         SetcmasError: There is no run, or its commands were not recorded.
     """
-    source = find_run(path)
-    bag = source.recording
-    found = _recorded(bag, warn) if bag else _offline(Run.load(path, warn))
+    bag = find_run(path).recording
+    found = _recorded(bag, warn) if bag else {}
     if not found:
         raise SetcmasError(
             f"'{path}' has no commands of robots whose motion it has; its bag must hold "
@@ -174,47 +163,3 @@ def _way(wanted: Floats, sent: Floats) -> float:
         if same.any():
             ways.append(float(sent[0, first + np.argmax(same)] - t))
     return float(np.median(ways)) if ways else 0.0
-
-
-def _offline(run: Run) -> dict[int, Drive]:
-    """Return the drives of an offline run, from the velocities that its laws returned."""
-    if run.commands is None or run.tables.safety is not None:
-        return {}
-    if run.parameters.get('si_to_uni') and not _own_conversions(run):
-        return {}  # a function, which no run keeps
-    names = model_names(run.parameters.get('model'), max(run.robots))
-    kept = {robot: one for one in run.inputs if one.option == 'model' for robot in one.robots}
-    everywhere = [one for one in run.inputs if one.option == 'model' and not one.robots]
-    found = {}
-    for robot in run.robots:
-        file = next(iter(everywhere), kept.get(robot))
-        name = str(file.path) if file else names[robot - 1]
-        (model,) = robot_models([name], [robot], str(run.parameters.get('limits', NO_LIMITS)))
-        found[robot] = _driven(run.commands.of(robot), run.table.of(robot), model, run)
-    return found
-
-
-def _own_conversions(run: Run) -> list[Path]:
-    return [one.path for one in run.inputs if one.option == 'si_to_uni']
-
-
-def _conversion(run: Run, robot: int) -> Conversion:
-    """Return how a robot without a command of its own was driven."""
-    for script in _own_conversions(run):
-        return ScriptConversion(
-            script, robot, ErrorReports(print), lambda: 0.0, lambda *_: nullcontext()
-        )
-    return as_unicycles
-
-
-def _driven(given: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
-    """Return the drive of a robot from the velocities of its law."""
-    headings = np.interp(given.t, track.t, np.unwrap(track.theta))
-    poses = np.vstack([np.zeros((2, len(given.t))), headings])
-    allowed = given.allowed or given
-    komega = float(run.parameters.get('komega', KOMEGA))
-    convert = conversion_of(model, _conversion(run, int(given.robot[0])))
-    commands = convert(np.array([allowed.vx, allowed.vy]), poses, komega)
-    if isinstance(model, IdentifiedRobot):
-        commands[[0, 2]] = model.slowed_down(commands)
-    return Drive(np.vstack([given.t, commands[[0, 2]]]), COMMANDS.name, track)

@@ -1,8 +1,5 @@
-import numpy as np
 import pytest
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_tools import simulate
 from setcmas_tools.compare.robot_drive import drives
 
 TWIST = 'geometry_msgs/msg/TwistStamped'
@@ -34,20 +31,3 @@ def test_commands_are_those_that_moved_the_robot(driven, guarded, nearest, V):
 
     assert drive.topic == nearest
     assert drive.commands[1].max() == V
-
-
-def test_commands_of_an_offline_run_are_those_of_its_own_si_to_uni(tmp_path):
-    script = tmp_path / 'mine.py'
-    script.write_text('def si_to_uni(v, pose, komega):\n    return v[0] / 2, komega * v[1]\n')
-    run = simulate(lambda *_: (0.2, 0.1), 2, 3.0, si_to_uni=script)
-    run.save(tmp_path / 'out')
-
-    for drive in drives(tmp_path / 'out', pytest.fail).values():
-        np.testing.assert_allclose(drive.commands[1:], [[0.1] * 15, [0.15] * 15], atol=1e-6)
-
-
-def test_commands_of_a_run_with_a_function_as_si_to_uni_are_not_known(tmp_path):
-    simulate('consensus', 2, 3.0, si_to_uni=lambda *_: (0.1, 0.1)).save(tmp_path / 'out')
-
-    with pytest.raises(SetcmasError, match='has no commands of robots'):
-        drives(tmp_path / 'out', pytest.fail)
