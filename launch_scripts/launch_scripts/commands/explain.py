@@ -4,7 +4,7 @@ The law of the run is simulated from the same starts: as in theory (single integ
 continuously), then sampled, with the speed limit, with the dead band of the law, as the robots of
 the run, with its messages, with its filter and as identified robots, as far as the run has these.
 The distance of each rung from the one before says what the new thing changes, in this
-order. The plot ladder.png is for a slide.
+order.
 
 Examples:
   setcmas explain out
@@ -16,9 +16,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import FormatOptions, add_run_argument
+from launch_scripts.commands.plot_options import add_run_argument
 from launch_scripts.terminal import warner
-from setcmas_simu.errors import SetcmasError, file_errors
+from setcmas_simu.errors import SetcmasError
 
 _warn = warner('explain')
 
@@ -28,13 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run_argument(parser)
     model = 'model file of setcmas identify, for the rung below the recording'
     parser.add_argument('--model', type=Path, metavar='FILE', help=model)
-    FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Explain; return the exit status."""
-    from setcmas_tools.compare.ladder import ladder, ladder_figure, ladder_table
-    from setcmas_tools.plots.style import plot_style, save_in
+    from setcmas_tools.compare.ladder import ladder, ladder_table
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
     from setcmas_tools.run.run_info import INFO_FILE
@@ -49,9 +47,6 @@ def main(args: argparse.Namespace) -> int:
     scenario = Scenario.load(info)
     if args.model:
         scenario = scenario.replace(model=str(args.model))
-    rungs = ladder(Run.load(args.run, _warn, args.odometry_topic), scenario, _warn)
-    print(ladder_table(rungs))
-    with file_errors(f"'{source.plots}' cannot be written"), plot_style(args.palette):
-        source.plots.mkdir(parents=True, exist_ok=True)
-        print(*save_in(args.format, ladder_figure(rungs), source.plots / 'ladder'), sep='\n')
+    run = Run.load(args.run, _warn, args.odometry_topic)
+    print(ladder_table(ladder(run, scenario, _warn)))
     return 0

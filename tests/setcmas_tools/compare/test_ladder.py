@@ -5,8 +5,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
-from setcmas_tools.compare.ladder import Rung, ladder, ladder_figure, ladder_table
-from setcmas_tools.plots.style import plot_style
+from setcmas_tools.compare.ladder import ladder, ladder_table
 from setcmas_tools.scenario.scenario import Scenario
 
 ROBOT = """
@@ -92,23 +91,3 @@ def test_the_table_has_a_row_for_each_rung(rungs):
 
     assert lines[3].split() == ['single', 'integrators', '0.000', '0.000', '0.000', '0.501', '-']
     assert lines[-1].split()[:4] == ['as', 'recorded', '0.249', '0.019']
-
-
-def test_a_panel_for_each_rung_and_the_largest_step_in_bold():
-    run = simulate('consensus', 3, 10.0)
-    rungs = [
-        Rung('single integrators', run),
-        Rung('sampled', run, 0.1),
-        Rung('as recorded', run, 0),
-    ]
-
-    with plot_style():
-        figure = ladder_figure(rungs)
-
-    shown = [axes for axes in figure.axes if axes.axison]
-    assert [axes.get_title('left') for axes in shown] == [
-        '1  single integrators', '2  sampled', '3  as recorded',
-    ]  # fmt: skip
-    assert [axes.xaxis.label.get_fontweight() for axes in shown] == ['normal', 'bold', 'normal']
-    assert '0.100 m (RMS) from the rung before' in shown[1].get_xlabel()
-    assert 'dots: every 0.5 s' in figure.get_supxlabel()
