@@ -6,7 +6,8 @@ from runs import distance
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, find_script
+from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools import simulate
 from setcmas_tools.run.run_tables import read_fleet

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, find_script, load_script
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, load_script
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_tools import simulate

@@ -18,13 +18,8 @@ from typing import Any
 from tabulate import tabulate
 
 from setcmas_ctrl.laws.references import TASKS, TaskNames
-from setcmas_ctrl.laws.script_loader import (
-    ALGORITHMS,
-    CONDITIONS,
-    EXERCISES,
-    scripts_in,
-    summary_of,
-)
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
+from setcmas_ctrl.laws.script_search import scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS

@@ -23,7 +23,8 @@ from pathlib import Path
 
 from launch_scripts.environment import missing_ros
 from setcmas_ctrl.laws.exercise import cut_exercise, draft_rubric
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES, find_script
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 

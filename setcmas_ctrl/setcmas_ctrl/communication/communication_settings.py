@@ -29,7 +29,8 @@ from setcmas_ctrl.communication.triggering_conditions import (
 from setcmas_ctrl.laws.exercise import unfilled_note
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.laws.script_function import file_of
-from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script, find_script_of
+from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script
+from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import ClashError, Options, flag, names_and_files, option
 from setcmas_simu.options.kinds import LENGTH, Number, OneOf, ScriptOrFunction

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from setcmas_ctrl.laws.control_law import LawScripts
 from setcmas_ctrl.laws.conversion_script import SI_TO_UNI, GivenConversion
-from setcmas_ctrl.laws.law_scripts import LawScripts
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_script, find_script_of
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_script
+from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_ctrl.saturation import VNOM

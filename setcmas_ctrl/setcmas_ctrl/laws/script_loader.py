@@ -1,4 +1,4 @@
-"""Loader of control scripts: finds, compiles and runs them, in a fresh module per robot."""
+"""Loader of control scripts: compiles and runs them, in a fresh module per robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 import tokenize
 import types
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from setcmas_ctrl.laws.script_settings import (
     converted,
     plain_names,
 )
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.plugins import ScriptGroup
 
@@ -41,100 +41,9 @@ EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 
 CONDITIONS = ScriptGroup('setcmas.conditions', 'triggering condition')
 
-_MOST_NAMES = 10
 _syntax_warnings: dict[Path, list[str]] = {}  # not shown yet, by script
 _compiled: dict[tuple[Path, str, str, str], types.CodeType] = {}  # by path, source and more
 _MOST_COMPILED = 500  # more than one diagnosis of a mistake loads, again for each robot
-
-
-def find_script(name: str, exercise: bool = False) -> Path:
-    """Return the script for `--algo NAME`, or raise SetcmasError with similar names.
-
-    In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
-    a control law, built in or of a plugin.
-    """
-    for path in (Path(name), Path(f'{name}.py')):
-        with contextlib.suppress(OSError):  # such as a name that is too long
-            if path.is_file():
-                if path.suffix == '.ipynb':
-                    raise SetcmasError(
-                        f"'{path.name}' is a notebook; start its cell with "
-                        f'`%%writefile {path.stem}.py` and use --algo {path.stem}.py'
-                    )
-                return path.resolve()
-    groups = {'exercises': EXERCISES} if exercise else {}
-    groups['control laws'] = ALGORITHMS
-    for group in groups.values():
-        if name in group:
-            return group.file(name)
-    names = {title: list(group.plugins()) for title, group in groups.items()}
-    names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
-    known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
-    lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
-    hint = did_you_mean(Path(name).stem, known, 3)
-    raise SetcmasError(f"control script '{name}' not found; {lists}{hint}")
-
-
-def find_script_of(option: str, name: str, function: str, *groups: ScriptGroup) -> Path:
-    """Return the script that another option than `--algo` names, or raise SetcmasError.
-
-    In this order: a path to a file; NAME.py in the current folder; a script of one of the groups.
-    The function that it must define is for the message.
-    """
-    for path in (Path(name), Path(f'{name}.py')):
-        with contextlib.suppress(OSError):
-            if path.is_file():
-                return path.resolve()
-    for group in groups:
-        if name in group:
-            return group.file(name)
-    known = [one for group in groups for one in group.plugins()]
-    others = f', or one of {", ".join(known)}{did_you_mean(name, known)}' if known else ''
-    raise SetcmasError(
-        f"script '{name}' of {option} was not found; it must be a path, or the name of a script "
-        f'in this folder with a function {function}{others}'
-    )
-
-
-def _first(names: Sequence[str]) -> str:
-    shown = [*names[:_MOST_NAMES], *(['...'] if len(names) > _MOST_NAMES else [])]
-    return ', '.join(shown) or 'none'
-
-
-def scripts_in(folder: Path) -> list[Path]:
-    """Return the scripts in a folder, sorted by name."""
-    paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
-    return sorted(path for path in paths if path.is_file())
-
-
-def _may_be_law(path: Path) -> bool:
-    """Return whether a script defines a control law, or cannot be parsed."""
-    try:
-        tree = _parsed(path)
-    except SetcmasError:
-        return True
-    try:
-        check_defines(tree, CONTROL, path)
-    except SetcmasError:
-        return False
-    return True
-
-
-_LISTED = {'control', 'ctc', 'si_to_uni'}
-"""A listed script defines one of these: a law, a triggering condition, or a conversion."""
-
-
-def summary_of(path: Path) -> str | None:
-    """Return the first line of a script's docstring; None if it is no control script."""
-    try:
-        tree = _parsed(path)
-    except SetcmasError as error:
-        message, *_ = str(error).splitlines()
-        return f'(cannot be read: {message})'
-    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if not functions & _LISTED:
-        return None
-    return (ast.get_docstring(tree) or '').partition('\n')[0]
 
 
 def names_to_set(path: Path) -> list[str]:
@@ -185,7 +94,7 @@ def _reported_errors(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _parsed(path: Path) -> ast.Module:
+def parsed(path: Path) -> ast.Module:
     """Return the tree of a script, or raise SetcmasError with the line of a mistake."""
     source = _read(path)
     with _reported_errors(path), warnings.catch_warnings():
@@ -195,7 +104,7 @@ def _parsed(path: Path) -> ast.Module:
 
 def plain_values(path: Path) -> dict[str, Any]:
     """Return the plain values of a script's top level, or raise SetcmasError; do not run it."""
-    return dict(literals(_parsed(path)))
+    return dict(literals(parsed(path)))
 
 
 def _read(path: Path) -> str:

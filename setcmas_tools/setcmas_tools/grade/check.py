@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from setcmas_ctrl.laws.exercise import exercise_of, is_unfilled
 from setcmas_ctrl.laws.script_imports import calling_robot
-from setcmas_ctrl.laws.script_loader import EXERCISES, find_script
+from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_ctrl.laws.script_output import folded_output
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
 from setcmas_tools.grade.criteria import points_text, rounded
 from setcmas_tools.grade.marking import mark

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.laws.references import TASKS, TaskNames, checked_references
-from setcmas_ctrl.laws.script_loader import find_script, plain_values
+from setcmas_ctrl.laws.script_loader import plain_values
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metric import Measured

@@ -7,7 +7,8 @@ import pytest
 from control_functions import load_control
 
 from setcmas_ctrl import algorithms
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, compile_script, find_script, plain_values
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, compile_script, plain_values
+from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError
 
 
