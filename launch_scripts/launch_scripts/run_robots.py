@@ -15,7 +15,7 @@ from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Super
 from launch_scripts.terminal import Stream, write_line
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.run_folder import RunFolder
-from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 
 STOPPED = 130
 """Exit status after Ctrl-C, as in shells."""
@@ -63,12 +63,12 @@ def run_robots(
                 f'setcmas {verb}: the robots did not start within {_START_TIMEOUT_S:g} s; '
                 f'{run.missing}'
             )
-            return 1, Outcome(State.NOT_STARTED, detail=run.missing)
+            return 1, Outcome(RunState.NOT_STARTED, detail=run.missing)
         _show_progress(supervisor, duration, run)
         return _finish(verb, supervisor, run, folder)
     except StoppedError:
         if run and run.started:
-            return STOPPED, Outcome(State.STOPPED)
+            return STOPPED, Outcome(RunState.STOPPED)
         if run:
             run.recorder.shown = False  # it would report a bag that is then removed
         return STOPPED, None
@@ -76,7 +76,7 @@ def run_robots(
         reason = str(death)
         if reason:
             supervisor.warn(f'setcmas {verb}: {reason}; the others are stopped')
-            return death.exit_status, Outcome(State.DIED, detail=reason)
+            return death.exit_status, Outcome(RunState.DIED, detail=reason)
         if run:
             run.recorder.shown = False
         return death.exit_status, None
@@ -94,12 +94,12 @@ def _finish(
     folder.failures = list(run.failures)
     outcome = outcome_of(run.failed)
     if is_stuck:
-        outcome = replace(outcome, state=State.NOT_FINISHED)
+        outcome = replace(outcome, state=RunState.NOT_FINISHED)
     if trouble:
         supervisor.warn(f'setcmas {verb}: {trouble}')
         return 1, replace(outcome, detail=trouble)
     if run.status:
-        return run.status, replace(outcome, state=State.FAILED)
+        return run.status, replace(outcome, state=RunState.FAILED)
     return 0, outcome
 
 

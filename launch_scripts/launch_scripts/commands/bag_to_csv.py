@@ -14,20 +14,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import add_odometry_argument
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder or file of the bag')
     folder = 'folder of the CSV files (default: csv next to a folder named bag, else BAG_csv)'
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help=folder)
-    add_odometry_argument(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Convert; return the exit status."""
     from setcmas_tools.run.bag_conversion import convert
 
-    print(convert(args.bag, args.output, args.odometry_topic))
+    print(convert(args.bag, args.output))
     return 0

@@ -39,7 +39,7 @@ def main(args: argparse.Namespace) -> int:
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
     folder = args.output or find_run(args.run).plots
-    run = Run.load(args.run, _warn, args.odometry_topic)
+    run = Run.load(args.run, _warn)
     look = PlotSettings(style.formats, style.palette, style.paper, args.show)
     # A video takes time and may fail, so report the plots first.
     print('\n'.join(map(str, evaluate(run, folder, look, warn=_warn).plots)), flush=True)

@@ -47,6 +47,6 @@ def main(args: argparse.Namespace) -> int:
     scenario = Scenario.load(info)
     if args.model:
         scenario = scenario.replace(model=str(args.model))
-    run = Run.load(args.run, _warn, args.odometry_topic)
+    run = Run.load(args.run, _warn)
     print(ladder_table(ladder(run, scenario, _warn)))
     return 0

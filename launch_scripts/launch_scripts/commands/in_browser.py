@@ -33,7 +33,7 @@ from setcmas_tools.offline.run_progress import LateCallError, limited_calls
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import OfflineOptions
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario, options
 
 Say = Callable[[str], object]
@@ -183,7 +183,7 @@ def _simulated(asked: Answer, page: _Page) -> Answer:
         'title': made.title,
         'links': made.record is not None,
         'outcome': str(made.outcome).partition('\n')[0],
-        'well': made.outcome.state is State.COMPLETE,
+        'well': made.outcome.state is RunState.COMPLETE,
         'failures': _failures(made),
         'metrics': _metrics(made, page),
         'seconds': seconds,

@@ -68,7 +68,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run_folder import find_run
 
     source = find_run(args.run)
-    run = Run.load(args.run, _warn, args.odometry_topic)
+    run = Run.load(args.run, _warn)
     if args.task or args.algo:
         run = with_task(run, args.task, args.algo)
     if args.vnom:

@@ -32,7 +32,7 @@ from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     # Measure what the files contain, so that `setcmas metrics` gives the same.
     files = print_evaluation(args, folder, Run.load(folder.path, warn), earlier)
     print(f'{_speed(run, elapsed)}{files}')
-    if run.outcome.state in (State.COMPLETE, State.FAILED) and run.table.t[-1] < elapsed:
+    if run.outcome.state in (RunState.COMPLETE, RunState.FAILED) and run.table.t[-1] < elapsed:
         warn(f'setcmas offline: {_slowness(scenario, elapsed / run.table.t[-1])}')
     return _report_outcome(run)
 
@@ -99,9 +99,9 @@ def _slowness(scenario: Scenario, times: float) -> str:
 
 def _report_outcome(run: Run) -> int:
     """Report how a run ended, unless already reported; return the exit status."""
-    if run.outcome.state is State.STOPPED:
+    if run.outcome.state is RunState.STOPPED:
         return _STOPPED
-    if run.outcome.state is State.DIED:
+    if run.outcome.state is RunState.DIED:
         ending = _written(run.table.t[-1:].sum())
     elif run.failed_robots:
         ending = '; see the messages above the table'

@@ -27,13 +27,6 @@ def add_run_argument(parser: argparse.ArgumentParser) -> None:
     """Add the run that a verb reads."""
     purpose = "a run's folder, a folder of CSV files, a fleet.csv, or a bag"
     parser.add_argument('run', type=Path, metavar='DIR', help=purpose)
-    add_odometry_argument(parser)
-
-
-def add_odometry_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the topic of odometry in bags of robots with other names."""
-    topic = 'odometry in a bag of robots with other names, such as /{name}/odom for /robot1/odom'
-    parser.add_argument('--odometry-topic', default='', metavar='TOPIC', help=topic)
 
 
 def print_evaluation(

@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import PaletteOptions, add_odometry_argument
+from launch_scripts.commands.plot_options import PaletteOptions
 from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import palette
@@ -35,7 +35,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--name', default='', help='your name, or several, below the title')
     answers = 'answers to the questions of the exercise, in Markdown'
     parser.add_argument('--answers', type=Path, metavar='FILE.md', help=answers)
-    add_odometry_argument(parser)
     PaletteOptions.add_to(parser)
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing page')
 
@@ -50,6 +49,6 @@ def main(args: argparse.Namespace) -> int:
     check_page(page, args.overwrite)
     palette.set(args.palette)
     cover = Cover(args.title, args.name, args.answers)
-    write_report(args.runs, page, _warn, cover, args.odometry_topic)
+    write_report(args.runs, page, _warn, cover)
     print(page)
     return 0

@@ -39,11 +39,11 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
-from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.scenario.scenario import Scenario
 
 _PARTS = ('law', 'robots', 'communication', 'safety', 'time')
-_ENDED = (State.COMPLETE, State.FAILED)
+_ENDED = (RunState.COMPLETE, RunState.FAILED)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -111,7 +111,7 @@ def new_run(
     folder.check(args.overwrite)
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
-        Outcome(State.NOT_FINISHED),
+        Outcome(RunState.NOT_FINISHED),
         kept_record(found.replace(nb_robots=found.nb_robots), inputs),
         lab,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
@@ -137,7 +137,7 @@ def concluded(
         return status or 1
     try:
         status = _evaluate(args, folder, info, earlier) or status
-        if outcome.state is State.FAILED:
+        if outcome.state is RunState.FAILED:
             warn(f'setcmas {args.verb}: {outcome}; see the messages above the table')
         return status
     except KeyboardInterrupt:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import add_odometry_argument
 from launch_scripts.commands.view_options import browser_command
 from launch_scripts.environment import require_ros
 from launch_scripts.node_commands import add_ros_arguments, ros_arguments
@@ -31,7 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     runs = 'a finished run, or two: folder, bag or fleet.csv (default: the running robots)'
     parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
-    add_odometry_argument(parser)
     BrowserOptions.add_to(parser)
     add_ros_arguments(parser)
 
@@ -41,8 +39,6 @@ def main(args: argparse.Namespace) -> int:
     browser = BrowserOptions.of(args)
     if len(args.runs) > 2:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
-    if args.odometry_topic and not args.runs:
-        raise SetcmasError('--odometry-topic is for bags; name one')
     if not args.runs:
         require_ros()
         command = browser_command(browser.arguments() + ros_arguments(args))
@@ -50,5 +46,5 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.page.report_file import loaded_pair
     from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 
-    show_runs(loaded_pair(args.runs, warn, args.odometry_topic), browser)
+    show_runs(loaded_pair(args.runs, warn), browser)
     return 0

@@ -127,12 +127,6 @@ def truth_topic(robot: int) -> str:
     return f'/emulated_lab/truth/{robot_name(robot)}'
 
 
-def is_odometry(topic: str) -> bool:
-    """Return whether a full topic name is that of a robot's poses as control laws see them."""
-    robot = robot_of(topic)
-    return robot is not None and topic in (odometry_topic(robot), mocap_topic(robot))
-
-
 def robot_of(topic: str) -> int | None:
     """Return the robot that a full topic name belongs to; None if it belongs to none."""
     found = ROBOT_PATTERN.search(topic)

@@ -121,17 +121,14 @@ class Bag:
                     f'left out, their bytes are not a {topic.type.name} ({error})'
                 )
 
-    def first_command(self, names: Mapping[str, str]) -> int:
+    def first_command(self) -> int:
         """Return the time of the first command in ns, else of the first message.
 
         In an experiment, where zeros are sent from the beginning, it is its start.
-
-        Args:
-            names: Topics by their names in the bag, for robots with names of their own.
         """
         # A recording of `setcmas play` has no commands but the velocities that laws returned.
         kinds = (topics.CMD_VEL, topics.CMD_CART_VEL)
-        commands = next(filter(None, (self._of_robots(kind, names) for kind in kinds)), set())
+        commands = next(filter(None, (self._of_robots(kind) for kind in kinds)), set())
         pauses = {topic for topic in self.topics if topic.name == topics.PAUSED}
         first: int | None = None
         for topic, time_ns, data in self.messages(commands | pauses):
@@ -141,10 +138,9 @@ class Bag:
                 return time_ns
         return self.start_ns if first is None else first
 
-    def _of_robots(self, kind: str, names: Mapping[str, str]) -> set[BagTopic]:
-        named = ((topic, names.get(topic.name, topic.name)) for topic in self.topics)
-        robots = ((topic, name, topics.robot_of(name)) for topic, name in named)
-        return {topic for topic, name, i in robots if i and name == topics.robot_topic(i, kind)}
+    def _of_robots(self, kind: str) -> set[BagTopic]:
+        robots = ((topic, topics.robot_of(topic.name)) for topic in self.topics)
+        return {one for one, i in robots if i and one.name == topics.robot_topic(i, kind)}
 
     def _resolve(self) -> dict[tuple[str, str], BagTopic]:
         connections: dict[tuple[str, str], Connection] = {}

@@ -29,7 +29,7 @@ from setcmas_tools.measures.task import ignore, rms, task_of
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario
 
 CONTINUOUS_HZ = 100.0
@@ -138,7 +138,7 @@ def _steps(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
 def _simulated(scenario: Scenario, warn: Callable[[str], None]) -> Run:
     with OfflineRun(scenario) as offline:
         run = offline.result(call_timeout=10.0, warn=warn)
-    if run.outcome.state is State.DIED:
+    if run.outcome.state is RunState.DIED:
         raise SetcmasError(str(run.outcome))
     return run
 

@@ -119,7 +119,7 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
             takers[topic] = [taker for taker in own_takers if taker]
             if topic.name in twists:
                 takers[topic].append(partial(_take_twist, twists[topic.name]))
-        bag.deliver(takers, bag.first_command({}))
+        bag.deliver(takers, bag.first_command())
         for notice in bag.notices:
             warn(notice)
     table, own = seen.table(), wheels.table() if has_mocap else None

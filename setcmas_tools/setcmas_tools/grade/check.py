@@ -38,7 +38,7 @@ from setcmas_tools.grade.rubric import (
 )
 from setcmas_tools.grade.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.submissions.student import Student
 
 if TYPE_CHECKING:
@@ -275,7 +275,7 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
         nowhere = io.StringIO()
         with redirect_stderr(nowhere), folded_output(), OfflineRun(chosen) as offline_run:
             made = offline_run.result(call_timeout, messages.append)
-        if made.outcome.state is State.DIED:
+        if made.outcome.state is RunState.DIED:
             return ScenarioRun(made, Failure(made.outcome.detail), is_complete=False)
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
 

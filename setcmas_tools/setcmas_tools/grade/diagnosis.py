@@ -37,7 +37,7 @@ from setcmas_tools.grade.generic_mistakes import (
 from setcmas_tools.offline.altered_solutions import (
     SOLUTION,
     Calls,
-    Mistake,
+    TypicalMistake,
     altered_solutions,
     calls_of,
     saturated,
@@ -60,7 +60,7 @@ class Diagnosis(NamedTuple):
 def diagnosis(
     runs: Sequence[tuple[str, Scenario, Run]],
     solution: Path | None,
-    mistakes: Sequence[Mistake],
+    mistakes: Sequence[TypicalMistake],
     function: Function = Function.CONTROL,
 ) -> Diagnosis:
     """Return the diagnosis of a submission.
@@ -93,7 +93,9 @@ def diagnosis(
     return Diagnosis()
 
 
-def _explanation(calls: Sequence[Calls], mistakes: Sequence[Mistake], function: Function) -> str:
+def _explanation(
+    calls: Sequence[Calls], mistakes: Sequence[TypicalMistake], function: Function
+) -> str:
     """Return the hint of the one best explanation; '' for none, or for several as good.
 
     What the lecturer lists comes first; of the others, those with fewer numbers to fit, and those
@@ -119,14 +121,14 @@ def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
     return hints.pop() if len(hints) == 1 else ''
 
 
-def _listed(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
+def _listed(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
     for number, mistake in enumerate(mistakes):
         answers = [one.answers.get(str(number)) for one in calls]
         yield from tried(mistake.hint, calls, answers)
 
 
 def _listed_and_generic(
-    calls: Sequence[Calls], mistakes: Sequence[Mistake]
+    calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]
 ) -> Iterator[Explanation]:
     """Yield explanations by a listed mistake, and turned velocities or a wrong factor as well."""
     strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
@@ -139,7 +141,7 @@ def _listed_and_generic(
     yield from multiples[:1]  # the others are multiples of the first
 
 
-def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[Mistake]) -> str:
+def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[TypicalMistake]) -> str:
     """Return the hints of the two listed mistakes that together explain a submission."""
     strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls if one]
     found: list[Explanation] = []
@@ -184,7 +186,7 @@ def _named(robots: NDArray[np.int_]) -> str:
     return f'robot{"s" * (robots.size > 1)} {", ".join(map(str, robots))}'
 
 
-def _terms(calls: Sequence[Calls], mistakes: Sequence[Mistake]) -> Iterator[Explanation]:
+def _terms(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
     """Yield explanations by the factor of a term, which a mistake leaves out."""
     for number, mistake in enumerate(mistakes):
         rest = _answers(calls, number)

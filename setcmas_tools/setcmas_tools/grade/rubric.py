@@ -15,7 +15,7 @@ from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import UNITS, Criterion, figures_of, read_criteria
 from setcmas_tools.grade.solution_comparison import COMPARED, OF_ANSWERS
-from setcmas_tools.offline.altered_solutions import Mistake, read_mistakes
+from setcmas_tools.offline.altered_solutions import TypicalMistake, read_mistakes
 from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
@@ -108,7 +108,7 @@ class Rubric:
     function: str = CONTROL
     exercise: str = ''
     solution: Path | None = None
-    mistakes: tuple[Mistake, ...] = ()
+    mistakes: tuple[TypicalMistake, ...] = ()
     references: Mapping[str, Path] = field(default_factory=dict)
     hidden_points: float = 0.0
     _runs: dict[str, Run] = field(default_factory=dict, compare=False, repr=False)

@@ -50,7 +50,7 @@ _PATH_M = 0.01  # between a run and its repetition
 
 
 @dataclass(frozen=True)
-class Mistake:
+class TypicalMistake:
     """A typical mistake: an altered solution, and the hint for those who make it.
 
     Attributes:
@@ -73,21 +73,21 @@ class Mistake:
         return text
 
 
-def read_mistakes(entry: Entry, solution: Path | None) -> tuple[Mistake, ...]:
+def read_mistakes(entry: Entry, solution: Path | None) -> tuple[TypicalMistake, ...]:
     """Read the mistakes in a list of a rubric, or raise SetcmasError with the line of one."""
     return tuple(_mistake(item, solution) for item in entry.items())
 
 
-def _mistake(entry: Entry, solution: Path | None) -> Mistake:
+def _mistake(entry: Entry, solution: Path | None) -> TypicalMistake:
     fields = entry.fields(('change', 'script', 'hint', 'term'))
     if 'hint' not in fields or ('change' in fields) == ('script' in fields):
         raise entry.mistake('a mistake with a hint, and with change: {OLD: NEW} or a script')
     hint = ' '.join(fields['hint'].text().split())
     if 'script' in fields:
-        mistake = Mistake(hint, script=fields['script'].text())
+        mistake = TypicalMistake(hint, script=fields['script'].text())
     else:
         term = fields['term'].text() if 'term' in fields else ''
-        mistake = Mistake(hint, _changes(fields['change'], solution), term=term)
+        mistake = TypicalMistake(hint, _changes(fields['change'], solution), term=term)
     try:
         compile(mistake.source(solution), '', 'exec')
     except (SyntaxError, ValueError) as error:
@@ -135,7 +135,7 @@ law is taken for it.
 
 
 def altered_solutions(
-    solution: Path | None, mistakes: Sequence[Mistake], function: Function, folder: Path
+    solution: Path | None, mistakes: Sequence[TypicalMistake], function: Function, folder: Path
 ) -> list[Altered]:
     """Return the solution, and those with one alteration, some of which are written to a folder.
 
@@ -152,7 +152,7 @@ def altered_solutions(
 
 
 def twice_altered_solutions(
-    solution: Path, mistakes: Sequence[Mistake], folder: Path
+    solution: Path, mistakes: Sequence[TypicalMistake], folder: Path
 ) -> list[Altered]:
     """Return the solution, and those with two mistakes of the rubric, named '3 7'."""
     found = [Altered(SOLUTION, solution, is_kept=True)]

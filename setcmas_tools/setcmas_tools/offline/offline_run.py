@@ -16,7 +16,7 @@ from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
 from setcmas_tools.offline.simulation import checked_steps, motion
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -68,7 +68,7 @@ class OfflineRun:
 
     def stopped(self) -> Run:
         """Return what was simulated until now, as stopped by the user; may have no states."""
-        return self._remains(Outcome(State.STOPPED))
+        return self._remains(Outcome(RunState.STOPPED))
 
     def place(self) -> str:
         """Return the current place in a script as text; empty if unknown."""
@@ -77,7 +77,7 @@ class OfflineRun:
     def _broken(self, error: ScriptEndedError) -> Run:
         scripts, robot = self._scenario.law.scripts(), error.robot
         failed = {scripts.script(robot).name: [robot]} if robot else {}
-        run = self._remains(Outcome(State.DIED, failed, {}, str(error)))
+        run = self._remains(Outcome(RunState.DIED, failed, {}, str(error)))
         t = float(run.table.t[-1]) if len(run.table.t) else 0.0
         failure = ScriptFailure(
             t, robot, error.function, error.file, error.line or None, error.reason

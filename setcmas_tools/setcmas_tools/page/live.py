@@ -48,7 +48,7 @@ class _Seen:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class RobotDiagnosis:
     """Level, state and reason that an experiment reports of a robot, at a time in s."""
 
     level: int
@@ -69,7 +69,7 @@ class PauseStates:
         self.requested = self.stopped = False
         self._paused = False
         self._paused_time: float | None = None
-        self.diagnoses: dict[int, Diagnosis] = {}
+        self.diagnoses: dict[int, RobotDiagnosis] = {}
 
     def announce(self, paused: bool, now: float) -> None:
         """Note the state that the pause node of an experiment reports."""

@@ -24,8 +24,8 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
-from setcmas_tools.page.live import Departures, Diagnosis, LiveRun
-from setcmas_tools.page.server import Action, Pause, Reset, Stop
+from setcmas_tools.page.live import Departures, LiveRun, RobotDiagnosis
+from setcmas_tools.page.server import Action, PauseButton, ResetButton, StopButton
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -206,7 +206,7 @@ class LiveTopics:
                 values = {item.key: item.value for item in status.values}
                 level = int.from_bytes(status.level, 'little')
                 reason = status.message if level else ''
-                found = Diagnosis(level, values.get('state', ''), reason, self._now)
+                found = RobotDiagnosis(level, values.get('state', ''), reason, self._now)
                 self._run.states.diagnoses[robot] = found
 
     def _on_graph(self, message: Float32MultiArray) -> None:
@@ -249,9 +249,9 @@ class FleetCommands:
         """Make the publishers, so that subscribers know them when a button is pressed."""
         if not self._publishers:
             self._publishers = {
-                Pause: self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT),
-                Reset: self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT),
-                Stop: self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT),
+                PauseButton: self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT),
+                ResetButton: self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT),
+                StopButton: self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT),
             }
 
     def obey(self, action: Action, real: bool) -> None:
@@ -260,8 +260,8 @@ class FleetCommands:
         The pause node of an experiment starts robots for its own terminal, whatever is published.
         """
         publisher = self._publishers[type(action)]
-        if not isinstance(action, Reset):
-            publisher.publish(Bool(data=real or isinstance(action, Stop) or action.on))
+        if not isinstance(action, ResetButton):
+            publisher.publish(Bool(data=real or isinstance(action, StopButton) or action.on))
         elif not real:
             publisher.publish(Empty())
 
@@ -269,7 +269,7 @@ class FleetCommands:
         """Repeat a pause that still holds for controllers that are new since the last call."""
         if not self._publishers:
             return
-        subscribers = self._publishers[Pause].get_subscription_count()
+        subscribers = self._publishers[PauseButton].get_subscription_count()
         if paused and subscribers > self._subscribers:
-            self._publishers[Pause].publish(Bool(data=True))
+            self._publishers[PauseButton].publish(Bool(data=True))
         self._subscribers = subscribers

@@ -65,28 +65,23 @@ def write_report(
     page: Path,
     warn: Callable[[str], None],
     cover: Cover = _NO_COVER,
-    odometry_topic: str = '',
 ) -> None:
     """Write the page of a run, or of two, with what students add.
-
-    `odometry_topic` is that of bags, as for `Run.load`.
 
     Raises:
         SetcmasError: A run or the answers cannot be read, or the file cannot be written.
     """
-    text = report_page(loaded_pair(paths, warn, odometry_topic), cover)
+    text = report_page(loaded_pair(paths, warn), cover)
     with file_errors(f"'{page}' cannot be written"), written_whole(page) as file:
         file.write(text.encode(errors='replace').decode())
 
 
-def loaded_pair(
-    paths: Sequence[Path], warn: Callable[[str], None], odometry_topic: str = ''
-) -> Pair:
+def loaded_pair(paths: Sequence[Path], warn: Callable[[str], None]) -> Pair:
     """Load a run, or two, as `Run.load` does, or raise SetcmasError."""
     names = [_name_of(path) for path in paths]
     if len(set(names)) < len(names):
         names = [f'{name} ({path})' for name, path in zip(names, paths, strict=True)]
-    runs = [Run.load(path, warn, odometry_topic) for path in paths]
+    runs = [Run.load(path, warn) for path in paths]
     if len(runs) == 1:
         return Pair(names[0], runs[0], warn=warn)
     return Pair(names[0], runs[0], names[1], runs[1], warn)

@@ -25,7 +25,7 @@ from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 
 _OPTIONS = {
     'algo': 'control law',
@@ -72,7 +72,7 @@ def facts_of(run: Run) -> Facts:
     return Facts(
         line=', started '.join(part for part in start if part),
         outcome=outcome,
-        well=run.outcome.state is State.COMPLETE,
+        well=run.outcome.state is RunState.COMPLETE,
         detail='' if run.outcome.detail in outcome else run.outcome.detail,
         failures=marks_of(info.failures or []),
         links=run.record is not None,

@@ -52,21 +52,21 @@ _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
 
 
-class Stop(msgspec.Struct, tag_field='kind', tag='stop', forbid_unknown_fields=True):
+class StopButton(msgspec.Struct, tag_field='kind', tag='stop', forbid_unknown_fields=True):
     """A stop of all robots."""
 
 
-class Pause(msgspec.Struct, tag_field='kind', tag='pause', forbid_unknown_fields=True):
+class PauseButton(msgspec.Struct, tag_field='kind', tag='pause', forbid_unknown_fields=True):
     """A pause of all robots; `on` is false for their start, in a simulation."""
 
     on: bool
 
 
-class Reset(msgspec.Struct, tag_field='kind', tag='reset', forbid_unknown_fields=True):
+class ResetButton(msgspec.Struct, tag_field='kind', tag='reset', forbid_unknown_fields=True):
     """All robots of a simulation back to their start poses."""
 
 
-Action = Stop | Pause | Reset
+Action = StopButton | PauseButton | ResetButton
 _ACTIONS: msgspec.json.Decoder[Action] = msgspec.json.Decoder(Action)
 
 

@@ -53,7 +53,7 @@ class ConversionReport:
         return '\n'.join([*self.notices, summary])
 
 
-def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> ConversionReport:
+def convert(bag: Path, output: Path | None = None) -> ConversionReport:
     """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
     States on trig_odom, which are repeated until the next one is sent, have one row.
@@ -63,7 +63,6 @@ def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> 
         bag: A path that `open_bag` accepts.
         output: Folder of the files; by default `csv` next to a bag folder named `bag`, else
             `<name of the bag>_csv` next to the bag.
-        odometry_topic: Topic of a robot's odometry, see `names_here`.
 
     Raises:
         SetcmasError: The bag cannot be read, or the files cannot be written.
@@ -72,7 +71,7 @@ def convert(bag: Path, output: Path | None = None, odometry_topic: str = '') -> 
     with open_bag(bag) as source, file_errors(f"CSV files cannot be written to '{folder}'"):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix='.converting-', dir=folder) as unfinished:
-            return _write_files(source, Path(unfinished), folder, odometry_topic)
+            return _write_files(source, Path(unfinished), folder)
 
 
 def _default_output(bag: Path) -> Path:
@@ -83,11 +82,9 @@ def _default_output(bag: Path) -> Path:
     return found if bag.is_absolute() or here not in found.parents else found.relative_to(here)
 
 
-def _write_files(
-    bag: Bag, unfinished: Path, folder: Path, odometry_topic: str
-) -> ConversionReport:
+def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     names = file_names(topic.name for topic in bag.topics)
-    samples = RunSamples(bag.topics, odometry_topic)
+    samples = RunSamples(bag.topics)
     rows = {
         topic: TopicTable(
             unfinished / name,
@@ -97,7 +94,7 @@ def _write_files(
         for topic, name in zip(bag.topics, names, strict=True)
     }
     takers = {topic: [own.add, *samples.collectors(topic)] for topic, own in rows.items()}
-    bag.deliver(takers, bag.first_command(samples.names), _with_progress)
+    bag.deliver(takers, bag.first_command(), _with_progress)
     written = [own for own in rows.values() if own.nb_rows]
     if not written:
         raise SetcmasError(f"bag '{bag.path}' cannot be read: {bag.notices[-1]}")

@@ -73,7 +73,7 @@ TEXT = Cells('', str)
 
 
 @dataclass(frozen=True)
-class Column:
+class CsvColumn:
     """A column: its name in the first line, its values, and its meaning and unit for the docs."""
 
     name: str
@@ -94,8 +94,8 @@ class CsvFile:
 
     name: str
     meaning: str
-    columns: tuple[Column, ...]
-    further: tuple[Column, ...] = ()
+    columns: tuple[CsvColumn, ...]
+    further: tuple[CsvColumn, ...] = ()
 
     @property
     def header(self) -> str:
@@ -153,11 +153,11 @@ def _short(text: str) -> str:
     return line if len(line) <= _LONGEST_SHOWN else f'{line[:_LONGEST_SHOWN]}…'
 
 
-def _header(columns: Iterable[Column]) -> str:
+def _header(columns: Iterable[CsvColumn]) -> str:
     return ','.join(column.name for column in columns)
 
 
-def _values(path: Path, columns: Sequence[Column], rows: Iterable[list[str]]) -> list[Any]:
+def _values(path: Path, columns: Sequence[CsvColumn], rows: Iterable[list[str]]) -> list[Any]:
     values: list[Any] = [
         [] if column.cells in (TEXT, RECEIVER) else array('d') for column in columns
     ]
@@ -174,9 +174,9 @@ def _values(path: Path, columns: Sequence[Column], rows: Iterable[list[str]]) ->
     return [np.array(own) if isinstance(own, array) else own for own in values]
 
 
-def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:
+def _columns(cells: Cells, /, **meanings: str) -> tuple[CsvColumn, ...]:
     """Return columns with the same kind of cells, by their names."""
-    return tuple(Column(name, cells, meaning) for name, meaning in meanings.items())
+    return tuple(CsvColumn(name, cells, meaning) for name, meaning in meanings.items())
 
 
 _T = _columns(TIME, t='time in s from the first command of the run')

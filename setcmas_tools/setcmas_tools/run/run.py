@@ -30,7 +30,7 @@ from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable,
 from setcmas_tools.run.inputs import RunInput, kept_inputs
 from setcmas_tools.run.law_output import Commands, Drawing
 from setcmas_tools.run.run_folder import RunFolder, find_run
-from setcmas_tools.run.run_info import Outcome, RunInfo, State, read_info
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, read_info
 from setcmas_tools.run.run_tables import RunTables, read_tables
 
 if TYPE_CHECKING:
@@ -72,29 +72,23 @@ class Run:
     """Its recording, where it was read from a folder or a bag."""
 
     @classmethod
-    def load(
-        cls, path: str | Path, warn: Callable[[str], None] = print, odometry_topic: str = ''
-    ) -> Run:
+    def load(cls, path: str | Path, warn: Callable[[str], None] = print) -> Run:
         """Read a run.
 
         Args:
             path: Its folder, the folder of its CSV files, a fleet.csv, or a bag.
             warn: Prints losses; the motion is there all the same.
-            odometry_topic: Topic of a robot's odometry in a bag whose robots have other names
-                than tb3_i: `/{name}/odom`.
 
         Raises:
             SetcmasError: There is no run, or a table is damaged.
         """
         source = find_run(Path(path))
-        if source.fleet_csv and odometry_topic:
-            raise SetcmasError(f"--odometry-topic is for bags; '{path}' has a fleet.csv")
         if source.fleet_csv:
             tables = read_tables(source.fleet_csv)
         else:
             from setcmas_tools.run.run_samples import read_bag  # late: rosbags loads slowly
 
-            tables = read_bag(Path(path), warn, odometry_topic)
+            tables = read_bag(Path(path), warn)
         try:
             info = read_info(source.folder) or RunInfo()
         except SetcmasError as error:
@@ -127,7 +121,7 @@ class Run:
         target = RunFolder(Path(folder), self.inputs)
         target.check(overwrite)
         info = replace(self.info, references=self.references)
-        target.create(replace(info, outcome=Outcome(State.NOT_FINISHED)))
+        target.create(replace(info, outcome=Outcome(RunState.NOT_FINISHED)))
         target.write_tables(self.tables)
         target.write_info(info)  # last: a full disk leaves no run that claims to be complete
         return target.path

@@ -142,7 +142,7 @@ def _commit() -> str | None:
     return f'{__version__}, commit {found.stdout.strip()}'
 
 
-class State(Enum):
+class RunState(Enum):
     """End of a run."""
 
     NOT_FINISHED = 'not finished'
@@ -168,7 +168,7 @@ class Outcome:
         detail: Further details, such as which process died and why.
     """
 
-    state: State
+    state: RunState
     failed_laws: dict[str, list[int]] = field(default_factory=dict)
     failed_conditions: dict[str, list[int]] = field(default_factory=dict)
     detail: str = ''
@@ -180,9 +180,9 @@ class Outcome:
             f'{name} failed for {robots_in_words(sorted(robots))}'
             for name, robots in (self.failed_laws | conditions).items()
         ]
-        if self.state is State.FAILED:
+        if self.state is RunState.FAILED:
             return f'complete, but {" and ".join(failures) or "a script failed for some robots"}'
-        text = {State.STOPPED: 'stopped by the user'}.get(self.state, self.state.value)
+        text = {RunState.STOPPED: 'stopped by the user'}.get(self.state, self.state.value)
         return f'{text}: {self.detail}' if self.detail else text
 
     @classmethod
@@ -199,7 +199,7 @@ class Outcome:
         """
         laws = {name: robots for name, robots in failed_laws.items() if robots}
         conditions = {name: rs for name, rs in (failed_conditions or {}).items() if rs}
-        return cls(State.FAILED if laws or conditions else State.COMPLETE, laws, conditions)
+        return cls(RunState.FAILED if laws or conditions else RunState.COMPLETE, laws, conditions)
 
 
 INFO_FILE = 'run.yaml'
@@ -223,7 +223,7 @@ class RunInfo:
     """
 
     command: list[str] = field(default_factory=list)
-    outcome: Outcome = field(default_factory=lambda: Outcome(State.COMPLETE))
+    outcome: Outcome = field(default_factory=lambda: Outcome(RunState.COMPLETE))
     scenario: dict[str, Any] = field(default_factory=dict)
     lab: dict[str, Any] | None = None
     references: References | None = None

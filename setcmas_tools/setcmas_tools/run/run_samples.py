@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -177,66 +176,12 @@ _MARKER = 'visualization_msgs/msg/Marker'
 _SPHERE_TYPE = 2
 
 
-def names_here(found: Iterable[str], odometry_topic: str) -> dict[str, str]:
-    """Return the names that topics of differently named robots have in setcmas.
-
-    Args:
-        found: Full names of the topics of a bag.
-        odometry_topic: Topic of a robot's odometry with `{name}` for its name, such as
-            `/{name}/odom`. The number at the end of its name is that of the robot; names without
-            one, or with equal ones, are numbered from 1 in alphabetical order.
-
-    Returns:
-        The name for each topic; '' for odometry of other topics.
-
-    Raises:
-        SetcmasError: There is no `{name}`, or no such topic.
-    """
-    found = sorted(found)
-    before, given, after = odometry_topic.partition('{name}')
-    if not given:
-        raise SetcmasError(
-            f"--odometry-topic '{odometry_topic}' has no {{name}} for the name of a robot; an "
-            'example is /{name}/odom'
-        )
-    pattern = re.compile(f'{re.escape(before)}([^/]+){re.escape(after)}')
-    names = [match[1] for name in found if (match := pattern.fullmatch(name))]
-    if not names:
-        raise SetcmasError(
-            f'the bag has no topic {odometry_topic}; its topics are {", ".join(found)}'
-        )
-    here = {}
-    for robot, name in _numbered(names).items():
-        own, odometry = f'{before}{name}/', f'{before}{name}{after}'
-        for topic in found:
-            if topic.startswith(own) and not topics.is_odometry(topic):
-                here[topic] = topics.robot_topic(robot, topic.removeprefix(own))
-        here[odometry] = topics.odometry_topic(robot)
-    rest = {name: '' if topics.is_odometry(name) else name for name in found}
-    return rest | here
-
-
-def _numbered(names: Sequence[str]) -> dict[int, str]:
-    numbers = [int(match[0]) if (match := re.search(r'[0-9]+$', name)) else 0 for name in names]
-    are_clear = len(set(numbers)) == len(names) and min(numbers) > 0
-    return dict(zip(numbers if are_clear else range(1, len(names) + 1), names, strict=True))
-
-
 class RunSamples:
-    """Collects the tables of a run: motion, commands, communication, drawings and safety.
+    """Collects the tables of a run: motion, commands, communication, drawings and safety."""
 
-    Attributes:
-        names: Names here of robots' topics that have others in the bag.
-    """
-
-    def __init__(self, bag_topics: Sequence[BagTopic], odometry_topic: str = '') -> None:
-        """Choose the topics among those that have messages, or raise SetcmasError.
-
-        `odometry_topic` is that of robots if it is not `/tb3_i/odom`, see `names_here`.
-        """
-        names = [topic.name for topic in bag_topics]
-        self.names = names_here(names, odometry_topic) if odometry_topic else {}
-        self._fleet = FleetSamples((self._name(t), t.type.name) for t in bag_topics)
+    def __init__(self, bag_topics: Sequence[BagTopic]) -> None:
+        """Choose the topics among those that have messages."""
+        self._fleet = FleetSamples((one.name, one.type.name) for one in bag_topics)
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
         self._drawings = law_output.DrawingRecord()
@@ -244,12 +189,9 @@ class RunSamples:
         self.notices: list[str] = []
         self._safety: list[law_output.SafetyRow] = []
 
-    def _name(self, topic: BagTopic) -> str:
-        return self.names.get(topic.name, topic.name)
-
     def collectors(self, bag_topic: BagTopic) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
-        topic, msgtype = self._name(bag_topic), bag_topic.type.name
+        topic, msgtype = bag_topic.name, bag_topic.type.name
         robot = topics.robot_of(topic) or 0
         name = topic.removeprefix(topics.robot_topic(robot, ''))
         found = [self._fleet.collector(topic), self._takers(robot).get((name, msgtype))]
@@ -326,8 +268,8 @@ class RunSamples:
                 draw(robot, name, Sphere(at.x, at.y, at.z, marker.scale.x, rgb, colour.a))
 
 
-def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') -> RunTables:
-    """Return the tables of a bag; `warn` prints losses, `odometry_topic` is as for `names_here`.
+def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
+    """Return the tables of a bag; `warn` prints losses.
 
     Raises:
         SetcmasError: The bag cannot be read, or holds no odometry of robots.
@@ -335,15 +277,12 @@ def read_bag(path: Path, warn: Callable[[str], None], odometry_topic: str = '') 
     from setcmas_tools.bags.bag import open_bag  # CSV files are read without rosbags
 
     with open_bag(path) as bag:
-        samples = RunSamples(bag.topics, odometry_topic)
+        samples = RunSamples(bag.topics)
         takers = {topic: samples.collectors(topic) for topic in bag.topics}
-        bag.deliver(takers, bag.first_command(samples.names))
+        bag.deliver(takers, bag.first_command())
         for notice in [*bag.notices, *samples.notices]:
             warn(notice)
     if tables := samples.tables():
         check_extent(tables.fleet, path)
         return tables
-    raise SetcmasError(
-        f"bag '{path}' holds no odometry of robots ({odometry_topic or '/tb3_i/odom'}, "
-        f'{_ODOMETRY}); --odometry-topic names other topics, such as /{{name}}/odom'
-    )
+    raise SetcmasError(f"bag '{path}' holds no odometry of robots (/tb3_i/odom, {_ODOMETRY})")

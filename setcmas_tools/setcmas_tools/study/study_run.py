@@ -17,7 +17,7 @@ from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, StartError
 from setcmas_tools.offline.simulation import checked_steps
-from setcmas_tools.run.run_info import State
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
 from setcmas_tools.study.study_options import SweepOptions
@@ -78,9 +78,9 @@ def made_row(
     except StartError:
         raise  # all other runs would end so
     except SetcmasError as error:
-        return _row(number, State.NOT_STARTED, message=str(error))
+        return _row(number, RunState.NOT_STARTED, message=str(error))
     except ScriptEndedError as error:
-        return _row(number, State.DIED, str(error.robot or ''), str(error).partition('\n')[0])
+        return _row(number, RunState.DIED, str(error.robot or ''), str(error).partition('\n')[0])
 
 
 def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object = None) -> Row:
@@ -95,7 +95,7 @@ def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object =
     return _row(number, run.outcome.state, robots, ''.join(messages[:1])) | numbers
 
 
-def _row(run: int, state: State, robots: str = '', message: str = '') -> Row:
+def _row(run: int, state: RunState, robots: str = '', message: str = '') -> Row:
     words = ' '.join(message.split())
     if len(words) > _LONGEST_MESSAGE:
         words = f'{words[: _LONGEST_MESSAGE - 1]}…'

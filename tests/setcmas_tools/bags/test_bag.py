@@ -11,7 +11,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
 
 POINT = 'geometry_msgs/msg/Point32'
-START_NS = 1_700_000_000_123_456_789
 
 
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])

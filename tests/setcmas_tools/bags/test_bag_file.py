@@ -6,8 +6,6 @@ import zstandard
 from bag_contents import only_file, read, write_compressed
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from setcmas_simu.errors import SetcmasError
-
 
 @pytest.mark.parametrize('plugin', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
 @pytest.mark.parametrize('form', ['folder', 'without metadata', 'lone file'])
@@ -63,19 +61,6 @@ def test_a_cut_compressed_file_is_read_as_far_as_it_goes(tmp_path, write_bag, ma
     assert x == list(range(len(x)))
     assert 0 < len(x) < 8000
     assert f"'{file}' was cut short: {len(x):,} messages up to " in notice
-
-
-def test_a_compressed_file_cut_in_its_first_block_is_named(tmp_path, write_bag, points):
-    file = packed(only_file(write_bag(tmp_path / 'bag', points), '*.mcap'))
-    file.write_bytes(file.read_bytes()[:100])
-
-    with pytest.raises(SetcmasError) as error:
-        read(file)
-
-    assert str(error.value) == (
-        f"bag '{file}' cannot be read (it was cut before the end of its first block); it must be "
-        'whole'
-    )
 
 
 def test_messages_that_metadata_lists_and_that_are_gone_are_told(tmp_path, write_bag, points):

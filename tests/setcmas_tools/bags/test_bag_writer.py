@@ -92,11 +92,3 @@ def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_pat
         add_points(writer)
         with pytest.raises(SetcmasError, match='was cut short: no messages were read'):
             count(tmp_path / 'bag')
-
-
-def test_folders_that_cannot_be_created(tmp_path):
-    (tmp_path / 'file').touch()
-    with pytest.raises(SetcmasError, match='exists already; it must be a new folder'):
-        BagWriter(tmp_path)
-    with pytest.raises(SetcmasError, match='cannot be created'):
-        BagWriter(tmp_path / 'file' / 'bag')

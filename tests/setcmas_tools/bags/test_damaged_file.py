@@ -7,7 +7,7 @@ import sqlite3
 
 import pytest
 from bag_contents import only_file, read, write_compressed
-from mcap.writer import CompressionType, IndexType
+from mcap.writer import IndexType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
@@ -53,21 +53,6 @@ def test_a_cut_mcap_is_reported(tmp_path, write_bag, points):
     )
 
 
-def test_a_definition_in_latin_1_is_read_without_loss(tmp_path, store, points):
-    path = tmp_path / 'others.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream)
-        writer.start(profile='')
-        text = 'float32 x  # in \xb5m\nfloat32 y\nfloat32 z'.encode('latin-1')
-        channel = writer.register_channel(
-            '/p', 'cdr', writer.register_schema(POINT, 'ros2msg', text)
-        )
-        writer.add_message(channel, 1, points_bytes(store, points[7]), 1)
-        writer.finish()
-
-    assert read(path) == ([7.0], [])
-
-
 @pytest.mark.parametrize('has_index', [True, False])
 def test_what_is_read_up_to_a_damaged_chunk_is_told(tmp_path, store, points, has_index):
     write_compressed(
@@ -86,21 +71,6 @@ def test_what_is_read_up_to_a_damaged_chunk_is_told(tmp_path, store, points, has
     assert ('50 of 200 messages were' if has_index else '50 messages up to 0.0 s were') in notice
 
 
-def test_chunk_that_does_not_fit_its_checksum_is_not_read(tmp_path, store, points):
-    path = tmp_path / 'others.mcap'
-    write_chunks(path, store, points, compression=CompressionType.NONE)
-    content = bytearray(path.read_bytes()[:-20])
-    assert content.count(points_bytes(store, points[100])) == 1
-    content[content.index(points_bytes(store, points[100])) + 8] ^= 1
-    path.write_bytes(content)
-
-    x, (notice,) = read(path)
-
-    assert 50 < len(x) < 100
-    assert x == list(range(len(x)))
-    assert 'is damaged or cut short at byte ' in notice
-
-
 def write_chunks(path, store, points, order=range(200), **options):
     """Write small chunks as another library does, with the messages in an order."""
     with path.open('wb') as stream:
@@ -117,20 +87,6 @@ def points_bytes(store, point):
     return bytes(store.serialize_cdr(point[2], POINT))
 
 
-def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_bag, points, make):
-    later = [('/later', 5.0, make(POINT, {'x': -1.0}))]
-    whole = only_file(write_bag(tmp_path / 'bag', [*points, *later]), '*.mcap').read_bytes()
-    path = tmp_path / 'growing.mcap'
-    path.write_bytes(whole[: len(whole) // 3])
-
-    with open_bag(path) as bag:
-        path.write_bytes(whole[:-20])
-        x = [topic.type.decode(data).x for topic, _, data in bag.messages()]
-
-    assert x == list(range(len(x)))
-    assert 0 < len(x) < len(points)
-
-
 @pytest.mark.parametrize(
     'options', [{'index_types': IndexType.CHUNK}, {'use_chunking': False}], ids=str
 )
@@ -139,18 +95,6 @@ def test_an_mcap_file_without_indices_is_read_whole(tmp_path, store, points, opt
     write_chunks(path, store, points, [i + 3 - 2 * (i % 4) for i in range(200)], **options)
 
     assert read(path) == (list(range(200)), [])
-
-
-@pytest.mark.parametrize('cut', [0, 20])
-def test_chunks_that_overlap_are_read_in_the_order_of_time(tmp_path, store, points, cut):
-    path = tmp_path / 'others.mcap'
-    write_chunks(path, store, points, [i + 3 - 2 * (i % 4) for i in range(200)])
-    path.write_bytes(path.read_bytes()[: path.stat().st_size - cut])
-
-    x, notices = read(path)
-
-    assert x == list(range(200))
-    assert len(notices) == bool(cut)
 
 
 def test_a_cut_database_is_read_up_to_its_last_whole_page(tmp_path, write_bag, points):

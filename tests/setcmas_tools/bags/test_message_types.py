@@ -4,7 +4,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from setcmas_tools.bags.message_types import (
     MessageDefinitions,
     UnknownDefinitionError,
-    installed_prefixes,
 )
 
 
@@ -53,11 +52,3 @@ def test_unknown_and_malformed_definitions(tmp_path, text):
 
     with pytest.raises(UnknownDefinitionError, match=r'is installed|malformed'):
         MessageDefinitions(prefixes).of('lab_msgs/msg/Probe')
-
-
-def test_sourced_workspaces_come_first(monkeypatch, tmp_path):
-    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path / "ws"}:{tmp_path / "ros"}')
-
-    assert installed_prefixes()[:2] == [tmp_path / 'ws', tmp_path / 'ros']
-    monkeypatch.delenv('AMENT_PREFIX_PATH')
-    assert len(installed_prefixes()) == 1

@@ -184,12 +184,3 @@ def test_setting_the_clock_does_not_move_the_recording(jump):
     clocks.system += jump
 
     assert next(times) == 1_000_100
-
-
-def test_unknown_times_are_now():
-    clocks = Clocks()
-    times = clocks.times(0)
-    next(times)
-    clocks.pass_time(7)
-
-    assert next(times) == 1_000_007

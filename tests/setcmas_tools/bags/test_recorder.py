@@ -11,7 +11,6 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
 from rcl_interfaces.srv import ListParameters
-from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
 
@@ -33,22 +32,6 @@ def test_every_topic_and_those_that_appear_later(record, peer, bag):
     assert [message.x for message in recorded(bag, '/later')] == [1.5]
     assert recorder.output().count('recording ') == 1
     assert 'recorded 101 messages of 2 topics in ' in recorder.output()
-
-
-def test_parameters_that_are_set_and_logs_are_kept(record, peer, bag):
-    peer.node.declare_parameter('vnom', 0.5)
-    recorder = record()
-    peer.wait_for(lambda: peer.node.count_subscribers('/parameter_events'))
-    peer.wait_for(lambda: peer.node.count_subscribers('/rosout'))
-    peer.node.set_parameters([Parameter('vnom', value=0.1)])
-    peer.node.get_logger().warning('slow down')
-    wait_until_on_disk(peer, bag, '/parameter_events')
-    wait_until_on_disk(peer, bag, '/rosout')
-
-    assert recorder.end() == 0
-    (event,) = recorded(bag, '/parameter_events')
-    assert event.changed_parameters[0].name == 'vnom'
-    assert 'slow down' in [log.msg for log in recorded(bag, '/rosout')]
 
 
 def test_kill_leaves_what_was_recorded(record, peer, bag):

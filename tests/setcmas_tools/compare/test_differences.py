@@ -5,7 +5,7 @@ import pytest
 from setcmas_tools.compare.differences import differences
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.law_output import safety_record
-from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 
 
 @pytest.fixture(scope='session')
@@ -27,7 +27,7 @@ def test_runs_of_different_lengths_show_their_ends(run):
 
 
 def test_a_law_that_failed_is_reported(run):
-    failed = Outcome(State.FAILED, {'law.py': [1, 2]})
+    failed = Outcome(RunState.FAILED, {'law.py': [1, 2]})
     other = replace(run, info=replace(run.info, outcome=failed))
 
     assert differences(run, other) == [

@@ -3,7 +3,12 @@ import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.offline.altered_solutions import SOLUTION, Mistake, altered_solutions, calls_of
+from setcmas_tools.offline.altered_solutions import (
+    SOLUTION,
+    TypicalMistake,
+    altered_solutions,
+    calls_of,
+)
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -15,7 +20,7 @@ WRONG = {'leader = max(leader': 'leader = min(leader'}
 def test_solutions_get_the_messages_that_a_submission_received(name, tmp_path):
     base = Scenario.of('', nb_robots=4, duration=4.0, graph='path', loss=0.2, seed=2)
     base = base.replace(set={'NUMBERS': [3, 1, 4, 2]})
-    mistakes = [Mistake('the smallest', change=WRONG)]
+    mistakes = [TypicalMistake('the smallest', change=WRONG)]
     (tmp_path / 'law.py').write_text(mistakes[0].source(LAW) if name else LAW.read_text())
     run = simulate(base, algo=tmp_path / 'law.py')
     altered = altered_solutions(LAW, mistakes, function=Function.CONTROL, folder=tmp_path)

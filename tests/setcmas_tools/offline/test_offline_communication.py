@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import network
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 
 
@@ -69,14 +68,6 @@ def test_periodic_and_perfect_links_change_nothing():
     assert matrix.record is None
     assert over_links.record.links
     np.testing.assert_array_equal(over_links.poses, plain.poses)
-
-
-def test_a_leader_without_neighbours_is_met_by_its_followers(tmp_path):
-    (tmp_path / 'tree.yaml').write_text('edges: [1 -> 2, 2 -> 3, 1 -> 4]\n')
-    run = simulate('consensus', 4, 60.0, graph=tmp_path / 'tree.yaml')
-
-    assert (run.poses[-1, :2, 0] == run.poses[0, :2, 0]).all()
-    assert spread(run)[-1] < 0.2
 
 
 def test_weights_count():
@@ -190,19 +181,6 @@ def test_a_law_that_fails_on_an_unknown_column_gets_the_names_of_unknown_robots(
     assert 'NameError' in said[1]
     assert 'receives nothing from' not in said[1]
     assert 'tb3_3 receives nothing from robot 1' in said[2]
-
-
-@pytest.mark.parametrize(
-    ('options', 'message'),
-    [
-        ({'graph': 'rong'}, 'unknown graph'),
-        ({'graph': np.zeros((2, 2))}, r'needs \(3, 3\)'),
-        ({'ctc': lambda: 0, 'event_triggered': True}, 'takes neither 3 nor 5'),
-    ],
-)
-def test_arguments_that_make_no_sense_are_refused(options, message):
-    with pytest.raises(SetcmasError, match=message):
-        simulate('consensus', 3, 1.0, **options)
 
 
 def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():

@@ -7,7 +7,6 @@ from runs import run_of
 
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
-from setcmas_tools.measures.task import Errors
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import (
     FLEET,
@@ -18,7 +17,7 @@ from setcmas_tools.page.content import (
     fleet_entry,
     plane_entry,
 )
-from setcmas_tools.page.page_data import SCALE, changes, packed
+from setcmas_tools.page.page_data import SCALE, packed
 from setcmas_tools.run.fleet_motion import fleet_table
 
 
@@ -72,11 +71,6 @@ def test_numbers_come_back_to_a_tenth_of_a_millimetre_and_gaps_stay():
     assert packed([math.nan]) == [None]
 
 
-def test_rare_changes_are_stored_where_they_occur():
-    assert changes(['a', 'a', 'b', 'b', 'a']) == [(0, 'a'), (2, 'b'), (4, 'a')]
-    assert changes([]) == []
-
-
 def test_drawings_and_links_are_those_of_the_run(failed_run):
     entry = plane_entry(failed_run)
 
@@ -124,14 +118,6 @@ def test_they_equal_the_metrics():
     np.testing.assert_allclose(found['Speed'].t, run['tb3_3'].t)
 
 
-def test_a_task_has_errors():
-    error = curves(simulate('traj_tracking', 1, 30.0))[-1]
-
-    assert (error.name, error.unit) == ('Tracking error', 'm')
-    assert Errors('Heading error', 'heading error (rad)', {}).unit == 'rad'
-    assert error.values[1][-1] < 0.1 * error.values[1].max()
-
-
 def test_the_difference_of_two_runs():
     run, other = simulate('consensus', 3, 10.0), simulate('consensus', 4, 12.0, vnom=0.3)
     apart = difference(run, other)
@@ -141,15 +127,6 @@ def test_the_difference_of_two_runs():
     xy = run.poses[50, :2, 1] - other.poses[50, :2, 1]
     assert np.isclose(apart.values[2][50], np.hypot(*xy))
     assert apart.values[2][0] == 0.0
-
-
-def test_there_is_no_speed_in_a_gap():
-    rows = [[t, 1, 0.2 * t, 0, 0, 0.2, 0] for t in np.arange(100) / 10 if not 3.05 < t < 6.05]
-    (speed,) = curves(run_of(fleet_table(rows)))
-
-    gap = (speed.t > 3.05) & (speed.t < 6.05)
-    assert np.isnan(speed.values[1][gap]).all()
-    np.testing.assert_allclose(speed.values[1][~gap], 0.2)
 
 
 def test_curves_are_those_of_the_plots_with_the_other_run_dashed():
@@ -163,11 +140,3 @@ def test_curves_are_those_of_the_plots_with_the_other_run_dashed():
             assert np.allclose(unpacked(own['values'][robot]), values, atol=6e-5, equal_nan=True)
     disagreement = charts['Disagreement']
     assert unpacked(disagreement['other'][0])[-1] < unpacked(disagreement['values'][0])[-1]
-
-
-def test_at_other_times_nothing_is_known():
-    run = simulate('consensus', 2, 1.0)
-    chart = charts_entry(run, None, np.array([0.5, 0.55, 7.0]))[0]
-
-    assert [step is None for step in chart['values'][0]] == [False, True, True]
-    assert 'other' not in chart

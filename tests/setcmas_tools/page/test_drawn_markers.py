@@ -49,13 +49,6 @@ def test_markers_without_a_finite_place_and_of_other_kinds_are_not_shown(wrong):
     assert planar_shape(marker(Marker.CUBE)) is None
 
 
-def test_a_marker_in_the_frame_of_a_robot():
-    message = marker(Marker.CYLINDER)
-    message.header.frame_id = 'tb3_12/base_link'
-
-    assert planar_shape(message)['robot'] == 12
-
-
 def test_markers_are_replaced_and_go_with_their_topic():
     store = MarkerStore()
     store.put('/a', marker(Marker.SPHERE))

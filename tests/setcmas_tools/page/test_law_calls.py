@@ -1,17 +1,12 @@
-from dataclasses import replace
-
 import numpy as np
-import pytest
 from report_pages import HOSTILE, unpacked
 
 from setcmas_ctrl import network
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page import law_calls
 from setcmas_tools.page.law_calls import calls_entry, failure_at, states_at
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import RunInfo
 from setcmas_tools.run.run_tables import RunTables
 
 
@@ -35,16 +30,6 @@ def test_the_page_names_the_filter():
 
     assert any(kind == 'overruled' for _, (kind, _) in own['words'])
     assert np.allclose(unpacked(own['allowedX']), run.commands.of(1).allowed.vx, atol=6e-5)
-
-
-def test_failures_are_shown_without_commands_too(failed_run):
-    tables = failed_run.tables
-    bare = Run(type(tables)(tables.fleet), RunInfo(failures=failed_run.info.failures))
-
-    calls = calls_entry(bare)
-
-    assert set(calls) == {1, 3}
-    assert [kind for _, (kind, _) in calls[3]['words']] == ['failed']
 
 
 def failing(robot, nb_robots, poses, t):
@@ -72,25 +57,6 @@ def test_values_that_laws_sent_are_shown_as_text():
 
     assert entries[1]['messages']['texts'][1] == (1, '0.2')
     assert entries[2]['messages']['texts'][1] == (1, 'a = [2, 0.2]')
-
-
-@pytest.mark.parametrize(('most', 'passes'), [(100, 1), (0, 0)])
-def test_sent_values_are_read_once_and_not_where_there_are_too_many(monkeypatch, most, passes):
-    class Counted(list):
-        passes = 0
-
-        def __iter__(self):
-            Counted.passes += 1
-            return super().__iter__()
-
-    run = simulate('leader_election', 4, 2.0)
-    sent = Counted(run.messages)
-    monkeypatch.setattr(law_calls, '_MOST_MESSAGES', most)
-    changed = replace(run, tables=replace(run.tables, messages=sent))
-    calls = calls_entry(changed)
-
-    assert Counted.passes == passes
-    assert [robot for robot, one in calls.items() if 'messages' in one] == [1, 2, 3, 4][: 4 * most]
 
 
 def test_states_of_an_experiment():

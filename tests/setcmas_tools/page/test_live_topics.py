@@ -6,10 +6,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
-from nav_msgs.msg import Odometry
-from std_msgs.msg import String
 
-from setcmas_simu.ros import qos
 from setcmas_tools.page.live import LiveRun
 from setcmas_tools.page.live_topics import LiveTopics
 
@@ -36,12 +33,6 @@ def begins(peer, viewed, state):
     peer.wait_for(is_running)
 
 
-def test_the_very_first_command_begins_the_run(peer, viewed, state):
-    peer.publisher(Point32, '/tb3_1/cmd_cart_vel').publish(Point32())
-
-    begins(peer, viewed, state)
-
-
 def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer, viewed, state):
     state.see(3, (0.0, 0.0, 0.0), 0.0, 1.0)
     publisher = peer.publisher(Point32, '/tb3_3/cmd_cart_vel', listeners=0)
@@ -51,49 +42,6 @@ def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer,
     publisher.publish(Point32())
 
     begins(peer, viewed, state)
-
-
-def test_a_pose_that_cannot_be_used_is_reported_and_not_shown(peer, viewed, state, capfd):
-    publisher = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
-    odometry = Odometry()
-    odometry.pose.pose.orientation.w = 0.0
-    peer.wait_for(lambda: peer.node.count_publishers('/tb3_1/odom'))
-    viewed.look()
-    peer.wait_for(publisher.get_subscription_count)
-    publisher.publish(odometry)
-    shown = []
-
-    def is_reported():
-        viewed.take(1.0)
-        shown.append(capfd.readouterr().err)
-        reported = 'robot 1 is not shown: its orientation is a zero quaternion'
-        return reported in ''.join(shown)
-
-    peer.wait_for(is_reported)
-    assert state.robots == []
-
-    odometry.pose.pose.orientation.w = 1.0
-    publisher.publish(odometry)
-
-    def is_shown():
-        viewed.take(2.0)
-        return state.robots == [1]
-
-    peer.wait_for(is_shown)
-
-
-def test_a_strange_task_is_reported(peer, viewed, state, capfd):
-    publisher = peer.publisher(String, '/task', qos=qos.LATCHED)
-    publisher.publish(String(data='sweep'))
-    shown = []
-
-    def is_reported():
-        viewed.take(1.0)
-        shown.append(capfd.readouterr().err)
-        return '/task is not understood and ignored: it must be a JSON object' in ''.join(shown)
-
-    peer.wait_for(is_reported)
-    assert state.task == ''
 
 
 def test_the_process_of_a_live_page_needs_no_matplotlib():

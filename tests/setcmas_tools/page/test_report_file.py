@@ -3,42 +3,20 @@
 import base64
 import hashlib
 import re
-from importlib.resources import files
 
 import pytest
 from report_pages import HOSTILE, Page
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.document import _MODULES, document, element, page_script
+from setcmas_tools.page.document import document, element
 from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.report_file import (
     check_page,
     page_named_after,
     report_page,
-    write_report,
 )
 from setcmas_tools.page.run_facts import Pair
-
-TEMPLATES = files('setcmas_tools.page') / 'templates'
-MODULES = {name: (TEMPLATES / name).read_text(encoding='utf-8') for name in _MODULES}
-NAME = r'^(?:export )?(?:const|let|function) (\w+)'
-
-
-def test_modules_import_what_others_before_them_export():
-    assert {path.name for path in TEMPLATES.iterdir() if path.suffix == '.js'} == set(_MODULES)
-    for name, text in MODULES.items():
-        for names, other in re.findall(r"^import \{(.*?)\} from '\./(.*?)';$", text, re.M):
-            assert _MODULES.index(other) < _MODULES.index(name)
-            for one in names.split(', '):
-                assert re.search(rf'^export .*\b{one}\b', MODULES[other], re.M), (name, one)
-
-
-def test_as_one_script_they_clash_in_no_name():
-    names = [one for text in MODULES.values() for one in re.findall(NAME, text, re.M)]
-
-    assert len(set(names)) == len(names)
-    assert not re.search('^(import|export)', page_script(), re.M)
 
 
 def test_texts_and_data_are_never_html():
@@ -138,13 +116,6 @@ def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
 def test_a_page_that_cannot_be_written_is_reported_first(tmp_path, page, message):
     with pytest.raises(SetcmasError, match=message):
         check_page(tmp_path / page)
-
-
-def test_a_folder_in_the_way_is_reported(failed, no_plots, tmp_path):
-    (tmp_path / 'run.html').mkdir()
-
-    with pytest.raises(SetcmasError, match=r"run\.html' cannot be written: Is a directory"):
-        write_report([failed], tmp_path / 'run.html', print)
 
 
 def test_a_page_is_named_after_its_runs(failed, failed_run, tmp_path):

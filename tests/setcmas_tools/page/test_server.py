@@ -10,9 +10,8 @@ from processes import TIMEOUT_S
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from setcmas_tools.page import server as page_server
 from setcmas_tools.page.feed import Feed
-from setcmas_tools.page.server import PageServer, Pause, Reset, Stop, refusal
+from setcmas_tools.page.server import PageServer, PauseButton, ResetButton, StopButton, refusal
 
 NAMES = {'localhost', 'lab-pc', 'lab-pc.local'}
 
@@ -48,14 +47,6 @@ def test_the_page_itself_and_programs_are_answered(host, origin):
 )
 def test_pages_of_others_are_refused(host, origin, reason):
     assert reason in refusal(host, origin, NAMES)
-
-
-def test_the_names_of_this_machine(monkeypatch):
-    monkeypatch.setattr(page_server.socket, 'gethostname', lambda: 'Lab-PC.univ.example')
-
-    names = page_server.names_of_this_machine()
-
-    assert names == {'localhost', 'lab-pc', 'lab-pc.local', 'lab-pc.univ.example'}
 
 
 @pytest.fixture
@@ -108,20 +99,6 @@ def test_there_is_one_page_which_no_other_page_may_hold(serve):
     assert 'open it by its address' in text
 
 
-def test_a_server_that_cannot_start_raises_why(monkeypatch, serve):
-    def serve_nothing(*_, **__):
-        raise OSError('too many open files')
-
-    monkeypatch.setattr(page_server, 'serve', serve_nothing)
-
-    with pytest.raises(OSError, match='too many open files'):
-        serve()
-
-
-def test_a_taken_port_is_passed_over(serve):
-    assert serve().port != serve().port
-
-
 def test_a_page_from_elsewhere_gets_no_websocket(live):
     with talk(live, live.url) as own:
         assert own.recv(timeout=TIMEOUT_S)
@@ -153,7 +130,7 @@ def test_buttons_ask_for_actions(live):
             page.send(json.dumps({'kind': kind, **own}))
         actions = [live.actions.get(timeout=TIMEOUT_S) for _ in range(3)]
 
-    assert actions == [Pause(True), Reset(), Stop()]
+    assert actions == [PauseButton(True), ResetButton(), StopButton()]
 
 
 @pytest.mark.parametrize(
@@ -171,7 +148,7 @@ def test_any_other_message_closes_its_own_connection_only(live, message):
         page.send(message)
         expect_closed(page)
         other.send('{"kind": "stop"}')
-        assert live.actions.get(timeout=TIMEOUT_S) == Stop()
+        assert live.actions.get(timeout=TIMEOUT_S) == StopButton()
     assert live.actions.empty()
 
 

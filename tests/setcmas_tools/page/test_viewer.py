@@ -204,22 +204,6 @@ def test_a_run_that_ends_stays_on_the_page_until_enter(tmp_path, monkeypatch):
         assert run.wait() == 0
 
 
-@pytest.mark.nightly
-@NEEDS_CHROMIUM
-def test_a_fast_run_is_followed_by_the_page_and_by_other_nodes(start, peer, tmp_path):
-    from browser import open_browser, wait_for
-
-    given = ('--algo', 'consensus', '--nb-robots', '3', '--duration', '9000', '--no-plots')
-    run = start(*SETCMAS, 'run', '--rtf', '5', '--view', *given, cwd=tmp_path, env=NO_WINDOWS)
-    with open_browser(1000, 640) as browser:
-        browser.get(page_of(run))
-        wait_for(lambda: len(rows(browser)) == 3)
-        odometry = peer.odometry(1)
-        peer.wait_for_new(odometry, 50)
-        wait_until_it_goes_on(browser)
-    assert 'Traceback' not in run.output()
-
-
 def test_a_taken_port_and_an_end_without_any_robots(start):
     first = start(*SETCMAS, 'view', '--port', '18980', env=NO_WINDOWS)
     port = page_of(first).rpartition(':')[2]

@@ -1,5 +1,4 @@
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from setcmas_tools.plots.communication_plots import (
     draw_intervals,
 )
 from setcmas_tools.plots.plot import plots_of
-from setcmas_tools.plots.style import finish, plot_style
+from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_disagreement
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import write_communication, write_fleet
@@ -34,18 +33,6 @@ def drawn(draw, run):
         draw(figure, run)
         figure.draw_without_rendering()
     return figure
-
-
-@pytest.mark.parametrize('draw', [draw_instants, draw_counts, draw_graph, draw_intervals])
-def test_robots_of_which_one_side_does_not_know(draw):
-    # Such as a robot that another controller moves, or one whose odometry was not recorded.
-    run = run_of(3, 5.0, event_triggered=True)
-    record = run.record
-    only = {'triggers': record.triggers[record.triggers[:, 1] < 3]}
-    of_four = {'changes': np.vstack([record.changes, [1.0, 4, 3, 1.0]])}
-
-    odd = replace(record, **only, **of_four)
-    assert drawn(draw, replace(run, tables=replace(run.tables, communication=odd))).axes
 
 
 @pytest.mark.parametrize(
@@ -98,18 +85,6 @@ def test_counts_end_at_what_was_sent_and_evaluated():
     assert re.search(r'of 604 \([\d.]+ %\)', fleet.get_legend().get_texts()[1].get_text())
 
 
-@pytest.mark.parametrize('draw', [draw_counts, draw_graph])
-@pytest.mark.parametrize('nb_robots', [2, 8, 30])
-def test_legends_cover_nothing(draw, nb_robots):
-    run = run_of(nb_robots, 2.0, event_triggered=True)
-    figure = drawn(draw, run)
-
-    for legend in [axes.get_legend() for axes in figure.axes if axes.get_legend()]:
-        box = legend.get_window_extent()
-        assert box.x1 <= figure.bbox.x1
-        assert not any(box.overlaps(axes.get_window_extent()) for axes in figure.axes)
-
-
 def links_of(axes):
     return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
 
@@ -138,21 +113,6 @@ def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
     np.testing.assert_allclose(arrow._posA_posB, [second, first])
 
 
-@pytest.mark.parametrize(('nb_robots', 'paper'), [(8, None), (50, 'column'), (50, 'page')])
-def test_robots_of_a_graph_do_not_touch(nb_robots, paper):
-    run = run_of(nb_robots, 0.2, graph='ring')
-    with plot_style(paper=paper):
-        figure = Figure()
-        draw_graph(figure, run)
-        finish(figure)
-        figure.draw_without_rendering()
-    axes = figure.axes[1]
-    places = axes.transData.transform([line.get_xydata()[0] for line in axes.get_lines()])
-    gap_pt = np.linalg.norm(places[1] - places[0]) * 72 / figure.dpi
-
-    assert axes.get_lines()[0].get_markersize() < gap_pt
-
-
 def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
     (tmp_path / 'switch.yaml').write_text(
         'segments:\n  - {duration: 1, graph: path}\n  - {duration: 1, graph: star}\nrepeat: true\n'
@@ -164,14 +124,6 @@ def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
         'from 0, 2, 4, … s on',
         'from 1, 3, 5, … s on',
     ]
-
-
-def test_many_graphs_are_shown_by_some():
-    run = run_of(8, 15.0, range=6.0)
-    _, *panels = drawn(draw_graph, run).axes
-
-    assert len(panels) == 6
-    assert panels[0].get_xlabel() == 'from 0 s on'
 
 
 def test_disagreement_is_that_of_the_metrics_on_a_log_scale():
@@ -192,15 +144,6 @@ def test_robots_in_one_place_have_no_logarithm():
     assert drawn(draw_disagreement, run).axes
 
 
-@pytest.mark.filterwarnings('error')
-def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
-    run = run_of(4, 5.0, set={'K': 0.0})
-    (axes,) = drawn(draw_disagreement, run).axes
-    low, high = axes.get_ylim()
-
-    assert low < np.sqrt(50) < high
-
-
 @pytest.mark.parametrize('late', [0.0, 0.003])  # over ROS robots evaluate one after another
 def test_the_histogram_has_each_interval_once_and_names_the_least(late):
     run = run_of(3, 8.0, event_triggered=True)
@@ -212,11 +155,3 @@ def test_the_histogram_has_each_interval_once_and_names_the_least(late):
     assert f'least: {intervals.min():.2f} s' in [
         text.get_text() for text in axes.get_legend().get_texts()
     ]
-
-
-def test_without_two_states_of_a_robot_the_histogram_is_empty():
-    assert (
-        not drawn(draw_intervals, run_of(2, 1.0, event_triggered=True, threshold=50))
-        .axes[0]
-        .patches
-    )

@@ -76,19 +76,6 @@ def test_speed_size_and_folder(run, tmp_path):
         assert opened.size == (500, 400)
 
 
-def test_texts_next_to_the_plane_have_room(run):
-    with Image.open(animate(run(2), kind='gif', speed=12.5)) as opened:
-        for number in range(opened.n_frames):
-            assert (frame(opened, number)[:, -2:] == 255).all()  # a white edge
-
-
-@pytest.mark.nightly
-def test_equal_runs_give_equal_films(run):
-    first = animate(run(2), kind='gif', speed=16.0).read_bytes()
-
-    assert animate(run(2), kind='gif', speed=16.0).read_bytes() == first
-
-
 @pytest.mark.nightly
 def test_an_mp4_where_there_is_ffmpeg(run):
     path = animate(run(2))
@@ -115,27 +102,6 @@ def test_communications_flash_where_and_when_they_happen(run):
     assert flashing
     assert flashing[0] == 30
     assert flashing[-1] < 36
-
-
-def test_when_robots_sent_their_states():
-    assert record_of({}, [], [], {}).trigger_times == {}
-    record = record_of({}, [(0.9, 1, 1), (0.5, 1, 1), (0.5, 3, 0), (0.7, 1, 0)], [], {})
-
-    found = {robot: times.tolist() for robot, times in record.trigger_times.items()}
-
-    assert found == {1: [0.5, 0.9], 3: []}
-
-
-def test_data_with_gaps(run):
-    folder = run(2)
-    table = (folder / 'csv' / 'fleet.csv').read_text().splitlines()
-    kept = [line for line in table if not re.match(r'[123]\.\d+,2,', line)]
-    (folder / 'csv' / 'fleet.csv').write_text('\n'.join(kept) + '\n')
-
-    with Image.open(animate(folder, kind='gif')) as opened:
-        green = np.multiply(255, plot_colour(2))
-        assert count(frame(opened, 25), green) < count(frame(opened, 5), green) + 100
-        assert count(frame(opened, 60), green) > count(frame(opened, 25), green)
 
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
@@ -173,12 +139,3 @@ def test_complaints_of_ffmpeg_are_reported(run, monkeypatch):
 
     with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the video: .*nothing'):
         animate(run(1), kind='mp4')
-
-
-def test_robots_have_their_numbers_beside_them(run, monkeypatch):
-    black = []
-    for most in (0, 3):
-        monkeypatch.setattr(film, 'MOST_NUMBERS', most)
-        with Image.open(animate(run(3), kind='gif', speed=16.0)) as opened:
-            black.append(count(frame(opened, 1), (0, 0, 0)))
-    assert black[1] > black[0] + 10

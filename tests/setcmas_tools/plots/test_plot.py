@@ -36,12 +36,6 @@ def test_plots_of_a_run(run, nb_robots):
         assert height >= 700
 
 
-def test_a_fleet_csv_on_its_own(tmp_path):
-    write_fleet(circling_fleet(1), tmp_path / 'somewhere.csv')
-
-    assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'somewhere_plots'
-
-
 @pytest.mark.nightly
 @pytest.mark.parametrize('paper', [None, 'column'])
 def test_vector_formats_embed_their_fonts(run, paper):
@@ -108,13 +102,6 @@ def test_curves_that_lie_on_each_other_show_in_turn():
     styles = [line._unscaled_dash_pattern for line in figure.axes[0].get_lines()[:4]]
 
     assert styles == [(0.0, (4.0, 4.0)), (4.0, (4.0, 4.0))] * 2
-
-
-def test_a_legend_is_not_higher_than_its_panel():
-    figure = drawn(draw_positions, 16, 'okabe-ito', 'page')
-    upper, lower = (axes.get_window_extent() for axes in figure.axes)
-
-    assert upper.y0 - lower.y1 < 0.3 * upper.height
 
 
 def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):

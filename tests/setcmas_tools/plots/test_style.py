@@ -54,13 +54,6 @@ def test_axes_have_labels_with_units(drawing):
     assert re.search(r'\((s|m)\)$', figure.axes[-1].get_xlabel())
 
 
-def test_robots_have_the_colours_of_the_fleet():
-    (axes,) = drawn(draw_trajectories, 8).axes
-    paths = [line for line in axes.get_lines() if len(line.get_xdata()) > 1]
-
-    assert [line.get_color() for line in paths] == [plot_colour(i) for i in range(1, 9)]
-
-
 def luminance(colour):
     return np.dot((0.2126, 0.7152, 0.0722), colour)
 

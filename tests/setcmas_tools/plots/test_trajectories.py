@@ -9,9 +9,8 @@ from setcmas_ctrl.laws.references import References
 from setcmas_simu.robots.models import symbol
 from setcmas_tools import simulate
 from setcmas_tools.plots.style import plot_style
-from setcmas_tools.plots.time_plots import draw_disagreement, draw_distances, draw_errors
+from setcmas_tools.plots.time_plots import draw_distances, draw_errors
 from setcmas_tools.plots.trajectories import draw_trajectories
-from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import MARKER, TRAIL, Drawing
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
@@ -29,28 +28,6 @@ def drawn(draw, nb_robots, references=None, **parameters):
 
 def names(axes):
     return [text.get_text() for text in axes.get_legend().get_texts()]
-
-
-@pytest.mark.parametrize(
-    ('end', 'side'), [((1, 0), (-1, 0)), ((0, 1), (0, -1)), ((-1, 0), (1, 0))]
-)
-def test_the_number_of_a_robot_is_where_its_path_is_not(end, side):
-    rows = [[t, 1, t * end[0], t * end[1], 0, 0, 0] for t in np.arange(5.0)]
-    with plot_style():
-        figure = Figure()
-        draw_trajectories(figure, run_of(fleet_table(rows)))
-
-    (number,) = (text for text in figure.axes[0].texts if text.get_text() == '1')
-    assert np.sign(np.round(number.get_position(), 6)) == pytest.approx(side)
-
-
-def test_ticks_of_the_disagreement_are_plain_numbers():
-    axes = drawn(draw_disagreement, 4)
-    axes.figure.draw_without_rendering()
-
-    labels = [text.get_text() for text in axes.get_yticklabels(which='both')]
-    assert any(labels)
-    assert not any('^' in label for label in labels)
 
 
 def test_places_and_waypoints_of_a_formation():
@@ -132,13 +109,6 @@ def test_the_distance_of_a_formation_is_drawn():
     assert 'reference, 3, 4, 5 m' in names(drawn(draw_distances, 3, shape))
 
 
-def test_titles_name_the_run():
-    axes = drawn(draw_trajectories, 2, script='C:\\somewhere\\my_law.py')
-
-    assert run_of(circling_fleet(2), algo='/a/my_law.py').title == 'my_law, 2 robots'
-    assert axes.get_title(loc='left') == 'Trajectories'
-
-
 def test_a_task_that_is_not_installed_here_is_not_drawn():
     assert drawn(draw_trajectories, 2, References('dance', {})).get_lines()
 
@@ -157,15 +127,6 @@ def test_a_unicycle_is_the_dart_that_it_always_was():
     dart = [(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7)]
 
     np.testing.assert_allclose(symbol('unicycle'), dart, atol=1e-3)
-
-
-@pytest.mark.parametrize('name', ['burger', 'waffle', 'omnidirectional', 'car'])
-def test_other_symbols_are_as_large_and_head_ahead(name):
-    corners = symbol(name)
-
-    assert np.prod(np.ptp(corners, axis=0)) == pytest.approx(1.8 * 1.4, rel=1e-3)
-    assert corners[:, 0].max() > 0
-    assert corners[:, 1].max() == pytest.approx(-corners[:, 1].min())
 
 
 def test_the_ends_of_trajectories_have_the_symbols_of_the_models():

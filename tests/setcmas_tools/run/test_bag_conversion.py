@@ -45,16 +45,6 @@ def run(make):
     return messages
 
 
-def test_a_state_that_trig_odom_repeats_has_one_row(tmp_path, write_bag, make, run):
-    sent = [odometry(make, x) for x in (0.0, 0.0, 0.0, 0.3, 0.3)]
-    states = [('/tb3_1/trig_odom', i / 10, state) for i, state in enumerate(sent)]
-    report = convert(write_bag(tmp_path / 'bag', [*run, *states]))
-
-    found = rows_of(report.folder / 'tb3_1_trig_odom.csv')
-    assert [float(row['pose.pose.position.x']) for row in found] == [0.0, 0.3]
-    assert report.messages == len(run) + 2
-
-
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
 def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, plugin):
     report = convert(write_bag(tmp_path / 'bag', run, plugin))
@@ -82,18 +72,6 @@ def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, p
     )
 
 
-def test_the_fleets_time_begins_at_the_first_command(tmp_path, write_bag, run):
-    report = convert(write_bag(tmp_path / 'bag', run))
-    table = read_fleet(report.fleet)
-
-    assert (table.t[0], table.t[-1]) == (-1.5, 2.4)
-    assert table.robots == [1, 2]
-    second = table.of(2)
-    assert second.x.tolist() == [200.0 + i for i in range(40)]
-    assert second.theta[0] == pytest.approx(0.5)
-    assert second.v[0] == 0.25
-
-
 def test_where_no_robot_is_commanded_time_begins_when_a_law_first_answers(
     tmp_path, write_bag, run, make
 ):
@@ -117,16 +95,6 @@ def test_time_of_an_experiment_begins_at_its_start(tmp_path, write_bag, run, mak
         '0.000000000',
         '0.500000000',
     ]
-
-
-def test_without_a_command_time_begins_with_the_bag(tmp_path, write_bag, run):
-    messages = [('/other', 0, run[0][2])] + [
-        (topic, seconds + 1, message) for topic, seconds, message in run if 'odom' in topic
-    ]
-    report = convert(write_bag(tmp_path / 'bag', messages))
-
-    assert read_fleet(report.fleet).t[0] == 1.0
-    assert [rows_of(file)[0]['t'] for file in report.files[:2]] == ['0.000000000', '1.000000000']
 
 
 def test_a_zero_quaternion_has_no_heading(tmp_path, write_bag, make):
@@ -159,18 +127,6 @@ def test_motion_capture_goes_before_wheel_odometry(tmp_path, write_bag, make):
     assert table.x.tolist() == [1.0, 3.0, 4.0]
 
 
-def test_messages_that_are_not_of_their_type_are_counted(tmp_path, store, make):
-    msgtype = 'geometry_msgs/msg/Point32'
-    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection('/point', msgtype, typestore=store)
-        writer.write(connection, 1, b'\x00\x01')
-        writer.write(connection, 2, store.serialize_cdr(make(msgtype), msgtype))
-    report = convert(tmp_path / 'bag')
-
-    assert report.messages == 1
-    assert 'topic /point: 1 of 2 messages are left out' in report.notices[0]
-
-
 def test_who_reads_a_bag_without_its_csv_files_is_told_what_cannot_be_decoded(
     tmp_path, store, make
 ):
@@ -185,16 +141,6 @@ def test_who_reads_a_bag_without_its_csv_files_is_told_what_cannot_be_decoded(
     assert ['topic /tb3_1/odom: 1 of 2 messages are left out' in line for line in lines] == [True]
 
 
-def test_a_bag_of_which_nothing_can_be_decoded_is_refused(tmp_path, store):
-    msgtype = 'geometry_msgs/msg/Point32'
-    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection('/point', msgtype, typestore=store)
-        writer.write(connection, 1, b'\x00\x01')
-
-    with pytest.raises(SetcmasError, match='cannot be read: topic /point: 1 of 1 messages are'):
-        convert(tmp_path / 'bag')
-
-
 @pytest.mark.parametrize(
     ('bag', 'folder'), [('bag', 'csv'), ('lab', 'lab_csv'), ('bag/bag.mcap', 'bag/bag_csv')]
 )
@@ -204,14 +150,6 @@ def test_default_folder(tmp_path, write_bag, points, monkeypatch, bag, folder):
 
     assert convert(Path(bag)).folder == Path(folder)
     assert convert(tmp_path / bag).folder == tmp_path / folder
-
-
-def test_folder_of_a_run_and_the_bag_as_current_folder(tmp_path, write_bag, points, monkeypatch):
-    bag = write_bag(tmp_path / 'bag', points)
-
-    assert convert(tmp_path).folder == tmp_path / 'csv'
-    monkeypatch.chdir(bag)
-    assert convert(Path()).folder.resolve() == tmp_path / 'csv'
 
 
 def test_file_names_do_not_collide():

@@ -5,16 +5,6 @@ from runs import measure
 from setcmas_tools.run.fleet_motion import Track, fleet_table, on_grid, resets
 
 
-def test_rows_are_sorted_by_time_then_robot():
-    table = fleet_table([[1.0, 2, *range(5)], [0.5, 3, *range(5)], [1.0, 1, *range(5)]])
-
-    assert table.t.tolist() == [0.5, 1.0, 1.0]
-    assert table.robot.tolist() == [3, 1, 2]
-    assert table.robots == [1, 2, 3]
-    assert table.of(2).t.tolist() == [1.0]
-    assert table.omega.tolist() == [4.0, 4.0, 4.0]
-
-
 def table(*robots):
     """A table of robots, each given as (times, x, theta)."""
     rows = [
@@ -68,13 +58,6 @@ def test_complete_until_a_robot_is_missed():
     assert at[9.5]
 
 
-def test_a_single_row():
-    grid = on_grid(table(([0.123], [1.0], [0.0])))
-
-    assert grid.t.tolist() == [0.123]
-    assert grid.x.tolist() == [[1.0]]
-
-
 T = np.arange(0, 10, 0.1)
 
 
@@ -126,10 +109,3 @@ def test_a_gap_is_broken_and_its_ends_are_not():
     assert one.is_broken(0.4, 4.1)
     assert one.is_broken(1.0, 2.0)
     assert not one.is_broken(4.0, 4.5)
-
-
-def test_a_robot_that_was_never_seen():
-    one = track((0.0, np.nan, 0.0))
-
-    assert np.isnan(one.poses(np.zeros(2))).all()
-    assert not one.is_broken(0.0, 1.0)

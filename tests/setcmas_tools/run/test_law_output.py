@@ -7,16 +7,6 @@ from setcmas_tools.run.bag_conversion import convert
 from setcmas_tools.run.law_output import with_allowed
 from setcmas_tools.run.run_tables import read_tables
 
-WANTED = np.array([[0.0, 1, 0.5, 0.1], [0.0, 2, 0.4, 0.0], [0.2, 1, 0.3, 0.2], [0.2, 2, 0.1, 0.0]])
-
-
-def test_allowed_velocities_are_in_the_row_of_their_command():
-    allowed = np.array([[0.201, 1, 0.1, 0.0, 2], [0.001, 2, 0.0, 0.0, 1]])
-
-    rows = with_allowed(WANTED, allowed)
-
-    assert rows[:, 4:].tolist() == [[0.5, 0.1, 0], [0, 0, 1], [0.1, 0, 2], [0.1, 0, 0]]
-
 
 @pytest.mark.parametrize('rate', [10, 60, 200, 1000])
 @pytest.mark.parametrize('delay', [-0.1, 0.0, 0.1, 0.7])

@@ -8,10 +8,9 @@ import pytest
 from circling_fleets import circling_fleet
 from runs import run_of
 
-import setcmas_tools
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Run, simulate
-from setcmas_tools.run.run_info import State, read_info
+from setcmas_tools.run.run_info import RunState, read_info
 
 LAW = """
 import rviz_marker, rviz_marker_array
@@ -147,25 +146,6 @@ def test_a_folder_of_csv_files_has_the_task(run, tmp_path):
     assert Run.load(tmp_path / 'alone').references == run.references
 
 
-def test_a_run_is_not_replaced_by_mistake(run, tmp_path):
-    run.save(tmp_path / 'out')
-
-    with pytest.raises(SetcmasError, match='holds an earlier run'):
-        run.save(tmp_path / 'out')
-    run.save(tmp_path / 'out', overwrite=True)
-
-
-def test_dir_lists_the_package_before_its_parts_are_imported():
-    code = (
-        'import sys, setcmas_tools\nprint(set(setcmas_tools.__all__) <= set(dir(setcmas_tools)), '
-        '"numpy" in sys.modules)\n'
-    )
-    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
-
-    assert result.stdout == 'True False\n', result.stderr
-    assert setcmas_tools.evaluate.__name__ == 'evaluate'
-
-
 def test_a_full_disk_leaves_no_run_that_says_it_is_complete(tmp_path):
     command = (
         'import resource, signal\n'
@@ -180,4 +160,4 @@ def test_a_full_disk_leaves_no_run_that_says_it_is_complete(tmp_path):
     )
 
     assert "output 'out' cannot be written: File too large" in result.stderr
-    assert read_info(tmp_path / 'out').outcome.state is State.NOT_FINISHED
+    assert read_info(tmp_path / 'out').outcome.state is RunState.NOT_FINISHED

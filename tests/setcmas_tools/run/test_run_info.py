@@ -9,7 +9,7 @@ from setcmas_tools.run import run_info
 from setcmas_tools.run.run_info import (
     Outcome,
     RunInfo,
-    State,
+    RunState,
     origin_changes,
     read_info,
     this_origin,
@@ -38,8 +38,8 @@ def test_the_outcome_in_words():
     assert str(INFO.outcome) == (
         'complete, but law.py failed for robots 2-3 and the condition when.py failed for robot 1'
     )
-    assert str(Outcome(State.DIED, detail='tb3_1 was killed')) == 'died: tb3_1 was killed'
-    assert str(Outcome(State.STOPPED)) == 'stopped by the user'
+    assert str(Outcome(RunState.DIED, detail='tb3_1 was killed')) == 'died: tb3_1 was killed'
+    assert str(Outcome(RunState.STOPPED)) == 'stopped by the user'
 
 
 def test_the_origin_names_packages_and_plugins(monkeypatch):

@@ -122,13 +122,6 @@ def test_a_fleet_beyond_the_limits(tmp_path, rows, words):
     assert len(str(caught.value)) < 600
 
 
-def test_the_largest_fleet_is_read_and_measured(tmp_path):
-    rows = [f'{t},{robot},{robot},{t},0,0,0' for t in (0.0, 0.1) for robot in range(1, 2001)]
-    (tmp_path / 'fleet.csv').write_text(FLEET + '\n'.join(rows))
-
-    assert len(Run.load(tmp_path).robots) == 2000
-
-
 def test_numbers_that_no_robot_has_are_unknown_poses(tmp_path):
     (tmp_path / 'fleet.csv').write_text(f'{FLEET}0,1,1e308,-1e308,0,0,0\n0.1,1,1,2,0,0,inf\n')
 

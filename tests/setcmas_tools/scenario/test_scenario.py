@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulation_options import RobotOptions
 from setcmas_tools import Scenario, simulate
 
 LAW = 'K = 1.0\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
@@ -161,14 +160,6 @@ def test_the_record_of_a_run_is_a_scenario_whose_scripts_are_those_that_it_keeps
     (out / 'run.yaml').write_text(yaml.safe_dump(record))
     with pytest.raises(SetcmasError, match='not in the folder inputs of the run'):
         Scenario.load(out / 'run.yaml')
-
-
-def test_a_typed_list_of_poses_has_a_pose_for_each_robot():
-    poses = RobotOptions.options()['poses'].kind.parse('[[1, 2, 0], [3, 4, 0], [5, 6, 0]]')
-
-    scenario = Scenario.of('consensus', nb_robots=3).replace(poses=poses)
-
-    assert scenario.robots.start_poses(3)[:, 1].tolist() == [3, 4, 0]
 
 
 def test_a_fleet_of_one_and_links_that_lose_everything_are_noted():
