@@ -14,7 +14,6 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.environment import lab_environment, require_ros
@@ -61,6 +60,8 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _calibrate_lens(path: Path, name: str, source: str) -> None:
+    from msgspec.structs import replace
+
     from setcmas_expe.mocap import camera_file
     from setcmas_expe.mocap.camera_calibration import calibrated_lens
 

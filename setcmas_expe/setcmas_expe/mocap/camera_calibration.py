@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from itertools import islice
 
 import numpy as np
+from msgspec.structs import replace
 
-from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens
+from setcmas_expe.mocap.camera_file import LAST_TAG, Camera, CameraFile, CameraPose, Lens, Place
 from setcmas_expe.mocap.camera_poses import Picture, TagDetector, floor_shifts
 from setcmas_expe.mocap.picture_sources import pictures
 from setcmas_expe.mocap.tag_sheets import board
@@ -19,8 +19,8 @@ from setcmas_simu.errors import SetcmasError, needs
 with needs('camera'):
     import cv2
 
-Places = Mapping[int, tuple[float, ...]]
-"""Centre x, y in m of floor tags, by number."""
+Places = Mapping[int, Place]
+"""Places of floor tags, by number."""
 
 _NB_VIEWS = 15
 _FEWEST_CORNERS = 8
@@ -197,8 +197,8 @@ def _fitted(
     return replace(pose, error=round(float(spread), 5)), misfits
 
 
-def places_from_distances(distances: Mapping[tuple[int, int], float]) -> Places:
-    """Return the centres of tags in m from distances between them.
+def places_from_distances(distances: Mapping[str, float]) -> Places:
+    """Return the centres of tags in m from distances between pairs of them, such as 501-502.
 
     The first tag is at 0, 0, the second on the x axis, and the others have y above 0. Distances
     that this does not need must agree with it.
@@ -206,7 +206,7 @@ def places_from_distances(distances: Mapping[tuple[int, int], float]) -> Places:
     Raises:
         SetcmasError: Distances are missing, or contradict each other.
     """
-    lengths = {frozenset(pair): length for pair, length in distances.items()}
+    lengths = {_pair(text): length for text, length in distances.items()}
     tags = sorted(frozenset().union(*lengths))
     if not tags:
         return {}
@@ -224,7 +224,8 @@ def places_from_distances(distances: Mapping[tuple[int, int], float]) -> Places:
         to_first, to_second = measured(tags[0], tag), measured(tags[1], tag)
         x = (base**2 + to_first**2 - to_second**2) / (2 * base)
         places[tag] = (x, float(np.sqrt(max(0.0, to_first**2 - x**2))))
-    for (a, b), length in distances.items():
+    for pair, length in lengths.items():
+        a, b = sorted(pair)
         found = float(np.hypot(*np.subtract(places[a], places[b])))
         if abs(found - length) > _MOST_MISFIT_M:
             raise SetcmasError(
@@ -232,3 +233,10 @@ def places_from_distances(distances: Mapping[tuple[int, int], float]) -> Places:
                 'them again'
             )
     return places
+
+
+def _pair(text: str) -> frozenset[int]:
+    tags = frozenset(int(tag) for tag in text.split('-') if tag.isdecimal())
+    if len(tags) != 2 or text.count('-') != 1 or max(tags) > LAST_TAG:
+        raise SetcmasError(f"floor_distances: '{text}' is not a pair of tags, such as 501-502")
+    return tags

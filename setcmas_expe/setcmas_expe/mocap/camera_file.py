@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, fields
+import re
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, needs
@@ -18,30 +18,29 @@ from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 with needs('camera'):
     import cv2
 
-Shape = TypeVar('Shape')
-
 FIRST_FLOOR_TAG = 501
 """Number of the first tag on the floor; robots have the numbers below it."""
 
-_LAST_TAG = 586  # of the family 36h11; the first is 0
-_MOST_PX, _MOST_M = 20_000, 100
+LAST_TAG = 586
+"""Number of the last tag of the family 36h11; the first is 0."""
+
+Tag = Annotated[int, Meta(ge=0, le=LAST_TAG)]
+_Number = Annotated[float, Meta(ge=-1e6, le=1e6)]
+_Metres = Annotated[float, Meta(ge=0, le=100)]
+_Pixels = Annotated[float, Meta(ge=0, le=20_000)]
+_Side = Annotated[int, Meta(ge=1, le=20_000)]
+Place = tuple[_Number, _Number]
+"""Centre x, y of a tag on the floor, in m."""
 
 
-def _numbers(count: int, least: float = -math.inf, most: float = math.inf) -> Any:
-    """Return a field of a list of numbers within bounds; 0 is a single number."""
-    return field(metadata={'numbers': (count, least, most)})
-
-
-@dataclass(frozen=True)
-class RobotTags:
+class RobotTags(Struct, frozen=True, forbid_unknown_fields=True):
     """Tags on the robots: side of the black square and height above the floor in m."""
 
-    size: float = _numbers(0, 0.01, 2)
-    height: float = _numbers(0, 0, 2)
+    size: Annotated[float, Meta(ge=0.01, le=2)]
+    height: Annotated[float, Meta(ge=0, le=2)]
 
 
-@dataclass(frozen=True)
-class Lens:
+class Lens(Struct, frozen=True, forbid_unknown_fields=True):
     """Pinhole camera with radial and tangential distortion.
 
     Attributes:
@@ -52,11 +51,11 @@ class Lens:
         error: Root mean square error of the calibration in px.
     """
 
-    size: tuple[int, int] = _numbers(2, 1, _MOST_PX)
-    focal: tuple[float, float] = _numbers(2, 1, _MOST_PX)
-    centre: tuple[float, float] = _numbers(2)
-    distortion: tuple[float, ...] = _numbers(5)
-    error: float = _numbers(0, 0, _MOST_PX)
+    size: tuple[_Side, _Side]
+    focal: tuple[_Pixels, _Pixels]
+    centre: tuple[_Number, _Number]
+    distortion: tuple[_Number, _Number, _Number, _Number, _Number]
+    error: _Pixels
 
     @property
     def matrix(self) -> Floats:
@@ -65,8 +64,7 @@ class Lens:
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
-@dataclass(frozen=True)
-class CameraPose:
+class CameraPose(Struct, frozen=True, forbid_unknown_fields=True):
     """Pose of a camera over the floor.
 
     Attributes:
@@ -76,13 +74,12 @@ class CameraPose:
         error: Standard deviation of positions on the floor that the calibration leaves, in m.
     """
 
-    position: tuple[float, ...] = _numbers(3)
-    rotation: tuple[float, ...] = _numbers(3)
-    error: float = _numbers(0, 0, _MOST_M)
+    position: tuple[_Number, _Number, _Number]
+    rotation: tuple[_Number, _Number, _Number]
+    error: _Metres
 
 
-@dataclass(frozen=True)
-class Camera:
+class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
     """A camera, which maps points above the floor to pixels and back.
 
     Attributes:
@@ -93,7 +90,7 @@ class Camera:
         pose: Its pose; None until it is calibrated.
     """
 
-    name: str
+    name: Annotated[str, Meta(min_length=1)]
     source: str
     lens: Lens
     pose: CameraPose | None = None
@@ -138,22 +135,21 @@ class Camera:
         return bool((pixel >= 0).all() and (pixel <= np.array(self.lens.size) - 1).all())
 
 
-@dataclass(frozen=True)
-class CameraFile:
+class CameraFile(Struct, frozen=True, forbid_unknown_fields=True):
     """Content of a camera file.
 
     Attributes:
         tags: Tags on the robots; a robot's number is the number of its tag.
         cameras: The cameras.
-        floor_tags: Centre x, y in m of each tag on the floor, by its number.
-        floor_distances: Measured distances in m between the centres of two floor tags; empty if
-            their positions are given.
+        floor_tags: Place of each tag on the floor, by its number.
+        floor_distances: Measured distances in m between the centres of two floor tags, such as
+            501-502; empty if their positions are given.
     """
 
     tags: RobotTags
     cameras: tuple[Camera, ...] = ()
-    floor_tags: dict[int, tuple[float, ...]] = field(default_factory=dict)
-    floor_distances: dict[tuple[int, int], float] = field(default_factory=dict)
+    floor_tags: dict[Tag, Place] = {}
+    floor_distances: dict[str, Annotated[float, Meta(ge=0.01, le=100)]] = {}
 
 
 def load_cameras(path: Path, least: int = 1) -> CameraFile:
@@ -162,89 +158,35 @@ def load_cameras(path: Path, least: int = 1) -> CameraFile:
     Raises:
         SetcmasError: The file has a mistake; the message names file and line.
     """
-    content = read_entries(path)
-    found = _fields(content, CameraFile, 'tags')
-    tags = _read(found['tags'], RobotTags)
-    cameras: dict[str, Camera] = {}
-    for item in found['cameras'].items() if 'cameras' in found else ():
-        camera = _camera(item, tags.height)
-        if camera.name in cameras:
+    entry = read_entries(path)
+    try:
+        content = msgspec.convert(entry.plain(), CameraFile, str_keys=True)
+    except msgspec.ValidationError as error:
+        what, _, place = str(error).partition(' - at ')
+        wrong = _entry_at(entry, place)
+        raise wrong.error(f'{wrong.name or "this file"}: {what[:1].lower()}{what[1:]}') from None
+    for number, camera in enumerate(content.cameras):
+        item = entry.value['cameras'].items()[number]
+        if camera.name in [other.name for other in content.cameras[:number]]:
             raise item.error(f"two cameras have the name '{camera.name}'; each needs its own")
-        cameras[camera.name] = camera
-    if len(cameras) < least:
-        raise content.error('there is no camera; begin with setcmas camera --calibrate lens')
-    places = {
-        _tag(key, item): _checked(item, 2) for key, item in _mapping(found.get('floor_tags'))
-    }
-    distances = dict(_distance(*one) for one in _mapping(found.get('floor_distances')))
-    return CameraFile(tags, tuple(cameras.values()), places, distances)
+        if camera.pose and camera.pose.position[2] <= content.tags.height:
+            raise item.value['pose'].error(
+                f'the camera is {camera.pose.position[2]:g} m above the floor, but the tags are '
+                f'{content.tags.height:g} m above it'
+            )
+    if len(content.cameras) < least:
+        raise entry.error('there is no camera; begin with setcmas camera --calibrate lens')
+    return content
+
+
+def _entry_at(entry: Entry, place: str) -> Entry:
+    """Return the entry at a place in the words of msgspec, such as `$.cameras[0].lens`."""
+    for name, index in re.findall(r'\.(\w+)|\[(\d+)\]', place):
+        entry = entry.value[name] if name else entry.value[int(index)]
+    return entry
 
 
 def write_cameras(content: CameraFile, path: Path) -> None:
     """Write a camera file, whole or not at all, or raise SetcmasError."""
-    written = asdict(content)
-    distances = content.floor_distances.items()
-    written['floor_distances'] = {f'{a}-{b}': distance for (a, b), distance in distances}
     with file_errors(f"'{path}' cannot be written"):
-        write_yaml(written, path)
-
-
-def _camera(entry: Entry, tag_height: float) -> Camera:
-    found = _fields(entry, Camera, 'name', 'source', 'lens')
-    name, source = found['name'].text(), str(found['source'].value)
-    if not name:
-        raise found['name'].mistake('a name, such as left')
-    lens, pose = _read(found['lens'], Lens), None
-    if 'pose' in found and found['pose'].value is not None:
-        pose = _read(found['pose'], CameraPose)
-        if pose.position[2] <= tag_height:
-            raise found['pose'].error(
-                f'the camera is {pose.position[2]:g} m above the floor, but the tags are '
-                f'{tag_height:g} m above it'
-            )
-    return Camera(name, source, lens, pose)
-
-
-def _distance(key: str, entry: Entry) -> tuple[tuple[int, int], float]:
-    first, dash, second = key.partition('-')
-    if not dash or first == second:
-        raise entry.error(f"'{key}' is not a pair of tags, such as 501-502")
-    return (_tag(first, entry), _tag(second, entry)), _checked(entry, 0, 0.01, _MOST_M)
-
-
-def _tag(text: str, entry: Entry) -> int:
-    if not (text.isdecimal() and len(text) < 4 and int(text) <= _LAST_TAG):
-        raise entry.error(f"'{text}' is not a tag; it must be a number from 0 to {_LAST_TAG}")
-    return int(text)
-
-
-def _mapping(entry: Entry | None) -> Iterable[tuple[str, Entry]]:
-    if entry and not isinstance(entry.value, dict):
-        raise entry.mistake('a mapping, such as {501: [0.0, 1.5]} or {501-502: 3.0}')
-    return entry.value.items() if entry else ()
-
-
-def _read(entry: Entry, shape: type[Shape]) -> Shape:
-    """Return a dataclass of numbers."""
-    forms = {one.name: one.metadata['numbers'] for one in fields(shape)}  # type: ignore[arg-type]
-    found = _fields(entry, shape, *forms)
-    return shape(**{name: _checked(found[name], *form) for name, form in forms.items()})
-
-
-def _checked(entry: Entry, count: int, least: float = -math.inf, most: float = math.inf) -> Any:
-    """Return a list of numbers, or one number if the count is 0."""
-    if count and (not isinstance(entry.value, list) or len(entry.value) != count):
-        raise entry.mistake(f'a list of {count} numbers')
-    if count:
-        return tuple(_checked(item, 0, least, most) for item in entry.value)
-    if not least <= entry.number() <= most:
-        raise entry.mistake(f'from {least:g} to {most:g}')
-    return entry.plain()
-
-
-def _fields(entry: Entry, shape: type, *needed: str) -> dict[str, Entry]:
-    """Return the entries of a mapping, which has the keys of a dataclass."""
-    found = entry.fields(one.name for one in fields(shape))
-    if missing := [key for key in needed if key not in found]:
-        raise entry.error(f'{entry.name or "this file"} has no {missing[0]}; add it')
-    return found
+        write_yaml(msgspec.to_builtins(content), path)

@@ -1,20 +1,16 @@
 """`setcmas camera` calibrates; the node behind it has tests of its own."""
 
-from dataclasses import replace
-
 import pytest
 from processes import refuses, run_here
 
 pytest.importorskip('cv2')
 
 from camera_scene import FLOOR_TAGS, FOLDER, camera, scene
+from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
 
-DISTANCES = {(501, 502): 1.6, (501, 503): 1.8868, (502, 503): 1.0} | {
-    (501, 504): 1.0,
-    (502, 504): 1.8868,
-}
+DISTANCES = {'501-502': 1.6, '501-503': 1.8868, '502-503': 1.0, '501-504': 1.0, '502-504': 1.8868}
 
 
 @pytest.fixture

@@ -1,9 +1,8 @@
 """Camera files: written and read back, and mistakes with their lines."""
 
-from dataclasses import replace
-
 import pytest
 from camera_scene import camera, scene
+from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_file import CameraFile, RobotTags, load_cameras, write_cameras
 from setcmas_simu.errors import SetcmasError
@@ -23,19 +22,19 @@ def test_a_file_is_read_back_as_it_was_written(path):
 @pytest.mark.parametrize(
     ('old', 'new', 'message'),
     [
-        ('size: 0.12', 'size: 120', 'tags.size is 120; it must be '),
-        ('size: 0.12', 'sise: 0.12', "there is no key 'tags.sise'"),
-        ('503', '600', "'600' is not a tag; it must be a number from 0 to 586"),
-        ('[960, 600]', '[960]', 'a list of 2 numbers'),
-        ('[960, 600]', '[960, 0]', 'lens.size[1] is 0'),
+        ('size: 0.12', 'size: 120', 'tags.size: expected `float` <= 2.0'),
+        ('size: 0.12', 'sise: 0.12', 'tags: object contains unknown field `sise`'),
+        ('503', '600', 'floor_tags: expected `int` <= 586'),
+        ('[960, 600]', '[960]', 'lens.size: expected `array` of length 2, got 1'),
+        ('[960, 600]', '[960, 0]', 'lens.size[1]: expected `int` >= 1'),
         ('name: right', 'name: left', "two cameras have the name 'left'"),
         (
             'position: [0.0, 0.3, 2.0]',
             'position: [0.0, 0.3, 0.1]',
             'but the tags are 0.2 m',
         ),
-        ('0.0005', '.nan', 'lens.distortion[2] is nan'),
-        ('height: 0.2', 'height: -1', 'tags.height is -1'),
+        ('0.0005', '.nan', 'lens.distortion[2]: expected `float`'),
+        ('height: 0.2', 'height: -1', 'tags.height: expected `float` >= 0'),
     ],
 )
 def test_a_mistake_is_reported_with_its_line(path, old, new, message):
@@ -55,18 +54,13 @@ def test_what_is_missing_is_named(tmp_path):
     path = tmp_path / 'camera.yaml'
     path.write_text('tags: {size: 0.12}\nfloor_tags: {}\ncameras: []\n')
 
-    with pytest.raises(SetcmasError, match='line 1: tags has no height; add it'):
+    with pytest.raises(SetcmasError, match='line 1: tags: object missing required field `height`'):
         load_cameras(path)
 
 
 def test_a_file_may_wait_for_its_calibration(tmp_path):
     path = tmp_path / 'camera.yaml'
-    begun = CameraFile(
-        RobotTags(0.12, 0.2), (replace(camera(), pose=None),), {}, {(501, 502): 3.0}
-    )
+    begun = CameraFile(RobotTags(0.12, 0.2), (replace(camera(), pose=None),), {}, {'501-502': 3.0})
     write_cameras(begun, path)
 
     assert load_cameras(path) == begun
-    path.write_text(path.read_text().replace('501-502', '501'))
-    with pytest.raises(SetcmasError, match="line 13: '501' is not a pair of tags"):
-        load_cameras(path)

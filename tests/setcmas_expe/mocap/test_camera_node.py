@@ -1,7 +1,6 @@
 """The camera node over DDS: poses from a folder and from a topic, a bumped camera."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ import pytest
 pytest.importorskip('rclpy')
 from camera_scene import FOLDER, camera, cv2, pictures, scene, true_poses
 from geometry_msgs.msg import PoseStamped
+from msgspec.structs import replace
 from processes import SETCMAS
 from rclpy.time import Time
 from sensor_msgs.msg import CompressedImage, Image
