@@ -8,7 +8,8 @@ from typing import IO, cast
 import msgspec
 
 from launch_scripts.terminal import QueuedStream
-from setcmas_expe.pause.console import RobotStatus, Status
+from setcmas_expe.bridge.bridge_report import BridgeReport
+from setcmas_expe.pause.console import Status
 from setcmas_simu.errors import needs
 
 with needs('lab'):
@@ -101,7 +102,7 @@ def _headline(status: Status) -> str:
     return 'RUNNING' if status.is_moving else 'STOPPED'
 
 
-def _plain_line(robot: RobotStatus) -> str:
+def _plain_line(robot: BridgeReport) -> str:
     reason = f' ({robot.reason})' if robot.reason not in ('', robot.state.value) else ''
     return f'{robot.name} {robot.state.value}{reason}'
 

@@ -68,10 +68,10 @@ class PauseWatch:
         is_sure = now - self._go_since >= SURE_AFTER_S
         return None if is_sure else _reason(PauseCause.OPERATOR)
 
-    def latch(self, why: str, may_be_load: bool = False) -> None:
+    def latch(self, why: str) -> None:
         """Pause until the pause node says pause and then go again."""
         self._may_go = False
-        self._held = PauseReason(PauseCause.LATCHED, why, may_be_load)
+        self._held = PauseReason(PauseCause.LATCHED, why)
 
     def forget(self) -> None:
         """Forget all messages, because this process was suspended."""
@@ -94,7 +94,7 @@ class PauseWatch:
 
 
 def _reason(cause: PauseCause) -> PauseReason:
-    return PauseReason(cause, cause.value, cause is PauseCause.SILENT)
+    return PauseReason(cause, cause.value)
 
 
 class EmergencyWatch:

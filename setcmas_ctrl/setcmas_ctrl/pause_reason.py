@@ -24,12 +24,10 @@ class PauseReason:
     Attributes:
         cause: The kind of reason.
         text: The reason for people.
-        may_be_load: Whether an overloaded computer may have caused it.
     """
 
     cause: PauseCause
     text: str
-    may_be_load: bool = False
 
     @property
     def is_of_operator(self) -> bool:

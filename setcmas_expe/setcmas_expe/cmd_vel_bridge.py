@@ -13,7 +13,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 
-from setcmas_expe.bridge.bridge_report import report_values
+from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import (
     ZERO,
     Cause,
@@ -135,14 +135,17 @@ class CmdVelBridge(RobotNode):
         if runs_away or (decision.why and decision.why.cause.is_blind):
             level = DiagnosticStatus.ERROR
         view, age = self.view, self.time.now - self.view.measured
-        values = report_values(decision) | {
-            'runs_away': 'yes' if runs_away else '',
-            'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
-            'battery': f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
-            'speed': f'{view.velocities[0]:.3f}',
-        }
-        name = topics.robot_name(self.robot)
-        message = diagnostic_status(level, name, decision.text, self.topic, values)
+        report = BridgeReport.of(
+            decision,
+            name=topics.robot_name(self.robot),
+            level=ord(level),
+            runs_away=runs_away,
+            pose_age=f'{age:.3f}' if math.isfinite(age) else '',
+            battery=f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
+            speed=f'{view.velocities[0]:.3f}',
+        )
+        name, text = report.name, report.reason
+        message = diagnostic_status(level, name, text, self.topic, report.values)
         self.state.publish(message)
         return message
 

@@ -4,16 +4,26 @@ import pytest
 from rich.console import Console
 
 from launch_scripts.status_display import StatusDisplay, picture
+from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import State
-from setcmas_expe.pause.console import RobotStatus, Status
+from setcmas_expe.pause.console import Status
 
 REASON = 'closer than 0.35 m to robots 2-4; only motion apart is let through'
 
 
 def status(paused=False, emergency=False, state=State.MOVING):
     robots = (
-        RobotStatus('tb3_1', 1, state, REASON, '0.02', '87', '0.004', False, True),
-        RobotStatus('tb3_12', 2, State.STOPPED, 'not seen yet', '', '', '', False, False),
+        BridgeReport(
+            name='tb3_1',
+            level=1,
+            reason=REASON,
+            state=state,
+            ready=True,
+            pose_age='0.02',
+            battery='87',
+            speed='0.004',
+        ),
+        BridgeReport(name='tb3_12', level=2, reason='not seen yet'),
     )
     return Status(paused, emergency, 'by space bar', robots)
 

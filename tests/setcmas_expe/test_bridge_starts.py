@@ -125,7 +125,7 @@ def test_a_robot_that_moves_against_a_commanded_zero_is_reported(lab, bridges, V
         spent = (lab.ticks - begin) / HZ  # frame by frame: it never jumps, however busy we are
         lab.poses[1] = (-1.0 + V * spent, 0.0, 0.5 + omega * spent)
         lab.paused = spent > 0.5
-        return lab.status(1)[1]['runs_away'] == 'yes'
+        return lab.status(1)[1]['runs_away'] == 'True'
 
     lab.peer.wait_for(pushed)
     bridges.wait_for_output('robot 1 does not obey zero: it has no motor_power: switch it off')
@@ -144,7 +144,7 @@ def test_a_robot_that_has_stood_and_then_moves_is_carried(lab, bridges):
         return spent > 3.0
 
     lab.peer.wait_for(carried)
-    assert told == {''}
+    assert told == {'False'}
 
 
 def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
@@ -241,7 +241,10 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     assert True not in motors
     reports = [status for message in lab.diagnostics for status in message.status]
-    assert not any(item.key == 'runs_away' and item.value for r in reports for item in r.values)
+    told = [one.value for r in reports for one in r.values if one.key == 'runs_away']
+    assert 'True' not in told
+        item.key == 'runs_away' and item.value == 'True' for r in reports for item in r.values
+    )
     lab.let_go({1: GO})
     wheels.twist.twist.linear.x = 0.1
     peer.wait_for(lambda: motors[-1] is True)
@@ -260,4 +263,4 @@ def test_a_robot_without_motor_power_is_to_be_switched_off(start, peer):
     peer.wait_for(lambda: line in bridges.output())
     for _ in range(3):  # while it does not stop
         lab.diagnostics.clear()
-        peer.wait_for(lambda: lab.status(1)[1]['runs_away'] == 'yes')
+        peer.wait_for(lambda: lab.status(1)[1]['runs_away'] == 'True')

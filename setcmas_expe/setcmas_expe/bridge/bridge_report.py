@@ -1,54 +1,86 @@
-"""Report of the cmd_vel bridge of a robot (bridge_state), which the pause node reads."""
+"""Report of the cmd_vel bridge of a robot (bridge_state), for the pause node and the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Any
+
+import msgspec
 
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import Cause, Decision, State
 
-_YES = 'yes'
 
-
-def report_values(decision: Decision) -> dict[str, str]:
-    """Return a decision as the key-value pairs of a DiagnosticStatus."""
-    pause = decision.pause
-    return {
-        'state': decision.state.value,
-        'cause': decision.why.cause.name if decision.why else '',
-        'ready': _YES if decision.is_ready else '',
-        'pause': pause.cause.name if pause else '',
-        'pause_text': pause.text if pause else '',
-        'pause_may_be_load': _YES if pause and pause.may_be_load else '',
-    }
-
-
-@dataclass(frozen=True)
-class BridgeReport:
+class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     """What a bridge has decided about its robot.
 
+    In ROS it is a DiagnosticStatus: its name, level and message, the others as key-value pairs.
+
     Attributes:
-        state: What the robot may do.
-        cause: Why it may not move as wanted; None if it may, or if only a pause keeps it.
-        is_ready: Whether it moves, or only waits for the operator.
-        pause: Why all robots are paused; None if they are not.
+        name: Name of the robot.
+        level: That of DiagnosticStatus: 0 well, 1 stopped, 2 lost.
+        reason: Why it may not move as wanted, for people; empty if it may.
+        state: What it may do.
+        ready: Whether it moves, or only waits for the operator.
+        cause: Name of the `Cause` of its stop; empty if it may move, or if only a pause keeps it.
+        pause: Name of the `PauseCause` for which all robots are paused; empty if they are not.
+        pause_why: The same for people.
+        runs_away: Whether it moves although it is commanded zero.
+        pose_age: Age of its last good pose in s; empty if unknown, as are the next two.
+        battery: Its charge in percent.
+        speed: Its forward speed in m/s.
     """
 
-    state: State
-    cause: Cause | None
-    is_ready: bool
-    pause: PauseReason | None
+    name: str
+    level: int
+    reason: str
+    state: State = State.STOPPED
+    ready: bool = False
+    cause: str = ''
+    pause: str = ''
+    pause_why: str = ''
+    runs_away: bool = False
+    pose_age: str = ''
+    battery: str = ''
+    speed: str = ''
 
     @classmethod
-    def of(cls, values: Mapping[str, str]) -> BridgeReport:
-        """Return the report in key-value pairs; what is unknown counts as stopped, not ready."""
-        state = next((one for one in State if one.value == values.get('state')), State.STOPPED)
-        held = PauseCause.__members__.get(values.get('pause', ''))
-        by_load = values.get('pause_may_be_load') == _YES
+    def of(cls, decision: Decision, **more: Any) -> BridgeReport:
+        """Return the report of a decision, with the fields that the decision does not have."""
+        why, pause = decision.why, decision.pause
         return cls(
-            state,
-            Cause.__members__.get(values.get('cause', '')),
-            values.get('ready') == _YES,
-            PauseReason(held, values.get('pause_text', ''), by_load) if held else None,
+            reason=decision.text,
+            state=decision.state,
+            ready=decision.is_ready,
+            cause=why.cause.name if why else '',
+            pause=pause.cause.name if pause else '',
+            pause_why=pause.text if pause else '',
+            **more,
         )
+
+    @classmethod
+    def read(cls, name: str, level: int, reason: str, values: Mapping[str, str]) -> BridgeReport:
+        """Return the report with such key-value pairs; an invalid one is of a stopped robot."""
+        known = {'name': name, 'level': level, 'reason': reason}
+        try:
+            return msgspec.convert({**values, **known}, cls, strict=False)
+        except msgspec.ValidationError:
+            return cls(name=name, level=level, reason=reason)
+
+    @property
+    def values(self) -> dict[str, str]:
+        """Its key-value pairs."""
+        fields = msgspec.to_builtins(self).items()
+        return {key: str(one) for key, one in fields if key not in ('name', 'level', 'reason')}
+
+    @property
+    def is_intruded(self) -> bool:
+        """Whether another process commands the robot past its guard."""
+        return self.cause == Cause.PAST_GUARD.name
+
+    @property
+    def held(self) -> PauseReason | None:
+        """Why the bridges themselves pause all robots; None if they do not."""
+        cause = PauseCause.__members__.get(self.pause)
+        reason = PauseReason(cause, self.pause_why) if cause else None
+        return None if reason and reason.is_of_operator else reason

@@ -7,12 +7,7 @@ from collections.abc import Mapping
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import Decision, FleetView, RobotView, StopReason
-from setcmas_expe.bridge.machine_load import (
-    OVERLOADED,
-    ProcessorLoad,
-    StallDetector,
-    time_since_boot,
-)
+from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -29,7 +24,6 @@ class BridgedFleet:
         self._emergency = EmergencyWatch(node)
         self._was_silent = True
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
-        self._load = ProcessorLoad()
         robots = [robot.number for robot in lab.robots] if lab.checks_motion else []
         self._motion = MotionWatch(robots, self.warn, node.get_logger().info)
         if not lab.checks_motion:
@@ -37,7 +31,7 @@ class BridgedFleet:
 
     def judge(self, views: Mapping[int, RobotView], now: float) -> FleetView:
         """Return what each bridge must know, from what each knows of its robot, by number."""
-        self._look_for_stalls(now)
+        self._look_for_stalls()
         pause = self._pause_reason()
         self._motion.see(views, now)
         allowed = {
@@ -57,20 +51,14 @@ class BridgedFleet:
         if lasting:
             why, robots = next(iter(lasting.items()))
             each = ', each' if len(robots) > 1 else ''
-            text = f'{robots_in_words(robots)}{each}: {why.text}'
-            # An overloaded computer is late for all robots, a lost body or Wi-Fi for one.
-            is_of_all = len(robots) == len(decisions)
-            self._pause.latch(text, why.cause.may_be_load and is_of_all)
+            self._pause.latch(f'{robots_in_words(robots)}{each}: {why.text}')
 
-    def _look_for_stalls(self, now: float) -> None:
+    def _look_for_stalls(self) -> None:
         if stalled_for := self._stalls.tick(time_since_boot()):
             # Messages that waited look new, and a person may have come near a robot.
             self._pause.forget()
             self._motion.end_proofs()
             self.warn(f'the bridge process stalled for {stalled_for:.1f} s: robots stay paused')
-            if self._load.is_overload:
-                self.warn(OVERLOADED)
-        self._load.look(now)
 
     def _pause_reason(self) -> PauseReason | None:
         pause = self._pause.reason()

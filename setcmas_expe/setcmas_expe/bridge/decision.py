@@ -77,11 +77,6 @@ class Cause(enum.Enum):
         """Whether another node may drive the robot."""
         return self in (Cause.RIVAL, Cause.PAST_GUARD)
 
-    @property
-    def may_be_load(self) -> bool:
-        """Whether an overloaded computer may cause it."""
-        return self in (Cause.POSE_OLD, Cause.NO_COMMAND, Cause.GUARD_SILENT)
-
 
 @dataclass(frozen=True)
 class StopReason:

@@ -46,7 +46,7 @@ class StallDetector:
 PRESSURE = Path('/proc/pressure/cpu')
 """Linux' pressure stall information: for how long processes waited for a processor."""
 
-OVERLOADED = 'this computer is overloaded, so processes answer late: end other programs'
+OVERLOADED = 'this computer is overloaded; if processes answer late, end other programs'
 
 _OVERLOAD = 0.8  # share of the time in which a process waited
 _LOOK_EVERY_S = 0.5

@@ -4,33 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from setcmas_ctrl.pause_reason import PauseReason
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import Cause
 from setcmas_expe.cmd_vel_bridge import robot_commands
 from setcmas_expe.guard.guard_watch import diagnostic_values
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.pause.console import RobotStatus
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.topics import robot_name, robot_topic
+from setcmas_simu.fleet.topics import robot_topic
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode
 
 _SILENT_AFTER_S = 0.5  # a bridge sends five a second
 _FOLLOW_EVERY_S = 2.0
-
-
-@dataclass(frozen=True)
-class BridgeTrouble:
-    """Why the bridges are not reliable, for people, and whether a busy computer may cause it."""
-
-    text: str
-    may_be_load: bool = False
 
 
 class BridgeWatch:
@@ -45,7 +34,7 @@ class BridgeWatch:
         """Watch through a node; publishers are created early, because discovery takes time."""
         self.died = self.ending = False
         self._received = {robot.number: -math.inf for robot in lab.robots}
-        self._reports: dict[int, tuple[BridgeReport, RobotStatus]] = {}
+        self._reports: dict[int, BridgeReport] = {}
         self._is_new = False
         self._next_follow = 0.0
         self._node = node
@@ -58,31 +47,26 @@ class BridgeWatch:
     @property
     def held(self) -> PauseReason | None:
         """Why the bridges themselves pause all robots; None if they do not."""
-        reasons = (report.pause for report, _ in self._reports.values())
-        return next((one for one in reasons if one and not one.is_of_operator), None)
+        return next((one.held for one in self._reports.values() if one.held), None)
 
     @property
     def intruded(self) -> list[str]:
         """Names of robots that another process commands past their guards."""
-        found = self._reports.items()
-        return [robot_name(robot) for robot, (one, _) in found if one.cause is Cause.PAST_GUARD]
+        return [one.name for one in self._reports.values() if one.is_intruded]
 
-    def trouble(self, now: float) -> BridgeTrouble | None:
-        """Return why the bridges are not reliable at a time (s); None if they are."""
+    def trouble(self, now: float) -> str:
+        """Return why the bridges are not reliable at a time (s); empty if they are."""
         if now >= self._next_follow:
             self._next_follow = now + _FOLLOW_EVERY_S
             for cmd_vel in self._cmd_vels:
                 cmd_vel.follow_listeners()
         if self.died:
-            return BridgeTrouble('the bridge process has died; the pause node commands zero')
+            return 'the bridge process has died; the pause node commands zero'
         if self.ending:
-            return None
-        if conflict := self._conflict():
-            return BridgeTrouble(conflict)
+            return ''
         if self._reports and self._is_silent(now):
-            text = 'the bridge process is silent; the pause node commands zero'
-            return BridgeTrouble(text, may_be_load=True)
-        return None
+            return self._conflict() or 'the bridge process is silent; the pause node commands zero'
+        return self._conflict()
 
     def unreadiness(self) -> str:
         """Return why robots cannot start now; empty if they can.
@@ -93,22 +77,20 @@ class BridgeWatch:
             return 'the bridge process is silent'
         if conflict := self._conflict():
             return conflict
-        for report, status in self._reports.values():
-            if not report.is_ready:
-                return f'{status.name}: {status.reason}'
-        return ''
+        unready = (one for one in self._reports.values() if not one.ready)
+        return next((f'{one.name}: {one.reason}' for one in unready), '')
 
     def command_zero(self) -> None:
         """Stop all robots."""
         for cmd_vel in self._cmd_vels:
             cmd_vel.publish(0.0, 0.0)
 
-    def news(self, unless_old: bool) -> tuple[RobotStatus, ...]:
+    def news(self, unless_old: bool) -> tuple[BridgeReport, ...]:
         """Return the states of the robots; empty if they are old and not wanted then."""
         if len(self._reports) < len(self._received) or (unless_old and not self._is_new):
             return ()
         self._is_new = False
-        return tuple(status for _, (_, status) in sorted(self._reports.items()))
+        return tuple(report for _, report in sorted(self._reports.items()))
 
     def _is_silent(self, now: float) -> bool:
         return any(now - received > _SILENT_AFTER_S for received in self._received.values())
@@ -122,19 +104,7 @@ class BridgeWatch:
         return ''
 
     def _on_state(self, robot: int, message: DiagnosticStatus) -> None:
-        values = diagnostic_values(message)
-        report = BridgeReport.of(values)
-        status = RobotStatus(
-            name=message.name,
-            level=ord(message.level),
-            state=report.state,
-            reason=message.message,
-            pose_age=values.get('pose_age', ''),
-            battery=values.get('battery', ''),
-            speed=values.get('speed', ''),
-            runs_away=bool(values.get('runs_away')),
-            ready=report.is_ready,
-        )
+        level, values = ord(message.level), diagnostic_values(message)
+        self._reports[robot] = BridgeReport.read(message.name, level, message.message, values)
         self._received[robot] = time.monotonic()
-        self._reports[robot] = report, status
         self._is_new = True

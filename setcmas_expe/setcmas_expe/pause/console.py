@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
+from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import State
 from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder, Message
@@ -54,32 +55,13 @@ class OperatorRequest(Message, frozen=True):
     pressed_at: float = msgspec.field(default_factory=time_since_boot)
 
 
-class RobotStatus(msgspec.Struct, frozen=True):
-    """A line of the terminal about a robot; texts as in /diagnostics.
-
-    Attributes:
-        runs_away: Whether it moves although it is commanded zero.
-        ready: Whether only the pause keeps it from moving, or it moves.
-    """
-
-    name: str
-    level: int
-    state: State
-    reason: str
-    pose_age: str
-    battery: str
-    speed: str
-    runs_away: bool
-    ready: bool
-
-
 class Status(Message, frozen=True):
     """The pause state and a line for each robot, for the terminal."""
 
     paused: bool
     emergency: bool
     why: str
-    robots: tuple[RobotStatus, ...]
+    robots: tuple[BridgeReport, ...]
 
     @property
     def is_starting(self) -> bool:

@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
-from setcmas_expe.bridge.bridge_report import report_values
+from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason
 from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
@@ -48,7 +48,7 @@ class Bridge:
         elif self._paused:
             pause = PauseReason(PauseCause.OPERATOR, 'paused')
         decision = Decision(0.1, 0.0, State.PAUSED if pause else State.MOVING, why, pause)
-        pairs = (report_values(decision) | {'speed': '0.1'}).items()
+        pairs = BridgeReport.of(decision, name='tb3_1', level=0, speed='0.1').values.items()
         values = [KeyValue(key=key, value=value) for key, value in pairs]
         if not self.silent:
             message = DiagnosticStatus(name='tb3_1', message=decision.text, values=values)
