@@ -25,7 +25,6 @@ FROZEN_S = 0.4
 """Time in s after which equal poses of a robot that should move mean that it is lost."""
 
 _LATE_SHARE = 0.5  # of the longest age, by stamps
-_UNEVEN_M = 0.1  # between bodies: y_up may be wrong
 
 Velocities = tuple[float, float]
 """Forward speed V in m/s and turn rate omega in rad/s."""
@@ -205,7 +204,8 @@ def decide(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Decision
     reasons = [Cause.OUTSIDE.value] if outside else []
     if near:
         forbidden += [_direction(robot.pose, pose) for pose in near.values()]
-        reasons.append(_nearness(fleet, [*near], lab.min_separation))
+        robots = robots_in_words([*near])
+        reasons.append(f'closer than {lab.min_separation:g} m to {robots}; it may only move away')
     if reasons:
         cause = Cause.OUTSIDE if outside else Cause.TOO_NEAR
         why = StopReason(cause, ' and '.join(reasons))
@@ -225,14 +225,6 @@ def _robots_nearer(robot: RobotView, fleet: FleetView, distance: float) -> dict[
         and other.pose
         and math.dist(other.pose[:2], robot.pose[:2]) < distance
     }
-
-
-def _nearness(fleet: FleetView, near: list[int], distance: float) -> str:
-    text = f'closer than {distance:g} m to {robots_in_words(near)}'
-    heights = [one.height for one in fleet.robots.values() if math.isfinite(one.height)]
-    if heights and max(heights) - min(heights) > _UNEVEN_M:
-        text += ' (bodies are not equally high: is y_up wrong in the lab file?)'
-    return f'{text}; it may only move away'
 
 
 def _blindness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> StopReason | None:

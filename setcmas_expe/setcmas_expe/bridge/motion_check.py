@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import cmath
-import itertools
 import math
 from collections import deque
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from setcmas_expe.mocap.sample import Pose
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
@@ -113,7 +116,7 @@ class Deviation:
         return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: {check}'
 
 
-DELAYS_S = (0.0, 0.1, 0.2, 0.3)
+DELAYS_S = np.array([0.0, 0.1, 0.2, 0.3])
 """Possible delays from a command to its effect in motion capture, in s."""
 
 WINDOWS_S = (0.5, 2.0)
@@ -148,9 +151,9 @@ class _Row:
     time: float
     place: complex
     heading: float
-    ways: tuple[complex, ...]
-    turns: tuple[float, ...]
-    driven: tuple[float, ...]
+    ways: NDArray[np.complex128]
+    turns: Floats
+    driven: Floats
     wheels: float
 
 
@@ -178,9 +181,8 @@ class MotionCheck:
         """Forget the past: the robot is paused, and may be carried."""
         self._rows.clear()
         self._commands.clear()
-        zeros = (0.0,) * len(DELAYS_S)
-        self._ways: tuple[complex, ...] = zeros
-        self._turns = self._driven = zeros
+        self._ways = np.zeros(len(DELAYS_S), complex)
+        self._turns = self._driven = np.zeros(len(DELAYS_S))
         self._rolled = 0.0
         self._in_a_row = 0
         self.advanced = self.turned = 0.0
@@ -224,13 +226,12 @@ class MotionCheck:
         sums = self._ways, self._turns, self._driven, self._rolled
         newest = _Row(seen, place, self._heading, *sums)
         if self._rows:
-            speeds = [self._commanded(seen - delay) for delay in DELAYS_S]
-            V = next((V for V, _ in speeds if V), 0.0)
-            omega = next((omega for _, omega in speeds if abs(omega) > _ZERO_RAD_S), 0.0)
+            V, omega = self._speeds(seen)
+            way = np.sign(V[V != 0.0][:1]).sum()
+            turn = np.sign(omega[abs(omega) > _ZERO_RAD_S][:1]).sum()
             moved = (place - self._rows[-1].place) / cmath.rect(1.0, self._heading)
-            self.advanced = moved.real * ((V > 0) - (V < 0))
-            turn = self._heading - self._rows[-1].heading
-            self.turned = turn * ((omega > 0) - (omega < 0))
+            self.advanced = float(moved.real * way)
+            self.turned = float((self._heading - self._rows[-1].heading) * turn)
         self._rows.append(newest)
         while self._rows[0].time < seen - WINDOWS_S[-1]:
             self._rows.popleft()
@@ -242,22 +243,29 @@ class MotionCheck:
 
     def explains(self, other: MotionCheck) -> bool:
         """Return whether this robot's commands explain another robot's motion."""
-        rows = list(other._rows)
-        if len(rows) < 2:
+        if len(rows := other._rows) < 2:
             return False
-        return any(self._fits(rows, delay) for delay in DELAYS_S)
+        times, headings = np.array([(row.time, row.heading) for row in rows]).T
+        steps = np.diff(times)
+        V, omega = np.array([self._speeds(time) for time in times[1:]]).transpose(1, 2, 0)
+        ways = (steps * V * np.exp(1j * headings[1:])).sum(axis=1)
+        turns, driven = (steps * omega).sum(axis=1), (steps * abs(V)).sum(axis=1)
+        fits = driven > 2 * _SAME_M
+        fits &= abs(rows[-1].place - rows[0].place - ways) <= _SAME_M + _SHARE * driven
+        fits &= abs(headings[-1] - headings[0] - turns) <= _MARGIN_RAD + _SHARE * abs(turns)
+        return bool(fits.any())
 
     def _add_up(self, step: float, now: float) -> None:
-        ahead = cmath.rect(1.0, self._heading)
-        speeds = [self._commanded(now - delay) for delay in DELAYS_S]
-        self._ways = tuple(
-            way + step * V * ahead for way, (V, _) in zip(self._ways, speeds, strict=True)
-        )
-        self._turns = tuple(t + step * w for t, (_, w) in zip(self._turns, speeds, strict=True))
-        self._driven = tuple(
-            way + step * abs(V) for way, (V, _) in zip(self._driven, speeds, strict=True)
-        )
+        V, omega = self._speeds(now)
+        self._ways = self._ways + step * V * cmath.rect(1.0, self._heading)
+        self._turns = self._turns + step * omega
+        self._driven = self._driven + step * abs(V)
         self._rolled += step * abs(self._wheels or 0.0)
+
+    def _speeds(self, time: float) -> tuple[Floats, Floats]:
+        """Return the commanded V and omega that may take effect at a time, for each delay."""
+        V, omega = np.array([self._commanded(time - delay) for delay in DELAYS_S]).T
+        return V, omega
 
     def _commanded(self, time: float) -> tuple[float, float]:
         """Return the commanded speeds at a time; zero before the first command."""
@@ -283,22 +291,17 @@ class MotionCheck:
     def _excess(self, old: _Row, new: _Row, metres: float, radians: float) -> float:
         """Return the difference as a multiple of its tolerance, for the delay that fits best."""
         moved, turned = new.place - old.place, new.heading - old.heading
-        places = metres + _OFF_AXLE_M * min(1.0, abs(turned))
-        return min(
-            max(
-                abs(moved - new.ways[i] + old.ways[i])
-                / (places + _SHARE * (new.driven[i] - old.driven[i])),
-                abs(turned - new.turns[i] + old.turns[i])
-                / (radians + _SHARE * abs(new.turns[i] - old.turns[i])),
-            )
-            for i in range(len(DELAYS_S))
-        )
+        turns = new.turns - old.turns
+        places = metres + _OFF_AXLE_M * min(1.0, abs(turned)) + _SHARE * (new.driven - old.driven)
+        off = abs(moved - new.ways + old.ways) / places
+        astray = abs(turned - turns) / (radians + _SHARE * abs(turns))
+        return float(np.maximum(off, astray).min())
 
     def _between(self, old: _Row, new: _Row) -> Deviation:
         ahead = cmath.rect(1.0, old.heading)
         moved = (new.place - old.place) / ahead
-        commanded = (new.ways[_LIKELY] - old.ways[_LIKELY]) / ahead
-        turned, turn = new.heading - old.heading, new.turns[_LIKELY] - old.turns[_LIKELY]
+        commanded = complex(new.ways[_LIKELY] - old.ways[_LIKELY]) / ahead
+        turned, turn = new.heading - old.heading, float(new.turns[_LIKELY] - old.turns[_LIKELY])
         knows_wheels = self._wheels_turned and self._wheels is not None
         return Deviation(
             seconds=max(new.time - old.time, 1e-3),
@@ -308,21 +311,4 @@ class MotionCheck:
             commanded_turn=turn,
             in_heading=abs(turned - turn) / _MARGIN_RAD > abs(moved - commanded) / _MARGIN_M,
             rolled=new.wheels - old.wheels if knows_wheels else None,
-        )
-
-    def _fits(self, rows: list[_Row], delay: float) -> bool:
-        """Return whether rows of another robot fit this one's commands."""
-        way, turn, driven = 0j, 0.0, 0.0
-        for before, after in itertools.pairwise(rows):
-            V, omega = self._commanded(after.time - delay)
-            step = after.time - before.time
-            way += step * V * cmath.rect(1.0, after.heading)
-            turn += step * omega
-            driven += step * abs(V)
-        moved = rows[-1].place - rows[0].place
-        turned = rows[-1].heading - rows[0].heading
-        return (
-            driven > 2 * _SAME_M
-            and abs(moved - way) <= _SAME_M + _SHARE * driven
-            and abs(turned - turn) <= _MARGIN_RAD + _SHARE * abs(turn)
         )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
-import platform
 import sys
 from collections.abc import Mapping
 from importlib import metadata
@@ -32,19 +31,18 @@ from setcmas_simu.options.group import take_values
 from setcmas_simu.plugins import GROUPS, unknown_groups
 from setcmas_simu.ros_domains import LARGEST_DOMAIN, SHARED_DOMAINS
 
-_PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
 _RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
-_WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
+_PLATFORM = 'Linux x86_64, Python 3.10 to 3.13'
+_WHEELS = f'{install_command("ros")} ({_PLATFORM}), or source an installed ROS 2 Jazzy'
 
 
 def environment_findings() -> list[Finding]:
     """Return the findings about this machine."""
     variables = os.environ
-    findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
-    findings += [domain_finding(variables), discovery_finding(variables)]
-    return findings + plugin_findings()
+    findings = [ros_finding(), rmw_finding(variables), domain_finding(variables)]
+    return [*findings, discovery_finding(variables), *plugin_findings()]
 
 
 def plugin_findings() -> list[Finding]:
@@ -59,15 +57,6 @@ def plugin_findings() -> list[Finding]:
         )
         for group, packages in sorted(unknown_groups().items())
     ]
-
-
-def python_finding(version: tuple[int, int]) -> Finding:
-    """Return whether ROS 2 Jazzy has wheels for a version of Python."""
-    text = '.'.join(map(str, version))
-    if _PYTHONS[0] <= version <= _PYTHONS[1]:
-        return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
-    advice = 'use Python 3.10 to 3.13: ROS 2 Jazzy has wheels for these'
-    return Finding(PROBLEM, 'Python', text, advice)
 
 
 def ros_finding() -> Finding:

@@ -1,11 +1,11 @@
-"""Checks of a lab: the rate of poses, each robot, and what other presets would receive."""
+"""Checks of the robots of a lab: the rate of their poses, their commands, guards and batteries."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import statistics
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
@@ -13,8 +13,7 @@ from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import SLOWEST_HZ
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
-from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
 
 _PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
 _NEARLY_LOW_PERCENT = 30.0
@@ -26,14 +25,12 @@ class ArrivalStatistics:
 
     Attributes:
         rate: Messages per second.
-        jitter: Standard deviation of the gaps between arrivals, in s.
         largest_gap: In s, including the time before the first and after the last message.
         age: Median age at arrival by the message's stamp, in s; None where the clocks of sender
             and receiver differ, or stamps are not set.
     """
 
     rate: float
-    jitter: float
     largest_gap: float
     age: float | None
 
@@ -49,45 +46,13 @@ def arrival_statistics(
     largest = max(later - earlier for earlier, later in itertools.pairwise(times))
     gaps = [later - earlier for earlier, later in itertools.pairwise(arrivals)]
     rate = len(gaps) / sum(gaps) if sum(gaps) > 0 else 0.0
-    jitter = statistics.pstdev(gaps) if gaps else 0.0
     ages = [arrival - stamp for arrival, stamp in zip(arrivals, stamps, strict=True) if stamp]
     age = statistics.median(ages) if ages else math.nan
     least, most = _PLAUSIBLE_AGE_S
-    return ArrivalStatistics(rate, jitter, largest, age if least <= age <= most else None)
+    return ArrivalStatistics(rate, largest, age if least <= age <= most else None)
 
 
-Graph = Iterable[tuple[str, list[str]]]
-
-
-def other_presets(graph: Graph, preset: str) -> list[Finding]:
-    """Return the other presets that would receive bodies from topics with their types."""
-    graph = list(graph)
-    presets: dict[str, list[str]] = {}
-    for name, source in MOCAP_SOURCES.usable(lambda _: None).items():
-        if name == preset or source.from_start:  # all robots send odometry
-            continue
-        if received := received_by(source, graph):
-            presets.setdefault(received, []).append(name)
-    return [
-        Finding(
-            NOTE,
-            'motion capture',
-            f'{" or ".join(names)} would receive {received}',
-            'set mocap.preset in the lab file, or --mocap',
-        )
-        for received, names in presets.items()
-    ]
-
-
-def received_by(source: MocapSource, graph: Graph) -> str:
-    """Return the names of the bodies that a source would receive; empty if none."""
-    topics = [topic for topic, types in graph if source.message_type in types]
-    if not source.per_body:
-        return f'{source.topic}, with all bodies' if source.topic in topics else ''
-    return ', '.join(source.bodies_in(topics))
-
-
-COLUMNS = ('robot', 'mocap', 'jitter', 'gap', 'age', 'place', 'cmd_vel', 'guard', 'battery')
+COLUMNS = ('robot', 'mocap', 'gap', 'age', 'place', 'cmd_vel', 'guard', 'battery')
 
 _Remark = tuple[str, str, str, str]
 """Level, part of the robot, result and advice."""
@@ -123,7 +88,6 @@ class RobotCheck:
         return [
             robot_name(self.robot.number),
             f'{mocap.rate:.0f} Hz' if seen else 'silent',
-            _ms(mocap.jitter if seen else None),
             _ms(mocap.largest_gap if seen else None),
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
@@ -183,14 +147,12 @@ class RobotCheck:
             )
             yield PROBLEM, 'cmd_vel', f'nothing listens to {self.robot.topic(CMD_VEL)}', advice
             return
-        unknown = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
-        others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
-        if unknown:
-            advice = 'it must be geometry_msgs TwistStamped or Twist'
-            yield PROBLEM, 'cmd_vel', f'type {unknown[0]}', advice
-        elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
-            found = f'it takes {others[0]}, the lab file says {lab.cmd_vel_type}'
-            yield PROBLEM, 'cmd_vel', found, 'set cmd_vel_type: auto in the lab file'
+        accepted = CMD_VEL_TYPES if lab.cmd_vel_type == AUTO else (lab.cmd_vel_type,)
+        if others := [kind for kind in self.kinds if kind not in accepted]:
+            advice = (
+                f'cmd_vel_type is {lab.cmd_vel_type} in the lab file; robots take Twist(Stamped)'
+            )
+            yield PROBLEM, 'cmd_vel', f'it takes {others[0]}', advice
         if self.rival:
             advice = (
                 'stop the other commander, and give each robot its own namespace (a restarted '

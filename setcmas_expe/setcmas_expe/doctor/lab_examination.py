@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.doctor.findings import NOTE, OK, Finding
-from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics, other_presets
+from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
@@ -186,8 +186,6 @@ def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Findin
     checks = [watch.check(one) for one in watch.robots]
     bodies = watch.mocap.bodies()
     findings = [found for check in checks for found in check.findings(lab, bodies)]
-    if not bodies:
-        findings += other_presets(watch.get_topic_names_and_types(), lab.mocap.preset)
     if watch.runs_experiment():
         findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
     return [check.row() for check in checks], findings

@@ -152,7 +152,7 @@ def _mocap(fields: dict[str, Entry]) -> Mocap:
             raise fields['topic'].error(f'{fields["topic"].name}: {error}') from None
         source = replace(source, topic=topic)
     if 'type' in fields:
-        if not source.per_body or source.makes_reader:
+        if not source.per_body:
             raise fields['type'].mistake(f'left out: {name} has its own type')
         message_type, read = sources.STANDARD[OneOf(tuple(sources.STANDARD)).of(fields['type'])]
         source = replace(source, message_type=message_type, read=read)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from setcmas_expe.mocap.on_board import MapPose
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.sources import (
     ODOMETRY,
@@ -73,12 +72,4 @@ TRANSFORMS = MocapSource(
     read_transforms,
     shared=True,
     driver='any; tf2_msgs must be installed',
-)
-AMCL = MocapSource(
-    '/{name}/tf',
-    'tf2_msgs/msg/TFMessage',
-    read_transforms,
-    shared=True,
-    driver='amcl of Nav2, with turtlebot3_node',
-    makes_reader=MapPose,
 )

@@ -1,15 +1,12 @@
-"""Poses from the robots' own sensors: wheel odometry from measured start poses, and AMCL."""
+"""Poses from wheel odometry, which counts from measured start poses."""
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 from setcmas_expe.mocap.sample import Pose, Sample, motion_between
-from setcmas_expe.mocap.sources import sample_of
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 MOST_DRIFT_M = 0.15
@@ -21,10 +18,8 @@ _PER_METRE = 0.01  # of the way: radii of wheels
 _TURN_PER_METRE = 0.005  # rad
 _TURN_PER_TURN = 0.01  # rad per rad: base of wheels
 _STEP_M = 0.05
-_OLDEST_S = 0.5
 _OFF_S = 1.0  # of silence: shorter than any restart
 _ORIGIN_M = 0.01
-_MAP, _ODOM, _BASES = 'map', 'odom', ('base_footprint', 'base_link')
 
 
 class DeadReckoning:
@@ -93,30 +88,6 @@ class DeadReckoning:
             return ''
         self._said = self.drift
         return f'may be {100 * self.drift:.0f} cm off after {self.way:.1f} m'
-
-
-class MapPose:
-    """Reads a robot's tf2_msgs/TFMessage: AMCL's map -> odom, with the robot's odom -> base.
-
-    Poses come with the robot's odometry, at its rate. Without news of AMCL there are none: Nav2
-    repeats its transform with each scan.
-    """
-
-    def __init__(self) -> None:
-        self._map: tuple[Pose, float] | None = None
-
-    def __call__(self, message: Any) -> Iterator[tuple[str, Sample]]:
-        """Yield a sample for each odom -> base; frames may have a prefix, such as tb3_1/odom."""
-        for one in message.transforms:
-            both = one.header.frame_id, one.child_frame_id
-            frames = [frame.rpartition('/')[2] for frame in both]
-            sample = sample_of(one.header, one.transform.translation, one.transform.rotation)
-            if frames == [_MAP, _ODOM]:
-                self._map = sample.planar(), sample.stamp
-            elif frames[0] == _ODOM and frames[1] in _BASES and self._map:
-                odom, stamp = self._map
-                if sample.stamp - stamp <= _OLDEST_S:
-                    yield '', _in_frame(odom, sample.planar(), sample)
 
 
 def _in_frame(frame: Pose, pose: Pose, sample: Sample) -> Sample:

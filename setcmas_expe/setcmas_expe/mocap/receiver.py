@@ -17,7 +17,6 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 
 Take = Callable[[Sample], None]
-Reader = Callable[[Any], list[tuple[str, Sample]]]
 
 
 @dataclass
@@ -66,7 +65,7 @@ class MocapReceiver:
             name = source.topic_of(body)
             if name not in self._topics:
                 self._topics[name] = topic = _Topic()
-                callback = partial(self._on_message, topic, source.reader_of(body))
+                callback = partial(self._on_message, topic, body)
                 self.polled.append(PolledTopic(node, message_class, name, callback, profile))
 
     def take(self) -> None:
@@ -104,9 +103,9 @@ class MocapReceiver:
         topics = (name for name, _ in self._node.get_topic_names_and_types())
         return self._source.bodies_in(filter(self._node.count_publishers, topics))
 
-    def _on_message(self, topic: _Topic, read: Reader, message: Any) -> None:
+    def _on_message(self, topic: _Topic, body: str, message: Any) -> None:
         try:
-            samples = read(message)
+            samples = self._source.samples(body, message)
         except Exception as error:  # in a plugin; other topics continue
             topic.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
             return

@@ -73,8 +73,6 @@ class MocapSource:
             name is empty where each body has its topic.
         shared: Whether other nodes may send on the topic, which hides a second driver.
         driver: Name and version of the driver; empty if unknown.
-        makes_reader: Makes the reader of one body, if it must remember earlier messages; `read`
-            is not used then.
         from_start: Whether poses count from where a robot was switched on, so that the lab file
             must give its start pose.
     """
@@ -84,7 +82,6 @@ class MocapSource:
     read: Read
     shared: bool = False
     driver: str = ''
-    makes_reader: Callable[[], Read] | None = None
     from_start: bool = False
 
     @property
@@ -103,14 +100,9 @@ class MocapSource:
         found = (re.fullmatch(form, topic) for topic in topics)
         return sorted(match[1] for match in found if match)
 
-    def reader_of(self, body: str) -> Callable[[Any], list[tuple[str, Sample]]]:
-        """Return a reader of bodies and measurements in messages on the topic of `body`."""
-        read = self.makes_reader() if self.makes_reader else self.read
-
-        def samples(message: Any) -> list[tuple[str, Sample]]:
-            return [(body if self.per_body else name, sample) for name, sample in read(message)]
-
-        return samples
+    def samples(self, body: str, message: Any) -> list[tuple[str, Sample]]:
+        """Return bodies and their measurements in a message on the topic of `body`."""
+        return [(body if self.per_body else name, one) for name, one in self.read(message)]
 
     def message_class(self) -> Any:
         """Return the class of the messages; SetcmasError if its package is not installed."""

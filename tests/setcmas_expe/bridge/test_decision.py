@@ -122,13 +122,6 @@ def test_poses_that_come_late_by_their_stamps_name_the_clock():
     assert 'clock' not in decision(measured=NOW - 0.6, received=NOW - 0.6).text
 
 
-def test_robots_that_seem_too_near_with_bodies_at_other_heights_may_be_under_a_wrong_y_up():
-    near = {'others': {2: (0.3, 0.0, 0.0)}}
-
-    assert 'y_up' in decision(**near, height=0.25).text
-    assert 'y_up' not in decision(**near).text
-
-
 def test_every_combination_of_what_is_missing_is_zero():
     bad = [
         PAUSED,

@@ -13,23 +13,20 @@ from setcmas_expe.doctor import doctor_process
 from setcmas_expe.doctor.doctor_process import (
     discovery_finding,
     domain_finding,
-    python_finding,
 )
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM
 
 
 @pytest.mark.parametrize(
-    ('check', 'values', 'level'),
+    ('values', 'level'),
     [
-        (python_finding, [(3, 10), (3, 13)], OK),
-        (python_finding, [(3, 9), (3, 14)], PROBLEM),
-        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
-        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
-        (domain_finding, [{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
     ],
 )
-def test_pythons_and_domains(check, values, level):
-    assert {check(value).level for value in values} == {level}
+def test_domains(values, level):
+    assert {domain_finding(value).level for value in values} == {level}
 
 
 @pytest.mark.parametrize(
@@ -82,7 +79,7 @@ def test_this_machine(start):
     output = doctor.wait_for_output('all well')
 
     assert doctor.wait() == 0
-    for what in ('Python', 'ROS 2', 'ROS domain', 'discovery'):
+    for what in ('ROS 2', 'ROS domain', 'discovery'):
         assert what in output
     assert 'none in sight' in output
 

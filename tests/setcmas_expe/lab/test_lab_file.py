@@ -131,7 +131,7 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('robots: [1]\n', 1, 'a mapping with the keys number'),
         ('robots: [{number: 1, start: [0, 1]}]\n', 1, 'x, y in m and the heading in rad'),
         ('robots: [{number: 1, start: [0, 1, .inf]}]\n', 1, 'must be a finite number'),
-        ('mocap: {preset: amcl, type: Odometry}\n', 1, 'left out: amcl has its own type'),
+        ('mocap: {preset: tf, type: Odometry}\n', 1, 'left out: tf has its own type'),
     ],
 )
 def test_a_mistake_is_reported_with_its_line(lab_file, text, line, message):

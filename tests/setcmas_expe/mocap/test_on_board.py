@@ -1,11 +1,9 @@
 """Poses from the robots' own sensors: placed at their start, and stopped before they are wrong."""
 
 import math
-from types import SimpleNamespace
 
 import pytest
 
-from setcmas_expe.mocap.mocap_presets import AMCL
 from setcmas_expe.mocap.on_board import LONGEST_S, MOST_DRIFT_M, DeadReckoning
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
@@ -76,45 +74,3 @@ def test_invalid_odometry_is_left_to_the_checks_of_all_poses():
 
     assert reckoning.placed(invalid, 0.0) is invalid
     assert reckoning.placed(sample(0.0, 0.0, 0.0), 0.1).planar() == (0.0, 0.0, 0.0)
-
-
-def transforms(*given):
-    found = []
-    for parent, child, (x, y, theta), stamp in given:
-        z, w = quaternion_of_yaw(theta)
-        found.append(
-            SimpleNamespace(
-                header=SimpleNamespace(
-                    frame_id=parent, stamp=SimpleNamespace(sec=stamp, nanosec=0)
-                ),
-                child_frame_id=child,
-                transform=SimpleNamespace(
-                    translation=SimpleNamespace(x=x, y=y, z=0.0),
-                    rotation=SimpleNamespace(x=0.0, y=0.0, z=z, w=w),
-                ),
-            )
-        )
-    return SimpleNamespace(transforms=found)
-
-
-def test_amcl_corrects_odometry():
-    read, other = AMCL.reader_of('tb3_1'), AMCL.reader_of('tb3_2')
-    base = ('odom', 'base_footprint', (1.0, 0.0, 0.5), 10)
-
-    assert read(transforms(base)) == []  # nothing is known of the map yet
-    assert read(transforms(('map', 'odom', (2.0, 1.0, math.pi / 2), 11))) == []
-    [(name, found)] = read(transforms(base))
-
-    assert name == 'tb3_1'
-    assert found.planar() == pytest.approx((2.0, 2.0, math.pi / 2 + 0.5))
-    assert found.stamp == 10.0
-    assert other(transforms(base)) == []
-    assert AMCL.topic_of('tb3_1') == '/tb3_1/tf'
-
-
-def test_without_amcl_there_are_no_poses():
-    read = AMCL.reader_of('tb3_1')
-    read(transforms(('tb3_1/map', 'tb3_1/odom', (0.0, 0.0, 0.0), 11)))
-
-    assert read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 11)))
-    assert not read(transforms(('tb3_1/odom', 'tb3_1/base_link', (0.0, 0.0, 0.0), 12)))

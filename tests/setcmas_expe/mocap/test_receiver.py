@@ -128,7 +128,7 @@ def test_bodies_in_messages_of_drivers_are_read(preset, bodies, name):
     header = part(stamp=part(sec=3, nanosec=500_000_000))
     message = part(**{'header': header, bodies: [body]})
 
-    [(found, sample)] = MOCAP_SOURCES.get(preset).reader_of('')(message)
+    [(found, sample)] = MOCAP_SOURCES.get(preset).samples('', message)
     assert (found, sample.stamp) == ('Red.Red', 3.5)
     assert (sample.position, sample.orientation) == ((1.0, 2.0, 0.2), (0.0, 0.0, 0.6, 0.8))
 
