@@ -8,7 +8,6 @@ from typing import IO, cast
 import msgspec
 
 from launch_scripts.terminal import QueuedStream
-from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.pause.console import Status
 from setcmas_simu.errors import needs
 
@@ -89,7 +88,12 @@ class StatusDisplay:
         now = time.monotonic()
         if states != self._plain_state or now >= self._next_plain:
             self._plain_state, self._next_plain = states, now + _PLAIN_EVERY_S
-            self.write('; '.join([_headline(status), *map(_plain_line, status.robots)]))
+            lines = [_headline(status)]
+            for robot in status.robots:
+                is_told = robot.reason in ('', robot.state.value)
+                lines.append(f'{robot.name} {robot.state.value}')
+                lines[-1] += '' if is_told else f' ({robot.reason})'
+            self.write('; '.join(lines))
 
 
 def _headline(status: Status) -> str:
@@ -100,11 +104,6 @@ def _headline(status: Status) -> str:
     if status.is_starting:
         return 'STARTING'
     return 'RUNNING' if status.is_moving else 'STOPPED'
-
-
-def _plain_line(robot: BridgeReport) -> str:
-    reason = f' ({robot.reason})' if robot.reason not in ('', robot.state.value) else ''
-    return f'{robot.name} {robot.state.value}{reason}'
 
 
 def picture(status: Status) -> Group:
