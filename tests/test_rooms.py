@@ -156,6 +156,17 @@ def test_a_file_is_named_by_a_noun_that_exists_once():
     assert [noun for noun, times in Counter(nouns).items() if times > 1] == []
 
 
+def test_a_class_has_a_name_that_exists_once():
+    classes = [
+        node.name
+        for name, path in MODULES.items()
+        if not {*name.split('.')} & {'exercises', 'templates'}
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert [name for name, times in Counter(classes).items() if times > 1] == []
+
+
 def arrows():
     """Return the imports between each two folders, as pairs of modules."""
     found = {}

@@ -33,7 +33,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
-from setcmas_simu.reports.reports import Message, Ready, Report, Started
+from setcmas_simu.reports.reports import ProcessMessage, Ready, Report, Started
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_tools.scenario.scenario import Scenario
@@ -159,7 +159,7 @@ class Experiment:
         """Stop the emulated lab, after its recorder."""
         self._supervisor.stop(*self._emulated)
 
-    def _on_report(self, report: Message) -> None:
+    def _on_report(self, report: ProcessMessage) -> None:
         if isinstance(report, Status):
             self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
             self.on_status(report)

@@ -23,8 +23,8 @@ from setcmas_simu.reports.reports import (
     Ended,
     Failed,
     LineDecoder,
-    Message,
     Mistake,
+    ProcessMessage,
     Recording,
     Report,
     encode,
@@ -38,7 +38,7 @@ _PR_SET_PDEATHSIG = 1
 _libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
 _ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
 
-AnyReport = TypeVar('AnyReport', bound=Message)
+AnyReport = TypeVar('AnyReport', bound=ProcessMessage)
 
 
 class ChildDiedError(Exception):
@@ -81,9 +81,9 @@ class Child:
         self.shown = True
         self.killed = False
         self.failures: tuple[ScriptFailure, ...] = ()
-        self.on_report: Callable[[Message], None] = lambda _: None
-        self._decoder: LineDecoder[Message] = LineDecoder(kinds)
-        self._reported: dict[type[Message], Message] = {}
+        self.on_report: Callable[[ProcessMessage], None] = lambda _: None
+        self._decoder: LineDecoder[ProcessMessage] = LineDecoder(kinds)
+        self._reported: dict[type[ProcessMessage], ProcessMessage] = {}
         self._failed: dict[ScriptCall, None] = {}
         self._disconnected: str | None = None
         reports, pipe = os.pipe()
@@ -106,7 +106,7 @@ class Child:
         """Return whether the process is running."""
         return self.process.poll() is None
 
-    def send(self, message: Message) -> None:
+    def send(self, message: ProcessMessage) -> None:
         """Send a message to the standard input of the process, without waiting."""
         assert self.process.stdin is not None
         os.set_blocking(self.process.stdin.fileno(), False)

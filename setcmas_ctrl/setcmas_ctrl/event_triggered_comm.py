@@ -13,7 +13,7 @@ from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import State
+from setcmas_simu.ros.messages import RobotState
 
 _REPEAT_S = 0.09  # 10 Hz; odometry comes a little early or late
 
@@ -45,7 +45,7 @@ class EventTriggeredComm(RobotNode):
         self.sent: Odometry | None = None
         self.published = -math.inf
 
-    def evaluate(self, state: State) -> None:
+    def evaluate(self, state: RobotState) -> None:
         """Decide whether to send a new state of the robot; otherwise repeat the last one."""
         with self.watch.condition(self.robot, self.broadcast.path):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)

@@ -10,11 +10,11 @@ from nav_msgs.msg import Odometry
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import State, state_of
+from setcmas_simu.ros.messages import RobotState, state_of
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
-Listener = Callable[[State], None]
+Listener = Callable[[RobotState], None]
 
 POSE_TIMEOUT_S = 1.0
 """Age in s after which a robot's own pose is too old to command it."""

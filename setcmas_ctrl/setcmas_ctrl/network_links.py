@@ -21,7 +21,7 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import State, state_of
+from setcmas_simu.ros.messages import RobotState, state_of
 from setcmas_simu.ros.polling import PolledTopic
 
 
@@ -210,7 +210,7 @@ class FleetNetwork:
 
     def _on_state(self, robot: int, message: Odometry) -> None:
         state = state_of(message)
-        if isinstance(state, State):
+        if isinstance(state, RobotState):
             stamp = message.header.stamp
             # The last state is repeated in case that it was lost; that sends nothing new.
             known = self._stamps.get(robot), tuple(self._links.last_sent[:, robot - 1])
@@ -218,7 +218,7 @@ class FleetNetwork:
                 self._stamps[robot] = stamp
                 self._send(robot, state)
 
-    def _send(self, robot: int, state: State) -> None:
+    def _send(self, robot: int, state: RobotState) -> None:
         self._links.send([robot - 1], np.array(state.pose)[:, None], self._poses.now)
 
     def missing(self) -> list[int]:

@@ -16,11 +16,11 @@ from sensor_msgs.msg import BatteryState
 from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import (
     ZERO,
+    BridgeState,
     Cause,
     Decision,
     FleetView,
     RobotView,
-    State,
     StopReason,
     decide,
 )
@@ -128,7 +128,7 @@ class CmdVelBridge(RobotNode):
 
     def report(self, decision: Decision) -> DiagnosticStatus:
         """Publish the state of the robot: OK, WARN (stopped) or ERROR (lost); return it."""
-        is_moving = decision.state is State.MOVING
+        is_moving = decision.state is BridgeState.MOVING
         level = DiagnosticStatus.OK if is_moving else DiagnosticStatus.WARN
         runs_away = self.wheel_watch.runs_away
         self.wheel_watch.runs_away = False

@@ -5,13 +5,13 @@ from rich.console import Console
 
 from launch_scripts.status_display import StatusDisplay, picture
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import State
+from setcmas_expe.bridge.decision import BridgeState
 from setcmas_expe.pause.console import Status
 
 REASON = 'closer than 0.35 m to robots 2-4; only motion apart is let through'
 
 
-def status(paused=False, emergency=False, state=State.MOVING):
+def status(paused=False, emergency=False, state=BridgeState.MOVING):
     robots = (
         BridgeReport(
             name='tb3_1',
@@ -44,7 +44,7 @@ def test_a_narrow_terminal_cuts_the_reason_and_nothing_else(width):
 def test_the_headline_says_what_robots_do_and_only_when_it_changes():
     text = io.StringIO()
     display = StatusDisplay(text)
-    said = [status(True), status(True), status(), status(), status(state=State.STOPPED)]
+    said = [status(True), status(True), status(), status(), status(state=BridgeState.STOPPED)]
     for one in (*said, status(True, emergency=True)):
         display.show(one)
     display.close()

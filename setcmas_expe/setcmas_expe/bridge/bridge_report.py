@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
-from setcmas_expe.bridge.decision import Cause, Decision, State
+from setcmas_expe.bridge.decision import BridgeState, Cause, Decision
 
 
 class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
@@ -34,7 +34,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     level: int
     reason: str
-    state: State = State.STOPPED
+    state: BridgeState = BridgeState.STOPPED
     ready: bool = False
     cause: str = ''
     pause: str = ''

@@ -32,7 +32,7 @@ Velocities = tuple[float, float]
 Direction = tuple[float, float]
 
 
-class State(enum.Enum):
+class BridgeState(enum.Enum):
     """What a robot may do."""
 
     MOVING = 'moving'
@@ -162,7 +162,7 @@ class Decision:
 
     V: float
     omega: float
-    state: State
+    state: BridgeState
     why: StopReason | None = None
     pause: PauseReason | None = None
 
@@ -178,13 +178,13 @@ class Decision:
         if self.pause is None:
             return why
         if not self.pause.is_of_operator:
-            text = f'{State.PAUSED.value}: {self.pause.text}'
+            text = f'{BridgeState.PAUSED.value}: {self.pause.text}'
             is_told = self.pause.cause is PauseCause.LATCHED or not why
             return text if is_told else f'{text}; {why}'
-        return f'{State.PAUSED.value}; {why}' if why else State.PAUSED.value
+        return f'{BridgeState.PAUSED.value}; {why}' if why else BridgeState.PAUSED.value
 
 
-ZERO = Decision(0.0, 0.0, State.STOPPED)
+ZERO = Decision(0.0, 0.0, BridgeState.STOPPED)
 
 
 def decide(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Decision:
@@ -194,9 +194,9 @@ def decide(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Decision
     why = contest or _blindness(robot, fleet, lab, now) or _unreadiness(robot, fleet, lab, now)
     if fleet.pause:
         # With other problems: a person is to see them before the start.
-        return Decision(0.0, 0.0, State.PAUSED, why, fleet.pause)
+        return Decision(0.0, 0.0, BridgeState.PAUSED, why, fleet.pause)
     if why or robot.pose is None:
-        return Decision(0.0, 0.0, State.STOPPED, why)
+        return Decision(0.0, 0.0, BridgeState.STOPPED, why)
     V, omega = lab.limits.scaled_down(*fleet.allowed[robot.robot])
     outside = lab.arena.outward_normals(*robot.pose[:2])
     near = _robots_nearer(robot, fleet, lab.min_separation)
@@ -210,9 +210,9 @@ def decide(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Decision
         cause = Cause.OUTSIDE if outside else Cause.TOO_NEAR
         why = StopReason(cause, ' and '.join(reasons))
     if all(_recedes(robot.pose[2], V, omega, direction) for direction in forbidden):
-        return Decision(V, omega, State.MOVING, why)
+        return Decision(V, omega, BridgeState.MOVING, why)
     # Turning on the spot is safe, and lets the robot face the way out.
-    return Decision(0.0, omega, State.STOPPED, why)
+    return Decision(0.0, omega, BridgeState.STOPPED, why)
 
 
 def _robots_nearer(robot: RobotView, fleet: FleetView, distance: float) -> dict[int, Pose]:

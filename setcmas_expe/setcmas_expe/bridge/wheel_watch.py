@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_expe.bridge.decision import Decision, RobotView, State, Velocities
+from setcmas_expe.bridge.decision import BridgeState, Decision, RobotView, Velocities
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import (
@@ -58,7 +58,7 @@ class WheelWatch:
 
     def obey(self, decision: Decision, view: RobotView, now: float) -> None:
         """Switch the motors as decided: a start gives them power, whoever cut them."""
-        if decision.state is State.PAUSED:
+        if decision.state is BridgeState.PAUSED:
             self._disobeys, self._was_paused = '', True
             self._motors.leave()
         elif not (decision.why and decision.why.cause.lasts) and not self._guard.has_ended:

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 import msgspec
 
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import State
+from setcmas_expe.bridge.decision import BridgeState
 from setcmas_expe.bridge.machine_load import time_since_boot
-from setcmas_simu.reports.reports import LineDecoder, Message
+from setcmas_simu.reports.reports import LineDecoder, ProcessMessage
 
 SILENT_AFTER_S = 0.5
 """Silence of the terminal that pauses, in s."""
@@ -42,7 +42,7 @@ class Action(enum.Enum):
 _NEVER_LATE = (Action.START, Action.RELEASE)
 
 
-class OperatorRequest(Message, frozen=True):
+class OperatorRequest(ProcessMessage, frozen=True):
     """A message of the terminal.
 
     Attributes:
@@ -55,7 +55,7 @@ class OperatorRequest(Message, frozen=True):
     pressed_at: float = msgspec.field(default_factory=time_since_boot)
 
 
-class Status(Message, frozen=True):
+class Status(ProcessMessage, frozen=True):
     """The pause state and a line for each robot, for the terminal."""
 
     paused: bool
@@ -66,12 +66,12 @@ class Status(Message, frozen=True):
     @property
     def is_starting(self) -> bool:
         """Whether all robots wait for the bridge alone, which rules out contradicting messages."""
-        return all(robot.state is State.PAUSED and robot.ready for robot in self.robots)
+        return all(robot.state is BridgeState.PAUSED and robot.ready for robot in self.robots)
 
     @property
     def is_moving(self) -> bool:
         """Whether a robot moves."""
-        return any(robot.state is State.MOVING for robot in self.robots)
+        return any(robot.state is BridgeState.MOVING for robot in self.robots)
 
 
 class ConsoleReader:

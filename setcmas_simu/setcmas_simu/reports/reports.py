@@ -28,7 +28,7 @@ class Launcher:
         self._pipe = pipe
         self.current_call = current_call
 
-    def report(self, message: Message) -> None:
+    def report(self, message: ProcessMessage) -> None:
         """Send a message; never block, never fail."""
         if self._pipe is not None:
             with suppress(OSError):  # launcher stuck or gone, or a script closed the pipe
@@ -52,14 +52,14 @@ def connected_launcher(environment: MutableMapping[str, str] = os.environ) -> La
     return Launcher(pipe, current_call, words[2])
 
 
-class Message(msgspec.Struct, frozen=True, tag=True):
+class ProcessMessage(msgspec.Struct, frozen=True, tag=True):
     """Base class of messages between processes; each kind is a subclass with its fields."""
 
 
-AnyMessage = TypeVar('AnyMessage', bound=Message)
+AnyMessage = TypeVar('AnyMessage', bound=ProcessMessage)
 
 
-def encode(message: Message) -> bytes:
+def encode(message: ProcessMessage) -> bytes:
     """Return a message as one line for `LineDecoder`."""
     # Starts with a line break, in case the previous line was cut off.
     return b'\n' + msgspec.json.encode(message) + b'\n'
@@ -85,31 +85,31 @@ class LineDecoder(Generic[AnyMessage]):
                 continue
 
 
-class Ready(Message, frozen=True):
+class Ready(ProcessMessage, frozen=True):
     """The process is working, and ends cleanly on request."""
 
 
-class Mistake(Message, frozen=True):
+class Mistake(ProcessMessage, frozen=True):
     """The process ends with status 2: the user's input was invalid (already reported)."""
 
     text: str
 
 
-class Started(Message, frozen=True):
+class Started(ProcessMessage, frozen=True):
     """The controllers start to call the control laws."""
 
     robots: tuple[int, ...]
     law: str
 
 
-class Failed(Message, frozen=True):
+class Failed(ProcessMessage, frozen=True):
     """A call failed for the first time with this message; the robot stops meanwhile."""
 
     call: ScriptCall
     text: str
 
 
-class Ended(Message, frozen=True):
+class Ended(ProcessMessage, frozen=True):
     """The controllers end cleanly; `failed` calls failed or hung, `failures` are the periods."""
 
     failed: tuple[ScriptCall, ...]
@@ -120,13 +120,13 @@ WRITES_S = 60.0
 """Seconds that a recorder gets to end: a busy machine takes long to index a large bag."""
 
 
-class Recording(Message, frozen=True):
+class Recording(ProcessMessage, frozen=True):
     """The recorder has found the topics."""
 
     nb_topics: int
 
 
-class Paused(Message, frozen=True):
+class Paused(ProcessMessage, frozen=True):
     """The robots of a simulation were paused or resumed on request."""
 
     paused: bool

@@ -16,7 +16,7 @@ Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
 
 
-class State(NamedTuple):
+class RobotState(NamedTuple):
     """State of a robot: pose, forward speed V in m/s, and its odometry."""
 
     pose: Pose
@@ -24,7 +24,7 @@ class State(NamedTuple):
     odometry: Odometry
 
 
-def state_of(message: Odometry) -> State | str:
+def state_of(message: Odometry) -> RobotState | str:
     """Return the state in an odometry, or why its pose cannot be used."""
     place, turn = message.pose.pose.position, message.pose.pose.orientation
     norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w
@@ -33,7 +33,7 @@ def state_of(message: Odometry) -> State | str:
     if not norm:
         return 'its orientation is a zero quaternion'
     theta = float(yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w))
-    return State((place.x, place.y, theta), message.twist.twist.linear.x, message)
+    return RobotState((place.x, place.y, theta), message.twist.twist.linear.x, message)
 
 
 now_ns: Callable[[], int] = time.time_ns

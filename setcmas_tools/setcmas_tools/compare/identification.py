@@ -19,7 +19,7 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.robots.models import is_model_file
-from setcmas_tools.compare.response_fit import Fit, HeldCommand, Measured, fitted
+from setcmas_tools.compare.response_fit import Fit, HeldCommand, MeasuredSpeeds, fitted
 from setcmas_tools.compare.robot_drive import Drive, Steps, drives, steps_of
 from setcmas_tools.run.run import Run
 
@@ -29,7 +29,7 @@ _LEAST_WINDOWS = 20
 
 
 @dataclass(frozen=True)
-class Channel:
+class SpeedResponse:
     """Identified response of one speed of a robot.
 
     Attributes:
@@ -41,7 +41,7 @@ class Channel:
     fit: Fit
     measured_with: str
     age: float
-    measured: Measured
+    measured: MeasuredSpeeds
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Identified:
         way: Delay in s of commands to the robot and poses from it, apart from its own.
     """
 
-    channels: Mapping[str, Channel]
+    channels: Mapping[str, SpeedResponse]
     responses: Mapping[str, Response] | None
     way: float
 
@@ -76,7 +76,7 @@ def _identified(drive: Drive) -> Identified:
     return Identified(channels, _responses(channels), drive.way + age)
 
 
-def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) -> Channel:
+def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) -> SpeedResponse:
     """Return a channel: the gain from poses, lag and delay from the wheels if possible."""
     measured = _measured(command, seen, row)
     if wheels and len(wheels.begin) >= _LEAST_WINDOWS:
@@ -89,15 +89,15 @@ def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) 
                 replace(own.errors, gain=fit.errors.gain),
                 fit.quality,
             )
-            return Channel(fit, _WHEELS, age, measured)
-    return Channel(fitted(measured), _POSES, 0.0, measured)
+            return SpeedResponse(fit, _WHEELS, age, measured)
+    return SpeedResponse(fitted(measured), _POSES, 0.0, measured)
 
 
-def _measured(command: HeldCommand, steps: Steps, row: int) -> Measured:
-    return Measured(command, steps.begin, steps.end, steps.speeds[row], steps.overlap)
+def _measured(command: HeldCommand, steps: Steps, row: int) -> MeasuredSpeeds:
+    return MeasuredSpeeds(command, steps.begin, steps.end, steps.speeds[row], steps.overlap)
 
 
-def _responses(channels: Mapping[str, Channel]) -> dict[str, Response] | None:
+def _responses(channels: Mapping[str, SpeedResponse]) -> dict[str, Response] | None:
     """Return the responses for a model; the same wheels make both speeds.
 
     A channel with unknown lag and delay takes those of the other; an unknown gain is 1.
@@ -174,7 +174,7 @@ def identified_table(found: Mapping[int, Identified]) -> str:
     return table
 
 
-def _cells(channel: Channel) -> list[str]:
+def _cells(channel: SpeedResponse) -> list[str]:
     fit, response, errors = channel.fit, channel.fit.response, channel.fit.errors
     gain = f'{response.gain:.3f} ± {errors.gain:.3f}' if fit.gain_known else _UNKNOWN
     times = [(response.lag, errors.lag), (response.delay, errors.delay)]

@@ -105,7 +105,7 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredSpeeds:
     """Mean speeds in windows, and the command behind them.
 
     Attributes:
@@ -127,7 +127,7 @@ class Measured:
         return response.gain * means
 
 
-def fitted(measured: Measured, lag: float | None = None) -> Fit:
+def fitted(measured: MeasuredSpeeds, lag: float | None = None) -> Fit:
     """Return the gain, lag and delay with the least squares of errors.
 
     Speeds are simulated from the commands alone, an output-error model (Ljung, System
@@ -167,7 +167,7 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
     return Fit(replace(best, delay=max(0.0, best.delay)), errors, quality)
 
 
-def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
+def _best(measured: MeasuredSpeeds, lags: Floats, delays: Floats) -> Response:
     best, least = Response(gain=0.0), np.inf
     for lag in lags.tolist():
         for delay in delays.tolist():
@@ -181,7 +181,7 @@ def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
 
 
 def _nearest(
-    measured: Measured, start: Response, names: Sequence[str]
+    measured: MeasuredSpeeds, start: Response, names: Sequence[str]
 ) -> tuple[Response, Response]:
     """Return the response with the least squares near another, and the standard errors.
 

@@ -98,7 +98,7 @@ class Request(msgspec.Struct, frozen=True):
     timeout: float = 0.0
 
 
-class Messages(msgspec.Struct, frozen=True):
+class MessageUse(msgspec.Struct, frozen=True):
     """Use of messages in a call: whether the law used any, and the value that it sent."""
 
     are_used: bool = False
@@ -112,7 +112,7 @@ class Refusal(msgspec.Struct, frozen=True, tag=True):
     kind: str = ''
     file: str = ''
     line: Annotated[int, msgspec.Meta(ge=0, le=10**9)] = 0
-    messages: Messages = Messages()
+    messages: MessageUse = MessageUse()
 
 
 class Reply(msgspec.Struct, frozen=True, tag=True):
@@ -122,7 +122,7 @@ class Reply(msgspec.Struct, frozen=True, tag=True):
     """
 
     numbers: tuple[float, ...]
-    messages: Messages = Messages()
+    messages: MessageUse = MessageUse()
 
 
 Answer = Reply | Refusal
@@ -226,14 +226,14 @@ class ConfinedScript:
         return False, answer
 
 
-_NONE = Messages()
+_NONE = MessageUse()
 
 
-def _messages(mailbox: network.Mailbox) -> Messages:
-    return Messages(mailbox.are_used, Encoded.of(mailbox.sent))
+def _messages(mailbox: network.Mailbox) -> MessageUse:
+    return MessageUse(mailbox.are_used, Encoded.of(mailbox.sent))
 
 
-def _refusal(error: ControlError, messages: Messages = _NONE) -> Refusal:
+def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:
     kind, file, line = cast(tuple[Any, Any, Any], error.key)
     return Refusal(_shown(str(error)), kind, file.name, line or 0, messages)
 

@@ -10,10 +10,10 @@ import pytest
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.decision import (
     HOLD_S,
+    BridgeState,
     Cause,
     FleetView,
     RobotView,
-    State,
     StopReason,
     decide,
 )
@@ -60,52 +60,82 @@ def test_a_robot_stands_that_is_inside_an_obstacle():
 
     assert (result.V, result.omega, result.why.cause.lasts) == (0.0, 0.0, True)
     assert result.text == 'inside an obstacle of the lab; carry it out'
-    assert decision(lab).state is State.MOVING
+    assert decision(lab).state is BridgeState.MOVING
 
 
 def test_a_robot_that_nothing_speaks_against_gets_its_command():
     result = decision()
 
     assert (result.V, result.omega) == (0.1, 0.2)
-    assert (result.state, result.text, result.why) == (State.MOVING, '', None)
+    assert (result.state, result.text, result.why) == (BridgeState.MOVING, '', None)
 
 
 @pytest.mark.parametrize(
     ('changes', 'state', 'text', 'cause'),
     [
-        (PAUSED, State.PAUSED, 'paused', None),
-        (PAUSED | {'pose': None}, State.PAUSED, 'paused; not seen yet', Cause.UNSEEN),
-        (PAUSED | {'commanded': -math.inf}, State.PAUSED, 'paused; no com', Cause.NO_COMMAND),
-        (SILENT, State.PAUSED, 'paused: no message', None),
+        (PAUSED, BridgeState.PAUSED, 'paused', None),
+        (PAUSED | {'pose': None}, BridgeState.PAUSED, 'paused; not seen yet', Cause.UNSEEN),
+        (
+            PAUSED | {'commanded': -math.inf},
+            BridgeState.PAUSED,
+            'paused; no com',
+            Cause.NO_COMMAND,
+        ),
+        (SILENT, BridgeState.PAUSED, 'paused: no message', None),
         (
             LATCHED | {'wanted': (math.nan, 0.0)},
-            State.PAUSED,
+            BridgeState.PAUSED,
             'paused: robot 1: no c',
             Cause.NOT_A_NUMBER,
         ),
         (
             {'others': {2: None, 3: None}},
-            State.STOPPED,
+            BridgeState.STOPPED,
             'robots 2-3 have not been',
             Cause.OTHERS_UNSEEN,
         ),
-        (RIVAL, State.STOPPED, '/joy also commands it', Cause.RIVAL),
-        (DEAD, State.STOPPED, 'its guard is silent; its battery was at 4 %', Cause.GUARD_SILENT),
-        (RIVAL | {'deviation': 'drifts'}, State.STOPPED, '/joy also', Cause.RIVAL),
-        ({'pose': None}, State.STOPPED, 'not seen yet', Cause.UNSEEN),
-        ({'pose': None, 'pose_fault': 'tilted'}, State.STOPPED, 'tilted', Cause.POSE_REJECTED),
-        ({'pose_fault': 'tilted'}, State.STOPPED, 'pose rejected: tilted', Cause.POSE_REJECTED),
-        ({'judged': NOW - 0.51}, State.STOPPED, 'mocap bridge is silent', Cause.POSE_REJECTED),
-        ({'judged': -math.inf}, State.STOPPED, 'mocap bridge is silent', Cause.POSE_REJECTED),
-        ({'deviation': 'drifts'}, State.STOPPED, 'pose rejected: drifts', Cause.DEVIATES),
-        ({'same_since': NOW - 0.41}, State.STOPPED, 'pose rejected: frozen', Cause.FROZEN),
-        ({'measured': NOW - 0.51}, State.STOPPED, 'no good pose for 0.5 s', Cause.POSE_OLD),
-        ({'measured': -math.inf}, State.STOPPED, 'no good pose', Cause.POSE_OLD),
-        ({'measured': math.nan}, State.STOPPED, 'no good pose', Cause.POSE_OLD),
-        ({'commanded': NOW - 0.51}, State.STOPPED, 'no command for 0.5 s', Cause.NO_COMMAND),
-        ({'commanded': math.nan}, State.STOPPED, 'no command', Cause.NO_COMMAND),
-        ({'wanted': (math.nan, 0.1)}, State.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
-        ({'wanted': (0.1, math.inf)}, State.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
+        (RIVAL, BridgeState.STOPPED, '/joy also commands it', Cause.RIVAL),
+        (
+            DEAD,
+            BridgeState.STOPPED,
+            'its guard is silent; its battery was at 4 %',
+            Cause.GUARD_SILENT,
+        ),
+        (RIVAL | {'deviation': 'drifts'}, BridgeState.STOPPED, '/joy also', Cause.RIVAL),
+        ({'pose': None}, BridgeState.STOPPED, 'not seen yet', Cause.UNSEEN),
+        (
+            {'pose': None, 'pose_fault': 'tilted'},
+            BridgeState.STOPPED,
+            'tilted',
+            Cause.POSE_REJECTED,
+        ),
+        (
+            {'pose_fault': 'tilted'},
+            BridgeState.STOPPED,
+            'pose rejected: tilted',
+            Cause.POSE_REJECTED,
+        ),
+        (
+            {'judged': NOW - 0.51},
+            BridgeState.STOPPED,
+            'mocap bridge is silent',
+            Cause.POSE_REJECTED,
+        ),
+        (
+            {'judged': -math.inf},
+            BridgeState.STOPPED,
+            'mocap bridge is silent',
+            Cause.POSE_REJECTED,
+        ),
+        ({'deviation': 'drifts'}, BridgeState.STOPPED, 'pose rejected: drifts', Cause.DEVIATES),
+        ({'same_since': NOW - 0.41}, BridgeState.STOPPED, 'pose rejected: frozen', Cause.FROZEN),
+        ({'measured': NOW - 0.51}, BridgeState.STOPPED, 'no good pose for 0.5 s', Cause.POSE_OLD),
+        ({'measured': -math.inf}, BridgeState.STOPPED, 'no good pose', Cause.POSE_OLD),
+        ({'measured': math.nan}, BridgeState.STOPPED, 'no good pose', Cause.POSE_OLD),
+        ({'commanded': NOW - 0.51}, BridgeState.STOPPED, 'no command for 0.5 s', Cause.NO_COMMAND),
+        ({'commanded': math.nan}, BridgeState.STOPPED, 'no command', Cause.NO_COMMAND),
+        ({'wanted': (math.nan, 0.1)}, BridgeState.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
+        ({'wanted': (0.1, math.inf)}, BridgeState.STOPPED, 'not a number', Cause.NOT_A_NUMBER),
     ],
 )
 def test_whatever_is_missing_stops_a_robot(changes, state, text, cause):
@@ -114,7 +144,7 @@ def test_whatever_is_missing_stops_a_robot(changes, state, text, cause):
     assert (result.V, result.omega, result.state) == (0.0, 0.0, state)
     assert (result.why.cause if result.why else None) is cause
     assert text in result.text
-    assert result.is_ready is (state is State.STOPPED or changes == PAUSED)
+    assert result.is_ready is (state is BridgeState.STOPPED or changes == PAUSED)
 
 
 def test_poses_that_come_late_by_their_stamps_name_the_clock():
@@ -142,7 +172,7 @@ def test_every_combination_of_what_is_missing_is_zero():
 
 
 def test_just_in_time_is_in_time():
-    assert decision(measured=NOW - 0.44, commanded=NOW - 0.49).state == State.MOVING
+    assert decision(measured=NOW - 0.44, commanded=NOW - 0.49).state == BridgeState.MOVING
 
 
 @pytest.mark.parametrize(
@@ -165,7 +195,7 @@ def test_outside_the_arena_only_motion_back_inside_is_let_through(pose, V, goes)
 
     assert decision(pose=pose, wanted=(V, 1.0), others={}).omega == 1.0  # it may turn
     assert (V if goes else 0.0) == result.V
-    assert result.state == (State.MOVING if goes else State.STOPPED)
+    assert result.state == (BridgeState.MOVING if goes else BridgeState.STOPPED)
     assert ('outside' in result.text) == (pose[:2] != (2.0, 1.0))
 
 
@@ -230,9 +260,9 @@ def test_too_near_says_to_whom_and_counts_the_edge_as_far_enough():
     near = decision(others={2: (0.3, 0.0, 0.0), 3: (0.0, 0.2, 0.0)})
     edge = decision(others={2: (LAB.min_separation, 0.0, 0.0)})
 
-    assert near.state == State.STOPPED
+    assert near.state == BridgeState.STOPPED
     assert 'closer than 0.35 m to robots 2-3; it may only move away' in near.text
-    assert edge.state == State.MOVING
+    assert edge.state == BridgeState.MOVING
 
 
 def test_robots_at_one_place_stand():

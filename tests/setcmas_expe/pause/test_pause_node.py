@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import Cause, Decision, State, StopReason
+from setcmas_expe.bridge.decision import BridgeState, Cause, Decision, StopReason
 from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.operator_joystick import REACTION_S
@@ -47,7 +47,9 @@ class Bridge:
             pause = PauseReason(PauseCause.LATCHED, self.held)
         elif self._paused:
             pause = PauseReason(PauseCause.OPERATOR, 'paused')
-        decision = Decision(0.1, 0.0, State.PAUSED if pause else State.MOVING, why, pause)
+        decision = Decision(
+            0.1, 0.0, BridgeState.PAUSED if pause else BridgeState.MOVING, why, pause
+        )
         pairs = BridgeReport.of(decision, name='tb3_1', level=0, speed='0.1').values.items()
         values = [KeyValue(key=key, value=value) for key, value in pairs]
         if not self.silent:

@@ -12,11 +12,11 @@ from setcmas_tools import simulate
 from setcmas_tools.compare.identification import (
     FORWARD,
     TURN,
-    Channel,
     Identified,
+    SpeedResponse,
     identified_notes,
 )
-from setcmas_tools.compare.response_fit import Fit, HeldCommand, Measured
+from setcmas_tools.compare.response_fit import Fit, HeldCommand, MeasuredSpeeds
 from setcmas_tools.compare.run_distance import best_shift
 
 ODOMETRY, TWIST = 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/TwistStamped'
@@ -91,10 +91,10 @@ def test_a_run_without_motion_gives_no_model(folder, record, capsys):
 
 
 def identified(forward_quality):
-    nothing = Measured(HeldCommand(np.zeros(1), np.zeros(1)), *[np.zeros(1)] * 3, 1.0)
+    nothing = MeasuredSpeeds(HeldCommand(np.zeros(1), np.zeros(1)), *[np.zeros(1)] * 3, 1.0)
     response, errors = Response(0.92, 0.1, 0.2), Response(0.01, 0.01, 0.01)
     channels = {
-        speed: Channel(Fit(response, errors, quality), 'poses', 0.0, nothing)
+        speed: SpeedResponse(Fit(response, errors, quality), 'poses', 0.0, nothing)
         for speed, quality in ((FORWARD, forward_quality), (TURN, 95.0))
     }
     return {1: Identified(channels, {FORWARD: response, TURN: response}, 0.0)}
