@@ -37,52 +37,31 @@ def limit(name, value):
 
 TRIES = {
     # reads
-    'rubric': 'opens(PLACE + "/rubric.yaml")',
     'solution': 'opens(PLACE + "/solution.py")',
-    'hidden scenarios': 'opens(PLACE + "/hidden.yaml")',
     'other submission': 'opens(PLACE + "/class/ada.py")',
     'symbolic link': 'os.symlink(PLACE + "/rubric.yaml", "link") or opens("link")',
     'hard link': 'os.link(PLACE + "/rubric.yaml", "hard") or opens("hard")',
-    'environment': '"SECRET" in os.environ.values()',
     'environment of the grader': 'opens(f"/proc/{GRADER}/environ")',
     'memory of the grader': 'open(f"/proc/{GRADER}/maps").read() != ""',
-    'descriptors of the grader': 'os.listdir(f"/proc/{GRADER}/fd") != []',
     'processes': 'any(map(str.isdigit, os.listdir("/proc")))',
     'descriptors': 'any(is_other_file(number) for number in range(3, 64))',
     'passwords': 'Path("/etc/shadow").read_bytes() != b""',
-    'users': 'Path("/etc/passwd").read_bytes() != b""',
-    'home': 'os.listdir(USER_HOME) is not None',
     'checkout': 'os.listdir(CHECKOUT) != []',
-    'temporary files': 'os.path.basename(PLACE) in os.listdir(os.path.dirname(PLACE))',
     'hardware': 'os.listdir("/sys") != []',
     'shipped law': '__import__("setcmas_ctrl.algorithms.consensus") is not None',
-    'shipped law as a file': 'Path(shipped("algorithms/consensus.py")).read_text() != ""',
-    'shipped rubric': 'Path(shipped("exercises/consensus.yaml")).read_text() != ""',
     # writes
     'marks': 'writes(PLACE + "/marks.json")',
-    'write to another submission': 'writes(PLACE + "/class/ada.py")',
     'write to the home': 'writes(USER_HOME + "/.setcmas_forged")',
     'write to packages': 'writes(os.path.dirname(find_spec("numpy").origin) + "/forged.py")',
-    'write to setcmas': 'writes(shipped("forged.py"))',
     'write to the system': 'writes("/usr/forged")',
-    'write to the root': 'writes("/forged")',
-    'write to devices': 'writes("/dev/forged")',
     'shared memory of files': 'writes("/dev/shm/forged")',
-    'program of the system': 'os.chmod("/usr/bin/env", 0o777) is None',
     # network
     'TCP': 'answers(socket.SOCK_STREAM, socket.AF_INET, ("127.0.0.1", TCP))',
-    'UDP': 'answers(socket.SOCK_DGRAM, socket.AF_INET, ("127.0.0.1", UDP))',
     'abstract socket': 'answers(socket.SOCK_STREAM, socket.AF_UNIX, ABSTRACT)',
-    'socket of a file': 'answers(socket.SOCK_STREAM, socket.AF_UNIX, PLACE + "/socket")',
-    'network interfaces': 'any(name != "lo" for _, name in socket.if_nameindex())',
     'the internet': 'socket.create_connection(("1.1.1.1", 53), 1) is not None',
-    'raw packets': 'socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 3) is not None',
     # other processes
     'signal': 'os.kill(GRADER, 0) is None',
-    'signal to all': 'os.kill(-1, signal.SIGCONT) is None and False',
     'trace': 'fails(libc.ptrace(0x4206, GRADER, 0, 0))',
-    'priority': 'os.getpriority(os.PRIO_PROCESS, GRADER) is not None',
-    'limits of the grader': 'resource.prlimit(GRADER, resource.RLIMIT_CPU) is not None',
     'fork': 'os.fork() is not None',
     'thread': 'threading.Thread(target=int).start() is None',
     'program': 'subprocess.run([sys.executable, "-c", ""]).returncode == 0',
@@ -91,13 +70,8 @@ TRIES = {
     # rights and limits
     'namespaces': 'libc.unshare(0x10000000) == 0',
     'mount': 'libc.mount(b"none", b"/tmp", b"tmpfs", 0, None) == 0',
-    'new root': 'os.chroot("/tmp") is None',
-    'device': 'os.mknod("disk", stat.S_IFBLK | 0o600, os.makedev(254, 0)) is None',
     'root': 'os.setuid(0) is None',
     'more memory': 'limit("AS", 1 << 33)',
-    'more processor time': 'limit("CPU", 9999)',
-    'more processes': 'limit("NPROC", 99)',
-    'larger files': 'limit("FSIZE", 1 << 40)',
     'memory': 'len(bytearray(3 << 30)) > 0',
     'large file': 'open("large", "wb").write(bytes(1 << 25)) > (1 << 24)',
     'open files': 'len([open("/dev/null") for _ in range(500)]) == 500',
@@ -106,19 +80,16 @@ TRIES = {
 """What a submission tries, by name: an expression that is true where it works."""
 
 WORK_WITHOUT = {
-    'rubric', 'solution', 'hidden scenarios', 'other submission', 'symbolic link', 'hard link',
-    'users', 'checkout', 'temporary files', 'shipped law', 'shipped law as a file',
-    'shipped rubric', 'marks', 'write to another submission', 'TCP', 'UDP', 'abstract socket',
-    'socket of a file', 'signal', 'priority', 'shared memory', 'home', 'descriptors of the grader',
-    'memory of the grader', 'processes', 'hardware',
+    'solution', 'other submission', 'symbolic link', 'hard link', 'checkout', 'shipped law',
+    'marks', 'TCP', 'abstract socket', 'signal', 'shared memory', 'memory of the grader',
+    'processes', 'hardware',
 }  # fmt: skip
 """Those that work without the sandbox, on any machine, whoever grades."""
 
 HARMFUL_WITHOUT = {
-    'write to the home', 'write to packages', 'write to setcmas', 'write to the system',
-    'write to the root', 'write to devices', 'shared memory of files', 'program of the system',
-    'signal to all', 'trace', 'mount', 'new root', 'device', 'root', 'namespaces', 'disk',
-    'fork', 'thread', 'program', 'the internet', 'terminal', 'passwords',
+    'write to the home', 'write to packages', 'write to the system', 'shared memory of files',
+    'trace', 'mount', 'root', 'namespaces', 'disk', 'fork', 'thread', 'program', 'the internet',
+    'terminal', 'passwords',
 }  # fmt: skip
 """Those that are not tried without it: they would harm this machine, or depend on it."""
 

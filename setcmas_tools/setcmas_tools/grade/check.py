@@ -99,7 +99,7 @@ class Check:
 
     def __str__(self) -> str:
         """Return a line per criterion, and hints below missed ones."""
-        return '\n'.join(_lines(self.marks, self.hidden_points))
+        return '\n'.join(lines_of(self.marks, self.hidden_points))
 
     def plain(self) -> dict[str, Any]:
         """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
@@ -306,30 +306,39 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     )
 
 
-def _lines(marks: Marks, hidden_points: float) -> Iterator[str]:
-    yield f'{marks.title}: {marks.submission}'
+def lines_of(marks: Marks, hidden_points: float = 0.0) -> Iterator[str]:
+    """Yield marks as students read them, in a terminal and on a learning platform."""
+    yield f'{marks.title}: {marks.own_file or marks.submission}'
     if marks.unfilled:
         yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
-        return
-    for scenario in marks.scenarios:
+    elif marks.failure:
+        yield f'not marked: {marks.failure.text}'
+    else:
+        yield from _scenarios_lines(marks.scenarios)
+    if marks.corrections:
+        yield f'automatic mark: {points_text(marks.automatic)}; corrections:'
+        yield from map(str, marks.corrections)
+    if marks.is_decided and not (marks.unfilled and not marks.corrections):
+        more = (
+            f'; {points_text(hidden_points)} more are for hidden parts, which setcmas grade marks'
+        )
+        yield f'{marks.points_text}{more if hidden_points else ""}'
+
+
+def _scenarios_lines(scenarios: Sequence[ScenarioMark]) -> Iterator[str]:
+    for scenario in scenarios:
         yield ''
         yield f'{scenario.name}: {scenario.points_text}'
-        yield from _scenario_lines(scenario)
+        if scenario.failure:
+            yield textwrap.indent(scenario.failure.text, '  ')
+        for one in scenario.criteria:
+            sign = _TICK if one.is_full else _CROSS
+            points = f'{points_text(one.points)}/{points_text(one.max_points)}'
+            figures = f': {one.metric} {one.reached_text} (wanted: {one.wanted})'
+            yield f'  {sign} {points}  {one.name}{"" if one.hidden else figures}'
+            if one.hint:
+                yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')
     yield ''
-    missed = (one for scenario in marks.scenarios for one in scenario.criteria if not one.is_full)
+    missed = (one for scenario in scenarios for one in scenario.criteria if not one.is_full)
     for metric in dict.fromkeys(one.metric for one in missed if one.metric in OF_ANSWERS):
         yield textwrap.fill(f'{metric}: {COMPARED[metric][1]}', _WIDTH, subsequent_indent='  ')
-    more = f'; {points_text(hidden_points)} more are for hidden parts, which setcmas grade marks'
-    yield f'{marks.points_text}{more if hidden_points else ""}'
-
-
-def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:
-    if scenario.failure:
-        yield from (f'  {line}' for line in scenario.failure.message.splitlines())
-    for one in scenario.criteria:
-        sign = _TICK if one.is_full else _CROSS
-        figures = f'{one.metric} {one.reached_text} (wanted: {one.wanted})'
-        points = f'{points_text(one.points)}/{points_text(one.max_points)}'
-        yield f'  {sign} {points}  {one.name}: {figures}'
-        if one.hint:
-            yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')

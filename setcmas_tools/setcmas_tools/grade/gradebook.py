@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tabulate import tabulate
 
 from setcmas_simu.errors import needs
-from setcmas_tools.grade.check import student_view
+from setcmas_tools.grade.check import lines_of, student_view
 from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.mark_pictures import path_picture
-from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
+from setcmas_tools.grade.marks import CriterionMark, Marks
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -95,19 +95,11 @@ def remark(marks: Marks, names: Mapping[str, str]) -> str:
     notes = ['not filled in yet'] if marks.unfilled else []
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
     hints = [mark.hint for one in marks.scenarios for mark in one.criteria if mark.hint]
-    notes += [*[failure_line(one) for one in failures if one], *hints][:1]
+    notes += [*[one.reason for one in failures if one], *hints][:1]
     notes += map(str, marks.corrections)
     like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
     notes += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]
     return '; '.join(notes)
-
-
-def failure_line(failure: Failure) -> str:
-    """Return the reason of a failure, and its line in the script."""
-    first = failure.message.strip().partition('\n')[0]
-    if not failure.line or f'line {failure.line}' in first:
-        return first
-    return f'{first} ({failure.script}, line {failure.line})'
 
 
 def marks_table(marks: Sequence[Marks]) -> str:
@@ -195,7 +187,6 @@ TABLES = ('grades.csv', 'moodle.csv', 'canvas.csv')
 
 _UTF_8 = '\ufeff'  # shows the encoding to Excel; Moodle and Canvas remove it
 _FORMULA = ('=', '+', '-', '@', '＝', '＋', '－', '＠')
-_UNFILLED = 'Not filled in yet: this is the original exercise.'
 _GRADES_HEADER = ('student', 'id', 'email', 'submission', 'file', 'points', 'of', 'remarks')
 _MOODLE_HEADER: list[Cell] = [
     'Identifier', 'Full name', 'Email address', 'Grade', 'Maximum grade', 'Last modified (grade)',
@@ -266,7 +257,7 @@ def _criteria(marks: Marks) -> Iterator[tuple[str, CriterionMark]]:
 def _moodle_row(marks: Marks) -> list[Cell]:
     student = marks.student
     number = f'Participant {student.id}' if student.id.isdecimal() else student.id
-    text = escape(feedback(student_view(marks))).replace('  ', '&nbsp; ')
+    text = escape('\n'.join(lines_of(student_view(marks)))).replace('  ', '&nbsp; ')
     text = text.replace('\n', '<br>')
     return [number, student.name, student.email, _score(marks), marks.max_score, '', text]
 
@@ -286,42 +277,3 @@ def _canvas_row(marks: Marks) -> list[Cell]:
     number = student.id if student.id.isdecimal() else ''
     login = '' if number else student.id or student.email
     return [student.name, number, '', login, '', _score(marks)]
-
-
-def feedback(marks: Marks) -> str:
-    """Return the complete feedback for a student as text."""
-    lines = [f'File: {marks.own_file}'] if marks.file else []
-    lines += [_UNFILLED] if marks.unfilled else []
-    if marks.failure:
-        lines.append(f'Not marked: {_failure(marks.failure)}')
-    if marks.corrections:
-        lines.append(
-            f'{_points_line("Automatic mark", marks.automatic, marks.max_score)}. Corrections:'
-        )
-        lines += map(str, marks.corrections)
-        lines.append(_points_line('Corrected mark', marks.score, marks.max_score))
-    for scenario in () if marks.failure else marks.scenarios:
-        lines.append(_points_line(scenario.name, scenario.points, scenario.max_points))
-        failed = [_failure(scenario.failure)] if scenario.failure else []
-        for mark in scenario.criteria:
-            sign = '✓' if mark.is_full else '✗'
-            lines.append(f'{sign} {_points_line(mark.name, mark.points, mark.max_points)}')
-            figures = '' if mark.hidden else f'wanted {mark.wanted}, reached {mark.reached_text}'
-            lines += filter(None, [*failed, figures, mark.hint])
-            failed = []
-    return '\n'.join(lines)
-
-
-def _failure(failure: Failure) -> str:
-    """Return an error with the lines of the script around it."""
-    if not failure.line:
-        return failure.message
-    lines = [
-        f'{">" if number == failure.line else " "} {number:4} {text}'
-        for number, text in enumerate(failure.around, start=failure.first)
-    ]
-    return '\n'.join([failure_line(failure), *lines])
-
-
-def _points_line(name: str, points: float, most: float) -> str:
-    return f'{name}: {points_text(points)} of {points_text(most)}'

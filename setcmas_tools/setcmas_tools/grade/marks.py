@@ -51,6 +51,25 @@ class Failure:
         around = tuple(one[:_LONGEST_LINE] for one in lines)
         return replace(self, script=script, line=line, first=first, around=around)
 
+    @property
+    def reason(self) -> str:
+        """The first line of the message, with the line of the script."""
+        first = self.message.strip().partition('\n')[0]
+        if not self.line or f'line {self.line}' in first:
+            return first
+        return f'{first} ({self.script}, line {self.line})'
+
+    @property
+    def text(self) -> str:
+        """The message; with lines of the script, the reason and these lines."""
+        if not self.around:
+            return self.message
+        lines = [
+            f'{">" if number == self.line else " "} {number:4} {text}'
+            for number, text in enumerate(self.around, start=self.first)
+        ]
+        return '\n'.join([self.reason, *lines])
+
 
 @dataclass(frozen=True)
 class CriterionMark:
