@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from processes import PATIENT_LAB, run_setcmas
+from processes import PATIENT_LAB, run_here
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 
@@ -17,7 +17,7 @@ CONDITION = ('return True', 'return np.linalg.norm(pos - last_pos) > THRESHOLD')
 @pytest.fixture(params=range(1, 7))
 def session(request, tmp_path):
     """Lay the folder of a session, with the model solutions in place of the exercises."""
-    run_setcmas('new', '--session', str(request.param), cwd=tmp_path)
+    run_here('new', '--session', str(request.param), cwd=tmp_path)
     folder = tmp_path / f'session_{request.param}'
     for exercise in folder.glob('my_*.py'):
         name = exercise.stem.removeprefix('my_')
@@ -35,10 +35,10 @@ def test_commands_print_the_figures_of_the_lecturers_page(session):
     assert found
     for command, figures in found:
         words = [*shlex.split(command), '--no-plots', '--overwrite', '-o', 'out']
-        done = run_setcmas(*words, cwd=session)
+        done = run_here(*words, cwd=session)
         printed = done.stdout + done.stderr
         if 'theory:' in figures:
-            printed += run_setcmas('metrics', 'out', '--theory', cwd=session).stdout
+            printed += run_here('metrics', 'out', '--theory', cwd=session).stdout
         for figure in re.findall('`([^`]*)`', figures):
             assert figure in printed, command
 
@@ -56,5 +56,5 @@ def test_every_command_of_the_students_page_works(session, domain):
             words += PATIENT_LAB
         if verb == 'run':
             words += ['--rtf', '2', '--view', 'none', '--duration', '5', '--no-plots']
-        done = run_setcmas(verb, *words, cwd=session)
+        done = run_here(verb, *words, cwd=session)
         assert done.returncode == 0, (verb, words, done.stderr)

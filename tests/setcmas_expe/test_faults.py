@@ -61,15 +61,6 @@ def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
     assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
 
 
-@pytest.mark.nightly  # test_guard_node and test_bridges have a bridge that falls silent
-def test_the_bridge_is_killed(experiment):
-    fault = experiment.kill(BRIDGES)
-
-    assert max(experiment.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
-    assert experiment.process.wait(TIMEOUT_S) != 0
-    assert 'bridge' in experiment.output()
-
-
 @pytest.mark.nightly
 def test_the_terminal_is_closed(experiment):
     fault = experiment.close_terminal()

@@ -58,7 +58,7 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
 def test_when_a_process_dies_everything_stops(terminal):
     terminal.wait_for('PAUSED')
     children = psutil.Process(terminal.process.pid).children()
-    dying = next(child for child in children if 'pause' in ' '.join(child.cmdline()))
+    dying = next(child for child in children if 'bridges' in ' '.join(child.cmdline()))
     terminal.text = ''
     dying.kill()
 
