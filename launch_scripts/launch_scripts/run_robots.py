@@ -9,8 +9,7 @@ from dataclasses import replace
 from tqdm import tqdm
 
 from launch_scripts.experiment import RecordedExperiment
-from launch_scripts.node_commands import PAGE
-from launch_scripts.run_processes import SimulatedRun, outcome_of
+from launch_scripts.processes import PAGE, SimulatedRun, outcome_of
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from launch_scripts.terminal import Stream, write_line
 from setcmas_simu.reports.reports import Ready

@@ -17,7 +17,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.environment import lab_environment, require_ros
-from launch_scripts.node_commands import CAMERA, add_ros_arguments, node_command, ros_arguments
+from launch_scripts.processes import CAMERA, add_ros_arguments, node_command, ros_arguments
 from launch_scripts.supervisor import Supervisor
 from setcmas_simu.errors import SetcmasError
 

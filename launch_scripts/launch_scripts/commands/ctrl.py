@@ -15,8 +15,13 @@ import argparse
 from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views, shown_robots
 from launch_scripts.environment import require_ros
-from launch_scripts.node_commands import CONTROLLER, add_ros_arguments, node_command, ros_arguments
-from launch_scripts.run_processes import controller_arguments
+from launch_scripts.processes import (
+    CONTROLLER,
+    add_ros_arguments,
+    controller_arguments,
+    node_command,
+    ros_arguments,
+)
 from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions

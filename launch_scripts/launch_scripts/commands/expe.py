@@ -31,10 +31,7 @@ from launch_scripts.environment import require_ros
 from launch_scripts.experiment import (
     Experiment,
     RecordedExperiment,
-    bounded_lab_options,
-    check_emulated,
     experiment_environment,
-    in_lab,
     joystick_command,
 )
 from launch_scripts.run_robots import run_robots
@@ -57,6 +54,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.scenario.scenario import Scenario, options
+from setcmas_tools.scenario.scenario_lab import bounded_lab_options, check_emulated, in_lab
 
 _STOPS = {
     ESC: (Action.EMERGENCY, 'by Esc'),

@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.node_commands import PLAYER, add_ros_arguments, node_command, ros_arguments
+from launch_scripts.processes import PLAYER, add_ros_arguments, node_command, ros_arguments
 from launch_scripts.supervisor import Supervisor
 from setcmas_tools.bags.recording_options import PlayerOptions
 

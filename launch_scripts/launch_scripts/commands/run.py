@@ -29,8 +29,7 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.node_commands import PAGE
-from launch_scripts.run_processes import SimulatedRun
+from launch_scripts.processes import PAGE, SimulatedRun
 from launch_scripts.run_robots import STOPPED, run_robots
 from launch_scripts.supervisor import Child, StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn

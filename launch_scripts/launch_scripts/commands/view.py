@@ -19,7 +19,7 @@ from pathlib import Path
 
 from launch_scripts.commands.view_options import browser_command
 from launch_scripts.environment import require_ros
-from launch_scripts.node_commands import add_ros_arguments, ros_arguments
+from launch_scripts.processes import add_ros_arguments, ros_arguments
 from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from launch_scripts.node_commands import BROWSER_VIEW, PAGE, namespace_rule, node_command
+from launch_scripts.processes import BROWSER_VIEW, PAGE, namespace_rule, node_command
 from launch_scripts.terminal import warn
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.options.group import Options, flag, option

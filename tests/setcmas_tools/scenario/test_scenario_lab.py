@@ -5,11 +5,11 @@ from types import MappingProxyType
 import pytest
 from processes import run_here
 
-from launch_scripts.experiment import bounded_lab_options, in_lab
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.scenario.scenario_lab import bounded_lab_options, in_lab
 
 TIGHT = """\
 algo: consensus

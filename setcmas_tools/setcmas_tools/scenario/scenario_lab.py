@@ -1,0 +1,82 @@
+"""The lab of a scenario: what it may tighten of a lab file, and the values of an emulated one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from setcmas_ctrl.filter.barrier_constraints import check_starts
+from setcmas_expe.emulation.emulation_options import (
+    EmulationOptions,
+    check_emulated_mocap,
+    emulated_start_poses,
+)
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_simu.robots.model import ROBOT_LIMITS
+from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_tools.scenario.scenario import Scenario
+
+
+def bounded_lab_options(
+    scenario: Scenario, typed: Mapping[str, Any], from_file: bool, **others: Any
+) -> LabOptions:
+    """Return the options of a lab; a scenario file may tighten the others, never loosen them.
+
+    Values that were `typed` override the lab file; scenarios do not have the `others`.
+
+    Raises:
+        SetcmasError: The scenario loosens something.
+    """
+    options = _lab_options(scenario, **others)
+    if not from_file:
+        return options
+    which = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
+    bounds = _lab_options(Scenario.of(**{**which, **typed}), **others).chosen()
+    own = scenario.safety.obstacles
+    if own and 'obstacles' not in typed:
+        both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
+        options = replace(options, obstacles='; '.join(both))
+    options.chosen().check_tightens(bounds)
+    return options
+
+
+def _lab_options(scenario: Scenario, **others: Any) -> LabOptions:
+    """Return the lab's options for the processes; robots without limits have the lab's."""
+    values = scenario.values()
+    if values['limits'] == NO_LIMITS:
+        values['limits'] = None
+    return LabOptions.among({**values, **others})
+
+
+def check_emulated(scenario: Scenario, lab: Lab) -> None:
+    """Check that a lab can be emulated with the robots of a scenario.
+
+    Raises:
+        SetcmasError: It cannot, or robots would start too close to each other.
+    """
+    EmulationOptions.among(scenario.values()).robot_model([one.number for one in lab.robots])
+    check_emulated_mocap(lab.mocap)
+    poses = emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots)
+    check_starts(lab.safety(scenario.safety), poses)
+
+
+def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
+    """Return a scenario with the values of its emulated lab."""
+    known = (name for name, limits in ROBOT_LIMITS.items() if limits == lab.limits)
+    return scenario.replace(
+        lab=scenario.lab.lab or DEFAULT_FILE,
+        nb_robots=lab.nb_robots,
+        poses=emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots),
+        pose=(),
+        random_poses=None,
+        limits=NO_LIMITS if scenario.robots.model else next(known, NO_LIMITS),
+        filter=lab.filter,
+        arena=lab.arena,
+        min_separation=lab.min_separation,
+        obstacles=str(lab.obstacles) or None,
+        accel=lab.accel if lab.accel < math.inf else None,
+    )
