@@ -2,8 +2,8 @@
 
 The page opens in any browser, even from an e-mail, without a server and without a network, and it
 prints well. A second run, such as the simulation of an experiment, is drawn over the first one,
-and the page lists the differences. Write your answers to an exercise in a Markdown file, with
-$formulas$ and images; the page includes them.
+and the page lists the differences. Write your answers to an exercise in a Markdown file;
+the page includes them.
 
 Examples:
   setcmas report out                             writes out.html

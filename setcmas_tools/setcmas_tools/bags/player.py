@@ -18,7 +18,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosbags.interfaces import Qos, QosDurability, QosReliability, QosTime
+from rosbags.interfaces import Qos, QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
 from setcmas_simu.errors import SetcmasError
@@ -106,7 +106,6 @@ def _listed(names: list[str]) -> str:
     return f'{first} and {len(names) - 3} more' if len(names) > 3 else first
 
 
-_INFINITE_NS = 2**31 * 10**9
 _KEPT = 1000  # messages of a latched topic for late subscribers
 
 
@@ -121,14 +120,7 @@ def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
         depth=_KEPT,
         reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-        deadline=_duration([one.deadline for one in offered]),
-        lifespan=_duration([one.lifespan for one in offered]),
     )
-
-
-def _duration(times: Sequence[QosTime]) -> Duration:
-    longest = max((time.sec * 10**9 + time.nsec for time in times), default=0)
-    return Duration(nanoseconds=longest if longest < _INFINITE_NS else 0)  # 0 is infinite, too
 
 
 def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:

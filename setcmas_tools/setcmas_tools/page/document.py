@@ -9,22 +9,16 @@ import base64
 import functools
 import hashlib
 import html
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
-from xml.etree import ElementTree
+from typing import Any
 
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.page.page_data import page_content
-
-if TYPE_CHECKING:
-    from markdown_it.token import Token
 
 _MODULES = (
     'history.js', 'canvas.js', 'camera.js', 'plane.js', 'charts.js', 'robots.js', 'player.js',
@@ -136,31 +130,20 @@ def _json(content: Mapping[str, Any]) -> str:
     return text
 
 
-_FORMATS = ('PNG', 'JPEG', 'GIF', 'WEBP')
-_HARMLESS = ('xmlns', 'display', 'form', 'mathvariant', 'accent', 'linethickness', 'columnalign',
-             'columnlines', 'rowlines', 'width', 'height', 'depth', 'minsize', 'maxsize', 'lspace',
-             'rspace', 'stretchy', 'fence', 'separator', 'movablelimits', 'displaystyle',
-             'scriptlevel', 'notation', 'mathcolor', 'columnspacing', 'rowspacing')  # fmt: skip
-"""Attributes of formulas that neither link nor run anything."""
-
-
 def answers_html(file: Path) -> str:
-    """Return the HTML of a Markdown file, with its formulas as MathML and its images embedded.
-
-    HTML in the file is shown as text.
+    """Return the HTML of a Markdown file; HTML and formulas are shown as text, images as links.
 
     Raises:
-        SetcmasError: The file or an image cannot be read, or a package is missing.
+        SetcmasError: The file cannot be read, or a package is missing.
     """
     with needs('report'):
-        import latex2mathml  # noqa: F401
         from markdown_it import MarkdownIt
-        from mdit_py_plugins.dollarmath import dollarmath_plugin
 
     markdown = MarkdownIt('commonmark', {'html': False}).enable(['table', 'strikethrough'])
-    dollarmath_plugin(markdown, allow_digits=False, allow_labels=False, renderer=_formula)
-    tokens = markdown.parse(_text(file))
-    _adapt(tokens, file)
+    tokens = markdown.disable('image').parse(_text(file))
+    for token in tokens:
+        if token.type in ('heading_open', 'heading_close'):  # below the title of the page
+            token.tag = f'h{min(6, int(token.tag[1:]) + 1)}'
     return str(markdown.renderer.render(tokens, markdown.options, {}))
 
 
@@ -171,55 +154,3 @@ def _text(file: Path) -> str:
         raise SetcmasError(f"answers '{file}' cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise SetcmasError(f"answers '{file}' must be a text file in UTF-8") from error
-
-
-def _adapt(tokens: Iterable[Token], file: Path) -> None:
-    """Put headings below the title of the page, and images into the page."""
-    for token in tokens:
-        if token.type in ('heading_open', 'heading_close'):
-            token.tag = f'h{min(6, int(token.tag[1:]) + 1)}'
-        elif token.type == 'image':
-            token.attrSet('src', _embedded(str(token.attrGet('src') or ''), file))
-        _adapt(token.children or (), file)
-
-
-def _embedded(source: str, file: Path) -> str:
-    """Return an image as a data URL.
-
-    Args:
-        source: Its path, relative to the folder of the answers.
-        file: The answers.
-
-    Raises:
-        SetcmasError: It is no image, or not on this computer.
-    """
-    if source.startswith('data:image/'):
-        return source
-    if '://' in source:
-        raise SetcmasError(f"{file}: download the image '{source}', so the page needs no network")
-    from PIL import Image
-
-    try:
-        content = (file.parent / unquote(source)).read_bytes()
-        with Image.open(io.BytesIO(content), formats=_FORMATS) as image:
-            kind = Image.MIME[str(image.format)]
-    except OSError as error:
-        reason = error.strerror or f'it must be one of {", ".join(_FORMATS)}'
-        raise SetcmasError(f"{file}: image '{source}' cannot be read: {reason}") from error
-    return f'data:{kind};base64,{base64.b64encode(content).decode("ascii")}'
-
-
-def _formula(tex: str, options: Mapping[str, Any]) -> str:
-    """Return a formula as MathML; LaTeX that is unknown or wrong stays as it is."""
-    from latex2mathml.converter import convert_to_element
-
-    display = 'block' if options.get('display_mode') else 'inline'
-    try:
-        formula = convert_to_element(tex, display=display)
-    except Exception:  # its errors have no class in common
-        return f'<code>{html.escape(tex)}</code>'
-    for element in formula.iter():
-        element.text = html.unescape(element.text or '')
-        for name in set(element.attrib) - set(_HARMLESS):
-            del element.attrib[name]
-    return ElementTree.tostring(formula, encoding='unicode')

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import written_whole
+from setcmas_tools.compare.run_distance import flat
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
-from setcmas_tools.page.run_facts import (
-    Facts,
-    Listing,
-    Mark,
-    Pair,
-    facts_of,
-    listings,
-    plot_pictures,
-)
+from setcmas_tools.page.run_facts import Line, Mark, Pair, listings, marks_of, plot_pictures
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.run.run_info import RunState
 
 _ENDINGS = ('.html', '.htm')
 
@@ -95,38 +90,44 @@ def _name_of(path: Path) -> str:
 
 def report_page(pair: Pair, cover: Cover = _NO_COVER) -> str:
     """Return the page of a run, or of a run with another one over it."""
-    facts, other = facts_of(pair.run), facts_of(pair.other) if pair.other else None
     body = [
-        _header(pair, facts, other, cover),
+        _header(pair, cover),
         *_answers(cover),
-        *_failures(facts),
-        _stage(pair, facts),
+        *_failures(pair.run),
+        _stage(pair),
         *_metrics(pair),
         *_plots(pair),
-        *map(_script, listings(pair.run)),
-        *_origin(facts),
+        *(_script(*one) for one in listings(pair.run)),
+        *_origin(pair.run),
     ]
     return document(cover.title or pair.run.title, body, run_content(pair.run, pair.other))
 
 
-def _header(pair: Pair, facts: Facts, other: Facts | None, cover: Cover) -> str:
+def _header(pair: Pair, cover: Cover) -> str:
     titled = f'{pair.run.title}, ' if cover.title else ''
     lines = [
         element('p', pair.name, 'soft'),
         element('h1', cover.title or pair.run.title),
         *([element('p', cover.names, 'names')] if cover.names else []),
-        element('p', titled + facts.line, 'soft'),
+        element('p', titled + _when(pair.run), 'soft'),
     ]
-    if other and pair.other:
-        text = f'compared with {pair.other_name}: {pair.other.title}, {other.line}, '
-        outcome = element('span', other.outcome, _quality(other.well))
-        lines.append(f'<p class="soft">{escaped(text)}{outcome}</p>')
-    outcome = element('p', facts.outcome, f'outcome {_quality(facts.well)}')
+    if pair.other:
+        text = f'compared with {pair.other_name}: {pair.other.title}, {_when(pair.other)}, '
+        lines.append(f'<p class="soft">{escaped(text)}{_outcome("span", pair.other)}</p>')
+    outcome = _outcome('p', pair.run, 'outcome ')
     return f'<header>\n<div>\n{_joined(lines)}\n</div>\n{outcome}\n</header>'
 
 
-def _quality(well: bool) -> str:
-    return 'good' if well else 'bad'
+def _when(run: Run) -> str:
+    """Return duration and date of a run in words."""
+    duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
+    start = (run.info.started or '')[:19].replace('T', ' ')
+    return f'{round(duration, 1):g} s' + (f', started {start}' if start else '')
+
+
+def _outcome(tag: str, run: Run, kind: str = '') -> str:
+    quality = 'good' if run.outcome.state is RunState.COMPLETE else 'bad'
+    return element(tag, str(run.outcome).partition('\n')[0], kind + quality)
 
 
 def _answers(cover: Cover) -> Iterator[str]:
@@ -134,13 +135,14 @@ def _answers(cover: Cover) -> Iterator[str]:
         yield f'<section class="answers">\n{answers_html(cover.answers)}</section>'
 
 
-def _failures(facts: Facts) -> Iterator[str]:
+def _failures(run: Run) -> Iterator[str]:
     lines = [
         f'<p>{_marked(mark)} {element("span", mark.place and f"({mark.place})", "soft")}</p>'
-        for mark in facts.failures
+        for mark in marks_of(run.info.failures or [])
     ]
-    if facts.detail and not lines:
-        lines = [element('p', facts.detail)]
+    detail = run.outcome.detail
+    if not lines and detail not in str(run.outcome).partition('\n')[0]:
+        lines = [element('p', detail)]
     if lines:
         yield f'<div class="note failure">\n{_joined(lines)}\n</div>'
 
@@ -151,8 +153,8 @@ def _marked(mark: Mark) -> str:
     return f'{button}{escaped(f"{mark.robots}, {mark.when}")}</button> {escaped(mark.text)}'
 
 
-def _stage(pair: Pair, facts: Facts) -> str:
-    options = [checkbox('links', 'links')] if facts.links else []
+def _stage(pair: Pair) -> str:
+    options = [] if pair.run.record is None else [checkbox('links', 'links')]
     if not pair.other:
         return stage(options)
     options.append(checkbox('ghosts', f'{pair.other_name} (pale, dotted)'))
@@ -183,24 +185,28 @@ def _plots(pair: Pair) -> Iterator[str]:
     yield '</div>\n</section>'
 
 
-def _script(listing: Listing) -> str:
-    name = f'{escaped(listing.name)} {element("span", listing.what, "soft")}'
+def _script(name: str, what: str, listed: list[Line]) -> str:
     lines = []
-    for number, (text, marks) in enumerate(listing.lines, 1):
+    for number, (text, marks) in enumerate(listed, 1):
         kind = ' class="at"' if marks else ''
         lines.append(f'<span{kind}><i>{number}</i> {escaped(text)}</span>')
         lines.extend(f'<span class="mark">{_marked(mark)}</span>' for mark in marks)
-    text = f'<h2>{name}</h2>\n<pre>{"".join(lines)}</pre>'
-    return f'<section class="listing">\n{text}\n</section>'
+    head = f'<h2>{escaped(name)} {element("span", what, "soft")}</h2>'
+    return f'<section class="listing">\n{head}\n<pre>{"".join(lines)}</pre>\n</section>'
 
 
-def _origin(facts: Facts) -> Iterator[str]:
+def _origin(run: Run) -> Iterator[str]:
+    info = run.info
     yield '<section>\n<h2>How it was made</h2>'
-    if facts.command:
-        yield f'<pre>{element("code", facts.command)}</pre>'
-    yield _terms(facts.origin.items())
-    options = f'<summary>All options</summary>\n{_terms(facts.parameters.items())}'
-    yield f'<details>\n{options}\n</details>\n</section>'
+    if info.command:
+        yield f'<pre>{element("code", shlex.join(info.command))}</pre>'
+    made: dict[str, object] = {}
+    if origin := info.origin:
+        made = {'setcmas': origin.setcmas, **origin.versions, **origin.host}
+        made['computer'] = made.pop('name', '')
+    yield _terms([*made.items(), ('seed', info.seed)])
+    given = [pair for pair in flat(info.parameters).items() if pair[1] not in (None, [])]
+    yield f'<details>\n<summary>All options</summary>\n{_terms(given)}\n</details>\n</section>'
 
 
 def _terms(entries: Iterable[tuple[str, object]]) -> str:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import base64
 import io
-import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 from PIL import Image
@@ -19,13 +17,12 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.compare.differences import differences, metrics_table
 from setcmas_tools.compare.pictures import drawn_pictures
-from setcmas_tools.compare.run_distance import Shifted, best_shift, departures, flat
+from setcmas_tools.compare.run_distance import Shifted, best_shift, departures
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import RunState
 
 _OPTIONS = {
     'algo': 'control law',
@@ -33,62 +30,6 @@ _OPTIONS = {
     'ctc': 'triggering condition',
     'model': 'robot model',
 }
-
-
-@dataclass(frozen=True)
-class Facts:
-    """A run in words.
-
-    Attributes:
-        line: Duration and date.
-        outcome: How it ended.
-        well: Whether it is complete.
-        detail: More about the outcome.
-        failures: Failures of scripts.
-        links: Whether there is a record of communication.
-        command: The command line; empty if there was none.
-        origin: What it was made with, by name.
-        parameters: The options that are set, by name.
-    """
-
-    line: str
-    outcome: str
-    well: bool
-    detail: str
-    failures: list[Mark]
-    links: bool
-    command: str
-    origin: dict[str, Any]
-    parameters: dict[str, Any]
-
-
-def facts_of(run: Run) -> Facts:
-    """Return the facts of a run."""
-    info = run.info
-    duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
-    start = f'{round(duration, 1):g} s', (info.started or '')[:19].replace('T', ' ')
-    kept = {key: value for key, value in flat(info.parameters).items() if value not in (None, [])}
-    outcome = str(run.outcome).partition('\n')[0]
-    return Facts(
-        line=', started '.join(part for part in start if part),
-        outcome=outcome,
-        well=run.outcome.state is RunState.COMPLETE,
-        detail='' if run.outcome.detail in outcome else run.outcome.detail,
-        failures=marks_of(info.failures or []),
-        links=run.record is not None,
-        command=shlex.join(info.command),
-        origin=_origin(run),
-        parameters=kept,
-    )
-
-
-def _origin(run: Run) -> dict[str, Any]:
-    origin = run.info.origin
-    made: dict[str, Any] = {}
-    if origin:
-        made = {'setcmas': origin.setcmas, **origin.versions, **origin.host}
-        made = {'computer' if key == 'name' else key: value for key, value in made.items()}
-    return {**made, 'seed': run.info.seed}
 
 
 @dataclass(frozen=True)
@@ -111,46 +52,31 @@ class Mark:
     place: str
 
 
-@dataclass(frozen=True)
-class Listing:
-    """A script.
-
-    Attributes:
-        what: Its role, and the robots that it is for.
-        lines: Its lines, each with its failures.
-    """
-
-    name: str
-    what: str
-    lines: list[tuple[str, list[Mark]]]
+Line = tuple[str, list[Mark]]
+"""A line of a script, with its failures."""
 
 
-def listings(run: Run) -> list[Listing]:
-    """Return the scripts of a run, control laws first, each with its helper modules."""
-    return [
-        _listing(run, given, file, content)
-        for option in _OPTIONS
-        for given in run.inputs
-        if given.option == option
-        for file, content in zip(given.files, given.contents, strict=True)
-    ]
+def listings(run: Run) -> Iterator[tuple[str, str, list[Line]]]:
+    """Yield name, role and lines of the scripts of a run, laws first, each with its modules."""
+    for option, role in _OPTIONS.items():
+        for given in (one for one in run.inputs if one.option == option):
+            robots = f' of {robots_in_words(list(given.robots))}' if given.robots else ''
+            for file, content in zip(given.files, given.contents, strict=True):
+                what = role if file == given.path else f'module of {given.path.name}'
+                yield file.name, what + robots, _lines(run, given, file, content)
 
 
-def _listing(run: Run, given: RunInput, file: Path, content: bytes) -> Listing:
-    what = _OPTIONS[given.option] if file == given.path else f'module of {given.path.name}'
-    robots = f' of {robots_in_words(list(given.robots))}' if given.robots else ''
+def _lines(run: Run, given: RunInput, file: Path, content: bytes) -> list[Line]:
     failures = [
         one
         for one in run.info.failures or []
         if one.script == file.name and (not given.robots or one.robot in given.robots)
     ]
-    lines = content.decode(errors='replace').splitlines() or ['']
-    marked = [
+    return [
         # `--watch` loads other versions: a failure is shown at the line that it quotes.
         (line, marks_of([one for one in failures if one.line == n and line.strip() in one.text]))
-        for n, line in enumerate(lines, 1)
+        for n, line in enumerate(content.decode(errors='replace').splitlines() or [''], 1)
     ]
-    return Listing(file.name, f'{what}{robots}', marked)
 
 
 def marks_of(failures: list[ScriptFailure]) -> list[Mark]:

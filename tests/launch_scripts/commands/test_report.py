@@ -50,7 +50,7 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, 
 
 
 def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
-    pytest.importorskip('mdit_py_plugins')
+    pytest.importorskip('markdown_it')
     page, answers = tmp_path / 'page.html', tmp_path / 'answers.md'
     answers.write_text(f'# Question 1\n\n$x^2$ {HOSTILE}')
     given = [

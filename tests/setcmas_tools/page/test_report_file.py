@@ -17,6 +17,8 @@ from setcmas_tools.page.report_file import (
     report_page,
 )
 from setcmas_tools.page.run_facts import Pair
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
 
 
 def test_texts_and_data_are_never_html():
@@ -74,6 +76,37 @@ def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
 def no_plots(monkeypatch):
     """Leave out the plots, which take most of the time."""
     monkeypatch.setattr('setcmas_tools.page.report_file.plot_pictures', lambda _: [])
+
+
+def test_a_failed_run_says_so_with_command_and_versions(failed_run, no_plots):
+    info = RunInfo(
+        ['setcmas', 'run', '--algo', 'my law.py'],
+        failed_run.outcome,
+        {'nb_robots': 3, 'range': None, 'set': {'K': 1}, 'seed': 7},
+        started='2026-11-21T16:02:11-0500',
+        origin=this_origin(),
+    )
+    read = Page(report_page(Pair('failed', Run(failed_run.tables, info))))
+
+    for text in (
+        '4 s, started 2026-11-21 16:02:11',
+        'complete, but law.py failed for robots 1,3',
+        "setcmas run --algo 'my law.py'",
+        'set.K',
+        'numpy',
+    ):
+        assert text in read.shown
+    assert 'range' not in read.shown
+
+
+@pytest.mark.parametrize('lines', ['\n    9 | x', ''])
+def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(
+    failed_run, no_plots, lines
+):
+    outcome = Outcome(RunState.DIED, detail=f'tb3_1: killed{lines}')
+    read = Page(report_page(Pair('failed', Run(failed_run.tables, RunInfo(outcome=outcome)))))
+
+    assert read.shown.count('tb3_1: killed') == 1 + bool(lines)
 
 
 def test_the_other_run_is_there_with_what_differs(failed_run, no_plots):

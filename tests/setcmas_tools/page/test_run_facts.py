@@ -2,36 +2,14 @@ import base64
 import io
 import re
 
-import pytest
 from PIL import Image
 from report_pages import HOSTILE, LAW
 
 from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.run_facts import Pair, facts_of, listings, marks_of, plot_pictures
+from setcmas_tools.page.run_facts import Pair, listings, marks_of, plot_pictures
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import plot_style
-from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
-
-
-def test_a_failed_run_says_so_with_command_and_versions(failed_run):
-    info = RunInfo(
-        ['setcmas', 'run', '--algo', 'my law.py'],
-        failed_run.outcome,
-        {'nb_robots': 3, 'range': None, 'set': {'K': 1}, 'seed': 7},
-        started='2026-11-21T16:02:11-0500',
-        origin=this_origin(),
-    )
-    facts = facts_of(Run(failed_run.tables, info))
-
-    assert facts.line == '4 s, started 2026-11-21 16:02:11'
-    assert not facts.well
-    assert facts.outcome == 'complete, but law.py failed for robots 1,3'
-    assert facts.command == "setcmas run --algo 'my law.py'"
-    assert facts.parameters == {'nb_robots': 3, 'set.K': 1, 'seed': 7}
-    assert facts.origin['seed'] == 7
-    assert facts.origin['numpy']
 
 
 def failure(t, robot, until=None, text='KeyError: 1', line=7):
@@ -40,10 +18,11 @@ def failure(t, robot, until=None, text='KeyError: 1', line=7):
 
 
 def test_failures_stand_at_their_lines(failed_run):
-    [listing] = listings(failed_run)
-    marked = {n: marks for n, (_, marks) in enumerate(listing.lines, 1) if marks}
+    [(name, what, lines)] = listings(failed_run)
+    marked = {n: marks for n, (_, marks) in enumerate(lines, 1) if marks}
 
-    assert [text for text, _ in listing.lines] == LAW.splitlines()
+    assert (name, what) == ('law.py', 'control law')
+    assert [text for text, _ in lines] == LAW.splitlines()
     assert list(marked) == [8, 10]
     [first], [second] = marked.values()
     assert (first.robots, first.when) == ('robot 1', 't = 2.2 s to the end')
@@ -87,13 +66,3 @@ def test_each_plot_is_there_and_small(failed_run):
         picture = Image.open(io.BytesIO(content))
         assert picture.width > 400
         assert picture.mode == 'P'
-
-
-@pytest.mark.parametrize(
-    ('detail', 'shown'), [('tb3_1: killed\n    9 | x', True), ('tb3_1: killed', False)]
-)
-def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(failed_run, detail, shown):
-    outcome = Outcome(RunState.DIED, detail=detail)
-    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
-
-    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', detail if shown else '')
