@@ -45,19 +45,6 @@ def test_states_are_sent_when_the_condition_triggers(start, peer, script):
     assert position(late[0])[0] <= x[-1]  # sent before it subscribed
 
 
-def test_the_last_state_sent_is_repeated_for_receivers_that_missed_it(start, peer, script):
-    law = script('def control(robotNo, nbRobots, poses, t):\n    return 0.0, 0.0\n')
-    start(*SIMU, '--nb-robots', '1', '--robot-rate', '50').wait_for_output('simulating')
-    odometry = peer.odometry(1)
-    states = peer.listen(Odometry, '/tb3_1/trig_odom')
-    start(*CTRL, '--algo', law, '--event-triggered')
-    peer.wait_for(lambda: len(states) > 10)
-
-    stamps = [state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in states]
-    assert len(set(stamps)) == 1
-    assert len(odometry) > 3 * len(states)  # at 10 Hz, of 50
-
-
 @pytest.mark.parametrize(
     ('text', 'message'),
     [

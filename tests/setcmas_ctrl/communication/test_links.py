@@ -211,14 +211,6 @@ def test_nothing_is_known_of_a_robot_that_never_sent():
     assert np.isnan(links.known_poses(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
 
 
-def test_messages_that_are_not_taken_do_not_pile_up():
-    links = begun(delay=0.3)
-    for k in range(1000):
-        links.send(ALL, moved(k), 0.1 * k)
-
-    assert all(len(queue) <= 4 for queue in links._on_the_way.values())
-
-
 def test_a_state_carries_what_was_attached_before_it():
     links = begun(path(3))
     links.attach(0, 'a')

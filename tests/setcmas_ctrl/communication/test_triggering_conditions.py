@@ -34,13 +34,6 @@ def decisions(broadcast, xs, V=0.0):
     return [broadcast.is_triggered((x, 0.0, 0.0), V, 0.1 * k) for k, x in enumerate(xs)]
 
 
-def test_the_default_condition():
-    here, ctc = np.zeros(3), further_than(0.25)
-
-    assert not ctc(here, np.array([0.25, 0.0, 0.0]), 0.0)
-    assert ctc(here, np.array([0.2, 0.16, 0.0]), 0.0)
-
-
 def test_the_first_state_is_sent_and_then_each_quarter_of_a_metre(broadcast):
     xs = np.arange(0, 1.0, 0.1)
 

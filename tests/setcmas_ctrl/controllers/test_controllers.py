@@ -11,52 +11,13 @@ import rclpy
 from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
-from ros_peer import position, velocity
+from ros_peer import position
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
-
-
-def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
-    law = script('def control(i, n, p, t):\n    return 0, 30\n')
-    start(*SIMU, '--nb-robots', '1')
-    wanted, command = peer.cmd_cart_vel(1), peer.cmd_vel(1)
-    start(*CTRL, '--algo', law, '--vnom', '0.2', '--komega', '0.5')
-    peer.wait_for(lambda: wanted and command)
-
-    assert (wanted[0].x, wanted[0].y) == pytest.approx((0.0, 0.2))
-    assert velocity(command[0]) == pytest.approx((0.2, 0.5 * np.pi / 2))
-
-    assert peer.set_parameter('/controllers', 'vnom', 1) == ''
-    peer.wait_for(lambda: wanted[-1].y == pytest.approx(1.0))
-    assert peer.call(SetBool, '/controllers/pause', data=True).success
-    peer.wait_for(lambda: velocity(command[-1]) == (0.0, 0.0))
-    assert peer.call(SetBool, '/controllers/pause', data=False).success
-    peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
-
-
-def test_robots_are_driven_by_an_own_si_to_uni_and_stand_where_it_fails(
-    start, peer, script, tmp_path
-):
-    law = script('def control(i, n, p, t):\n    return 0.1, 0.2\n')
-    mine = tmp_path / 'mine.py'
-    mine.write_text(
-        'def si_to_uni(velocity, pose, komega):\n'
-        '    vx, vy = velocity\n'
-        '    return vx / (pose[1] < 1.5), komega * vy\n'
-    )
-    start(*SIMU, '--nb-robots', '2', '--pose', '1:0,0', '--pose', '2:0,2')
-    commands = [peer.cmd_vel(robot) for robot in (1, 2)]
-    process = start(*CTRL, '--algo', law, '--si-to-uni', str(mine), '--komega', '2')
-    peer.wait_for(lambda: all(len(got) > 3 for got in commands))
-
-    assert velocity(commands[0][3]) == pytest.approx((0.1, 0.4))
-    assert velocity(commands[1][3]) == (0.0, 0.0)
-    assert process.output().count('mine.py, line 3: ZeroDivisionError') == 1
-    assert process.end() == 1
 
 
 def test_each_robot_has_parameters_of_its_own(start, peer, script, tmp_path):
@@ -155,18 +116,6 @@ def test_slow_are_calls_that_exceed_the_period_as_it_is_on_the_wall_s_clock(star
     )
     start(*SIMU, '--nb-robots', '1', '--rtf', '5')
     start(*CTRL, '--algo', law).wait_for_output('longer than the control period of 0.04 s')
-
-
-def test_a_part_of_the_fleet_is_controlled_with_the_poses_of_all(start, peer):
-    start(*SIMU, '--nb-robots', '4')
-    commands = [peer.cmd_vel(robot) for robot in (1, 2, 3, 4)]
-    start(*CTRL, '--algo', 'consensus', '--robots', '2-3').wait_for_output(
-        'controlling robots 2-3'
-    )
-    peer.wait_for(lambda: len(commands[1]) > 3 and len(commands[2]) > 3)
-
-    assert not commands[0]
-    assert not commands[3]
 
 
 def test_it_waits_for_a_recorder_that_records_the_robots_too(start, peer):

@@ -1,5 +1,3 @@
-import math
-
 import pytest
 from processes import CTRL
 
@@ -49,15 +47,6 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
     assert before[-1] < times()[len(before)] < before[-1] + 1.5
     lab.paused = None  # the pause node has died
     peer.wait_for(lambda: speed() == 0.0)
-
-
-def test_a_law_that_fails_is_not_one_that_lets_its_robot_stand(start, peer, script):
-    law = script('def control(i, n, poses, t):\n    return 0.0 / 0\n')
-    lab, wanted = lab_of_one_robot(peer)
-    lab.paused = False
-    start(*CTRL, '--algo', law, '--nb-robots', '1', '--experiment')
-
-    peer.wait_for(lambda: wanted and math.isnan(wanted[-1].twist.linear.x))
 
 
 def test_poses_of_motion_capture_are_waited_for(start):

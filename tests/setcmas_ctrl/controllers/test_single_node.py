@@ -54,26 +54,6 @@ def test_single_nodes_make_up_a_fleet_with_those_of_others(start, start_alone, p
     assert 'Traceback' not in converter.output()
 
 
-def test_whoever_publishes_cmd_cart_vel_drives_the_robot_of_a_single_si_to_uni(
-    start, start_alone, peer
-):
-    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
-    odometry = [peer.odometry(robot) for robot in (1, 2)]
-    start_alone('si_to_uni', '/tb3_2').wait_for_output('controlling robot 2')
-    publisher = peer.publisher(Point32, '/tb3_2/cmd_cart_vel')
-    timer = peer.node.create_timer(0.1, lambda: publisher.publish(Point32(x=0.25)))
-    peer.wait_for(lambda: all(odometry) and odometry[1][-1].twist.twist.linear.x == 0.25)
-    assert position(odometry[0][-1]) == position(odometry[0][0])
-
-    pause = peer.publisher(Bool, '/pause')
-    pause.publish(Bool(data=True))
-    peer.wait_for(lambda: odometry[1][-1].twist.twist.linear.x == 0.0)
-    pause.publish(Bool(data=False))
-    peer.wait_for(lambda: odometry[1][-1].twist.twist.linear.x == 0.25)
-    timer.cancel()
-    peer.wait_for(lambda: odometry[1][-1].twist.twist.linear.x == 0.0)
-
-
 def test_a_single_node_waits_for_its_robot_beside_others(start, start_alone, peer):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     converter = start_alone('si_to_uni', '/tb3_2')

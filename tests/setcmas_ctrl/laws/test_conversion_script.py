@@ -146,14 +146,6 @@ def test_robots_of_a_run_are_driven_by_it(tmp_path):
     assert run.info.scenario['si_to_uni'] == 'inputs/si_to_uni/ahead.py'
 
 
-def test_the_script_to_start_from_gives_the_paths_of_the_built_in_one():
-    scenario = Scenario.of('consensus', nb_robots=5, duration=20)
-
-    own, built_in = simulate(scenario, si_to_uni=TEMPLATE), simulate(scenario)
-
-    np.testing.assert_allclose(own.poses, built_in.poses, rtol=0, atol=1e-9)
-
-
 def test_a_robot_with_a_command_of_its_own_is_not_driven_by_it():
     scenario = Scenario.of(towards_y, nb_robots=2, duration=2, poses=START)
 

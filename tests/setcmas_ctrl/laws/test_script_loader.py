@@ -96,14 +96,6 @@ def test_any_callable_with_four_positional_arguments_will_do(folder, text):
     assert tuple(control(1, 1, None, 0.0)) == (0, 0)
 
 
-@pytest.mark.parametrize(
-    'source', ['x = ' + '-' * 200_000 + '1', 'x = ' + '(' * 5000 + ')' * 5000]
-)
-def test_an_expression_too_deep_for_python_is_a_mistake(folder, source):
-    with pytest.raises(SetcmasError, match=r'law\.py'):
-        load_control(script(folder, f'{source}\n{CONTROL}'), 1)
-
-
 def test_a_failure_for_one_robot_while_loading_names_the_robot(folder):
     path = script(folder, f"if __name__.endswith('2'):\n    1 / 0\n{CONTROL}")
     load_control(path, 1)
