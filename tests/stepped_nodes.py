@@ -7,7 +7,7 @@ import numpy as np
 import rclpy
 from stepped_alone import SetClock
 
-from setcmas_ctrl import drawing, network
+from setcmas_ctrl import network
 from setcmas_ctrl.controllers.control_loop import prepared_fleet
 from setcmas_ctrl.controllers.controllers import PARAMETERS
 from setcmas_ctrl.laws.control_options import ControllerOptions
@@ -105,7 +105,6 @@ class SteppedRun:
 @contextlib.contextmanager
 def stepped_nodes(scenario, domain: int):
     """Yield the stepped nodes of a scenario in a ROS domain."""
-    canvas = drawing.canvas
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     with dds_setup():
         rclpy.init(domain_id=domain)
@@ -113,5 +112,4 @@ def stepped_nodes(scenario, domain: int):
         with seeded_generators():
             yield SteppedRun(scenario)
     finally:
-        drawing.canvas = canvas
         rclpy.shutdown()

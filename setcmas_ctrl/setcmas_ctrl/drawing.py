@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple, Protocol
 
 from setcmas_simu.fleet import topics
@@ -43,7 +44,7 @@ def sphere(
         ) from None
 
 
-def checked_topic(robot: int, name: str) -> tuple[int, str]:
+def _checked_topic(robot: int, name: str) -> tuple[int, str]:
     """Check the robot and the topic name that a script draws on, and return them.
 
     Raises:
@@ -77,5 +78,27 @@ class Canvas(Protocol):
         """Add a sphere to the trail of this robot and name."""
 
 
-canvas: Canvas | None = None
-"""Canvas of this process; None draws nothing."""
+_canvas: Canvas | None = None
+
+
+@contextmanager
+def drawn_on(canvas: Canvas) -> Iterator[None]:
+    """Show what scripts draw on a canvas, inside; elsewhere nothing is shown."""
+    global _canvas
+    before, _canvas = _canvas, canvas
+    try:
+        yield
+    finally:
+        _canvas = before
+
+
+def draw(robot: int, name: str, what: Sphere, trail: bool = False) -> None:
+    """Show a sphere on the topic of a robot, in place of the one before or as part of a trail.
+
+    Raises:
+        TypeError: The robot or the name is invalid.
+        ValueError: The topic belongs to the robot itself.
+    """
+    robot, name = _checked_topic(robot, name)
+    if _canvas:
+        (_canvas.extend_trail if trail else _canvas.show)(robot, name, what)

@@ -111,11 +111,17 @@ class FleetNetwork:
     """
 
     def __init__(
-        self, node: Node, poses: FleetPoses, communication: Communication, robots: list[int]
+        self,
+        node: Node,
+        poses: FleetPoses,
+        communication: Communication,
+        robots: list[int],
+        senders: Mapping[int, EventTriggeredComm] | None = None,
     ) -> None:
         """Subscribe to the states that the fleet sends to some robots, those of this process.
 
-        Without event triggering the poses must be those of all robots.
+        Without event triggering the poses must be those of all robots; with it, there may be
+        `senders`.
         """
         self._node = node
         self._poses = poses
@@ -134,7 +140,7 @@ class FleetNetwork:
         self._stamps: dict[int, Time] = {}
         self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
         self.t = 0.0
-        self.senders: Mapping[int, EventTriggeredComm] = {}
+        self.senders = senders or {}
         self.is_on = not communication.is_ideal
         self._known: Floats = poses.poses[None]
         self._adjacency: Floats | None = None

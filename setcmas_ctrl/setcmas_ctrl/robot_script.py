@@ -42,10 +42,6 @@ _STOPS = 'stops; the other robots continue'
 _process = ExitStack()
 
 
-on_call: Callable[[int, Path], object] | None = None
-"""Called with robot and script before each call of a script."""
-
-
 class ScriptRobot(RobotModel):
     """One robot with its own copy of a script; drawn as a unicycle.
 
@@ -54,8 +50,18 @@ class ScriptRobot(RobotModel):
 
     shape = BURGER_SHAPE
 
-    def __init__(self, path: Path, robot: int, warn: Callable[[str], None]) -> None:
-        """Load the script, or raise SetcmasError; `warn` shows messages when it fails later."""
+    def __init__(
+        self,
+        path: Path,
+        robot: int,
+        warn: Callable[[str], None],
+        on_call: Callable[[int, Path], object],
+    ) -> None:
+        """Load the script, or raise SetcmasError; `warn` shows messages when it fails later.
+
+        `on_call` is called with robot and script before each call.
+        """
+        self._on_call = on_call
         self._path = path.resolve()
         self._robot = robot
         functions = vars(load_script(self._path, robot, STEP))
@@ -115,8 +121,7 @@ class ScriptRobot(RobotModel):
         self, name: str, arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
         """Call a function of the script; return its numbers, or None if it fails."""
-        if on_call:
-            on_call(self._robot, self._path)
+        self._on_call(self._robot, self._path)
         try:
             result = np.array(self._own[name].numbers(sizes, *arguments))
         except ControlError as error:

@@ -32,6 +32,4 @@ def publish_marker(
         alpha: Opacity in [0, 1].
     """
     sphere = drawing.sphere(x, y, z, scale, color, alpha)
-    robot, name = drawing.checked_topic(robotNo, marker_name)
-    if drawing.canvas is not None:
-        drawing.canvas.show(robot, name, sphere)
+    drawing.draw(robotNo, marker_name, sphere)

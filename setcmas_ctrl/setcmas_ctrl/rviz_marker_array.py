@@ -22,6 +22,4 @@ def publish_marker(
     Arguments as for `rviz_marker.publish_marker`.
     """
     sphere = drawing.sphere(x, y, z, scale, color, alpha)
-    robot, name = drawing.checked_topic(robotNo, marker_name)
-    if drawing.canvas is not None:
-        drawing.canvas.extend_trail(robot, name, sphere)
+    drawing.draw(robotNo, marker_name, sphere, trail=True)

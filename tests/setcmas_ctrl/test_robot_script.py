@@ -51,7 +51,7 @@ def robot(tmp_path, said):
     def load(text, number=2):
         path = tmp_path / 'my_robot.py'
         path.write_text(text)
-        return ScriptRobot(path, number, said.append)
+        return ScriptRobot(path, number, said.append, lambda *_: None)
 
     return load
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
-from setcmas_ctrl import network
+from setcmas_ctrl import drawing, network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet, Prepared
 from setcmas_ctrl.controllers.fleet_discovery import (
@@ -16,6 +17,7 @@ from setcmas_ctrl.controllers.fleet_discovery import (
     wait_until,
 )
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.controllers.markers import MarkerCanvas
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
@@ -78,7 +80,19 @@ def prepared_fleet(
     return ControlledFleet(process, node, parameters, safety, options, prepared)
 
 
-def control(fleet: ControlledFleet) -> int:
+def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
+    """Find a fleet and control its robots until the process must stop; return the exit status.
+
+    The arguments and errors are those of `prepared_fleet`.
+    """
+    with drawing.drawn_on(MarkerCanvas(node)):
+        try:
+            return _control(prepared_fleet(process, node, *given))
+        except StopCall:
+            return 0
+
+
+def _control(fleet: ControlledFleet) -> int:
     """Control the robots until the process must stop; then they rest. Return the exit status."""
     process = fleet.process
     process.take_signals()  # scripts may have changed the handlers while loading

@@ -6,14 +6,13 @@ import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from setcmas_ctrl import drawing
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers.fleet_discovery import LostRobots
 from setcmas_ctrl.controllers.fleet_pause import FleetPause
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
-from setcmas_ctrl.controllers.markers import MarkerCanvas, publish_obstacles
+from setcmas_ctrl.controllers.markers import publish_obstacles
 from setcmas_ctrl.controllers.robot_models import DrivenModels
 from setcmas_ctrl.controllers.script_reloader import ScriptReloader
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
@@ -98,7 +97,6 @@ class ControlledFleet:
         self._announced, self._nb_robots, clock, self.scripts, self._alone = prepared
         self.robots = options.controlled(self._nb_robots)
         self.time = StepTime(1.0 / parameters.options.rate, clock)
-        drawing.canvas = MarkerCanvas(node)
         self._create_nodes()
         self._share()
         self.parameters.on_change = self._follow
@@ -146,8 +144,8 @@ class ControlledFleet:
         for si_to_uni in self.si_to_unis:
             si_to_uni.poses = self.poses
         communication = self.scripts.communication
-        self.network = FleetNetwork(self.node, self.poses, communication, self.robots)
-        self.network.senders = {sender.robot: sender for sender in self.senders}
+        senders = {sender.robot: sender for sender in self.senders}
+        self.network = FleetNetwork(self.node, self.poses, communication, self.robots, senders)
         for controller, law in zip(self.controllers, self.scripts.laws, strict=True):
             controller.law, controller.network = law, self.network
             controller.outcomes = self.scripts.outcomes
@@ -262,6 +260,8 @@ class ControlledFleet:
         self.poses.take(now)
         self.network.take()
         self._announced.take()
+        if not self.options.model:
+            self._models.follow(self._announced)
 
     def begin_step(self) -> None:
         """Take messages, and prepare the nodes for the step at the present time."""

@@ -10,10 +10,9 @@ import argparse
 from dataclasses import replace
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.controllers.control_loop import control, prepared_fleet
+from setcmas_ctrl.controllers.control_loop import run_controllers
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import ControllerOptions, LawOptions
-from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
@@ -39,18 +38,14 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
         parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
         parameters.options = law_of_parameters(node, parameters.options)
-        try:
-            fleet = prepared_fleet(
-                process,
-                node,
-                parameters,
-                CommunicationOptions.of(args),
-                FilterOptions.of(args),
-                fleet_of_parameters(node, ControllerOptions.of(args)),
-            )
-            return control(fleet)
-        except StopCall:
-            return 0
+        return run_controllers(
+            process,
+            node,
+            parameters,
+            CommunicationOptions.of(args),
+            FilterOptions.of(args),
+            fleet_of_parameters(node, ControllerOptions.of(args)),
+        )
 
 
 def law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models import is_script, model_names, robot_models
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -17,6 +18,7 @@ class DrivenModels:
     def __init__(self, drivers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
         self._drivers = {driver.robot: driver for driver in drivers}
         self._warn = warn
+        self._taken: list[Announcement] = []
         self._reported: set[str] = set()
 
     def use(self, text: str, nb_robots: int) -> None:
@@ -29,11 +31,10 @@ class DrivenModels:
         self._set(robots, [names[robot - 1] for robot in robots])
 
     def follow(self, announced: FleetListener) -> None:
-        """Use the announced models, now and after each new announcement."""
-        announced.on_change = lambda: self._take(announced.models)
-        self._take(announced.models)
-
-    def _take(self, models: Mapping[int, str]) -> None:
+        """Use the announced models, if there is a new announcement."""
+        if announced.announcements is self._taken:
+            return
+        self._taken, models = announced.announcements, announced.models
         for name in dict.fromkeys(models.values()):
             robots = [robot for robot in self._drivers if models.get(robot) == name]
             try:

@@ -16,7 +16,7 @@ from functools import partial
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers import controllers
-from setcmas_ctrl.controllers.control_loop import control, prepared_fleet
+from setcmas_ctrl.controllers.control_loop import run_controllers
 from setcmas_ctrl.controllers.controllers import fleet_of_parameters, law_of_parameters
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
@@ -26,12 +26,10 @@ from setcmas_ctrl.laws.control_options import (
     GainOptions,
     LawOptions,
 )
-from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet.fleet import check_in_fleet
-from setcmas_simu.options.group import VALUES
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.parameters import NodeParameters
@@ -43,7 +41,7 @@ Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
 def controller(argv: list[str] | None = None) -> int:
     """Run the controller of one robot, or with --algo all nodes; return the exit status."""
     words = sys.argv[1:] if argv is None else argv
-    if any(word.partition('=')[0] in ('--algo', VALUES) for word in words):
+    if any(word.partition('=')[0] == '--algo' for word in words):
         return controllers.main(argv)
     return _main('controller', lambda law, _, own: Controller(None, law, own.experiment), argv)
 
@@ -100,11 +98,7 @@ def _serve(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
             threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
             ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
             communication = replace(communication, threshold=threshold, ctc=ctc or None)
-        try:
-            fleet = prepared_fleet(process, node, parameters, communication, safety, options, node)
-            return control(fleet)
-        except StopCall:
-            return 0
+        return run_controllers(process, node, parameters, communication, safety, options, node)
 
 
 if __name__ == '__main__':

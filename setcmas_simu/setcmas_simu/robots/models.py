@@ -138,7 +138,13 @@ NO_LIMITS = 'ideal'
 class ScriptLoader(Protocol):
     """Loads robot scripts."""
 
-    def __call__(self, path: Path, robot: int, warn: Callable[[str], None]) -> RobotModel:
+    def __call__(
+        self,
+        path: Path,
+        robot: int,
+        warn: Callable[[str], None],
+        on_call: Callable[[int, Path], object],
+    ) -> RobotModel:
         """Load a script for a robot; `warn` shows messages when the script fails."""
 
     def seed(self, seed: int) -> None:
@@ -265,10 +271,12 @@ def robot_models(
     robots: Sequence[int],
     limits: str = NO_LIMITS,
     warn: Callable[[str], None] = print,
+    on_call: Callable[[int, Path], object] = lambda *_: None,
 ) -> list[RobotModel]:
     """Return the model of each robot, from its name and number; each loads its own script.
 
-    Limits are those of unicycles; `warn` shows messages about failing robot scripts.
+    Limits are those of unicycles; `warn` shows messages about failing robot scripts, and `on_call`
+    is called with robot and script before each call of one.
 
     Raises:
         SetcmasError: A model is unknown, or a script does not load.
@@ -280,7 +288,7 @@ def robot_models(
         if name == UNICYCLE:
             models.append(unicycle)
         elif is_script(name):
-            models.append(_script_loader()(Path(name), robot, warn))
+            models.append(_script_loader()(Path(name), robot, warn, on_call))
         elif name in files:
             models.append(files[name].robot(robot))
         else:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from rclpy.node import Node
 from std_msgs.msg import String
 
@@ -28,7 +26,7 @@ class FleetAnnouncer:
 
 
 class FleetListener:
-    """Keeps the announcements of a fleet's processes; calls `on_change` after each new one.
+    """Keeps the announcements of a fleet's processes.
 
     Attributes:
         announcements: The newest ones, in which each robot is once.
@@ -38,7 +36,6 @@ class FleetListener:
         """Subscribe through a node; `take` takes new announcements."""
         self._node = node
         self.announcements: list[Announcement] = []
-        self.on_change: Callable[[], None] = lambda: None
         self._has_warned = False
         self._topic = PolledTopic(node, String, topics.FLEET, self._on_line, qos.LATCHED_BY_MANY)
 
@@ -103,4 +100,3 @@ class FleetListener:
         # A simulator that starts again, maybe with other robots, replaces the one before.
         others = [one for one in self.announcements if not {*one.robots} & {*new.robots}]
         self.announcements = [*others, new]
-        self.on_change()

@@ -11,17 +11,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl import robot_script
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.script_calls import Function
 
 NB_ROWS = 6
 """Rows of the states: pose (m, rad), speeds forward and to the left (m/s), turn rate (rad/s)."""
@@ -124,8 +121,6 @@ def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]
         return None
 
     events = monitoring.events.JUMP, monitoring.events.PY_START
-    begin_step = partial(call.begin, function=Function.STEP)
-    before, robot_script.on_call = robot_script.on_call, begin_step
     monitoring.use_tool_id(_TOOL, 'setcmas')
     for event in events:
         monitoring.register_callback(_TOOL, event, watch)
@@ -135,4 +130,3 @@ def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]
     finally:
         monitoring.set_events(_TOOL, 0)
         monitoring.free_tool_id(_TOOL)
-        robot_script.on_call = before

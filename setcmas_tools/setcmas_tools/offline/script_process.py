@@ -22,7 +22,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from setcmas_ctrl import robot_script
 from setcmas_ctrl.laws.call_watch import STUCK_S
 from setcmas_ctrl.laws.script_errors import described_place, quoted_line, summarise
 from setcmas_ctrl.laws.script_output import named_output
@@ -321,7 +320,6 @@ def _work(
     _separate(traces, memory, folder)
     sys.stdout, sys.stderr = _Printed(partial(send, 'stdout')), _Printed(partial(send, 'stderr'))
     run_progress.current = RunProgress(call, np.frombuffer(states))
-    robot_script.on_call = partial(call.begin, function=Function.STEP)
     call.calls += 1  # it answers questions from now on
     answer: tuple[str, Any]
     status = _BROKEN

@@ -62,6 +62,11 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
     return laws
 
 
+def _note_step(robot: int, path: Path) -> None:
+    """Note a call of a robot script as the current one."""
+    run_progress.current.call.begin(robot, path, Function.STEP)
+
+
 @contextmanager
 def _noted_call(robot: int, path: Path) -> Iterator[None]:
     """Note a call of an own conversion as the current one."""
@@ -173,7 +178,8 @@ class Simulation:
         The time of the run, in s, is for messages.
         """
         robots = range(1, self.nb_robots + 1)
-        self.models = robot_models(self._models, robots, self.scenario.robots.limits, self.warn)
+        limits = self.scenario.robots.limits
+        self.models = robot_models(self._models, robots, limits, self.warn, _note_step)
         self.laws = load_laws(self._found.law, self.nb_robots)
         self.conversions = script_conversions(
             self._found.law.si_to_uni, robots, self._conversion_reports, time, _noted_call
@@ -258,12 +264,8 @@ def commands(t: Floats, velocities: Floats) -> Commands:
 @contextmanager
 def recorded_drawings() -> Iterator[DrawingRecord]:
     """Record the drawings of scripts meanwhile."""
-    before = drawing.canvas
-    drawing.canvas = record = DrawingRecord()
-    try:
+    with drawing.drawn_on(record := DrawingRecord()):
         yield record
-    finally:
-        drawing.canvas = before
 
 
 def _rows(t: Floats, nb_robots: int) -> tuple[Floats, NDArray[np.int64]]:

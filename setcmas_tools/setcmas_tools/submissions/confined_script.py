@@ -10,7 +10,7 @@ from typing import Annotated, Any, cast
 import msgspec
 import numpy as np
 
-from setcmas_ctrl import drawing, network
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import (
     Content,
     Dimension,
@@ -129,16 +129,6 @@ Answer = Reply | Refusal
 Function = Callable[[Request], Answer]
 
 
-class _NoCanvas:
-    """Ignores what scripts draw; mistakes are found before it."""
-
-    def show(self, robot: int, name: str, sphere: drawing.Sphere) -> None:
-        """Ignore a sphere."""
-
-    def extend_trail(self, robot: int, name: str, sphere: drawing.Sphere) -> None:
-        """Ignore a point of a trail."""
-
-
 class ConfinedScript:
     """The functions of a script, for each robot loaded anew."""
 
@@ -151,7 +141,6 @@ class ConfinedScript:
     def serve(self, receive: Callable[[], bytes], send: Callable[[bytes], None]) -> None:
         """Answer requests until there are no more."""
         self._path = Path(self.work.script).resolve()
-        drawing.canvas = _NoCanvas()
         seed_scripts(self.work.seed)
         decoded = msgspec.msgpack.Decoder(Request).decode
         while True:
