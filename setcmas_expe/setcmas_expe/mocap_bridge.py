@@ -136,8 +136,6 @@ class MocapBridge(FleetNode):
                 reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
                 self.warn(f'robot {robot.number}: poses rejected: {reasons}')
                 rejected.clear()
-            if robot.reckoning and (news := robot.reckoning.news()):
-                self.warn(f'robot {robot.number} {news}, by wheel odometry')
             if (rate := robot.track.rate) < SLOWEST_HZ and robot.number not in self._warned:
                 self._warned.add(robot.number)
                 self.warn(

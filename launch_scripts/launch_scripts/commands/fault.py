@@ -13,7 +13,7 @@ import os
 from dataclasses import dataclass
 
 from launch_scripts.environment import local_environment, require_ros
-from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault
+from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, FaultKind
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Whole
 
@@ -41,5 +41,5 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_expe.emulation.inject_fault import inject
 
     options = FaultOptions.of(args)
-    inject(Fault(args.kind, options.robot, options.seconds))
+    inject(Fault(FaultKind[args.kind.upper()], options.robot, options.seconds))
     return 0

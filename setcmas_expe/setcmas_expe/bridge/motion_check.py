@@ -81,16 +81,11 @@ class Deviation:
         return still and (way > _STILL_M or turn > _STILL_RAD)
 
     def _standstill(self) -> str:
-        if self.rolled is None:
-            wheels, check = '', 'has its body fallen off, or is it lifted, blocked or off?'
-        elif self.rolled > max(_STILL_M, _STILL_SHARE * abs(self.commanded)):
-            wheels = ', but its wheels turn'
-            check = 'has its body fallen off, or is it lifted or blocked?'
-        else:
-            wheels, check = (
-                ', nor do its wheels',
-                'is it blocked, its battery empty, or are its motors off?',
-            )
+        wheels = ''
+        if self.rolled is not None:
+            turn = self.rolled > max(_STILL_M, _STILL_SHARE * abs(self.commanded))
+            wheels = ', but its wheels turn' if turn else ', nor do its wheels'
+        check = 'has its body fallen off, or is it lifted, blocked or off?'
         return f'does not move as commanded{wheels}: {check}'
 
     def _heading(self, proved: bool) -> str:

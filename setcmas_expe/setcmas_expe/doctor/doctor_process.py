@@ -114,15 +114,6 @@ def discovery_finding(variables: Mapping[str, str]) -> Finding:
     return Finding(OK, 'discovery', found)
 
 
-def _other_fleets(ros_arguments: list[str]) -> Finding:
-    # Imported late: the checks of this machine need no ROS.
-    from setcmas_expe.doctor.lab_examination import other_fleets
-    from setcmas_simu.ros.process import ros_process
-
-    with ros_process(ros_arguments) as process:
-        return other_fleets(process)
-
-
 def _examine_lab(lab: Lab, name: str, ros_arguments: list[str]) -> list[Finding]:
     """Print the table of a lab's robots, and return the findings."""
     from setcmas_expe.doctor.lab_checks import COLUMNS
@@ -159,8 +150,6 @@ def _examine(options: LabOptions, ros_arguments: list[str]) -> int:
     if lab and has_ros:
         lab.mocap.source.message_class()
     findings = environment_findings()
-    if has_ros and not lab:
-        findings.append(_other_fleets(ros_arguments))
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and has_ros:
         name = str(options.lab or 'the default lab')

@@ -1,17 +1,15 @@
-"""Examination of a lab over ROS: its robots, motion capture and guards, and other fleets."""
+"""Examination of a lab over ROS: its robots, motion capture and guards."""
 
 from __future__ import annotations
 
 import time
-from collections import defaultdict
 from dataclasses import dataclass, field
 from functools import partial
 
-from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
-from setcmas_expe.doctor.findings import NOTE, OK, Finding
+from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
@@ -19,10 +17,8 @@ from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, fault_of, text_of
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
-from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess
 
@@ -133,41 +129,8 @@ class LabWatch(FleetNode):
         watch.battery = watch.scale.percent(message.percentage)
 
 
-_SIGHT_S = 2.0
 _DISCOVERY_S = 3.0
 _WATCH_S = 3.0
-
-
-def other_fleets(process: RosProcess) -> Finding:
-    """Return the robots in sight, by the sender of their odometry, or as announced."""
-    node = FleetNode('doctor')
-    announced = FleetListener(node)
-    process.add(node)
-    process.spin_until(lambda: False, _SIGHT_S)
-    announced.take()
-    fleets = _by_odometry(node)
-    if silent := set(announced.robots).difference(*fleets.values()):
-        fleets[node.full_name(topics.FLEET)] = silent
-    if not fleets:
-        return Finding(OK, 'other fleets', 'none in sight in this ROS domain')
-    found = '; '.join(
-        f'{robots_in_words(sorted(robots))} of {sender}' for sender, robots in fleets.items()
-    )
-    advice = (
-        'if they are not yours, set another ROS_DOMAIN_ID (0 to 101), the same on your machines '
-        'and robots'
-    )
-    return Finding(NOTE, 'other fleets', found, advice)
-
-
-def _by_odometry(node: Node) -> dict[str, set[int]]:
-    senders: defaultdict[str, set[int]] = defaultdict(set)
-    for name, _ in node.get_topic_names_and_types():
-        robot = topics.robot_of(name)
-        if robot and name == topics.robot_topic(robot, topics.ODOM):
-            for info in node.get_publishers_info_by_topic(name):
-                senders[info.node_name].add(robot)
-    return senders
 
 
 def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Finding]]:

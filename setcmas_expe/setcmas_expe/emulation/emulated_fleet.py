@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from setcmas_expe.emulation.faults import BLOCKED, DEAF, STALLED
+from setcmas_expe.emulation.faults import FaultKind
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.model import TWIST, RobotModel, VelocityLimits
@@ -65,14 +65,17 @@ class EmulatedFleet:
         self._states = self._model.start(self.poses)
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)
-        self._left = {kind: np.zeros(nb_robots) for kind in (BLOCKED, STALLED, DEAF)}
+        self._left = {
+            kind: np.zeros(nb_robots)
+            for kind in (FaultKind.BLOCKED, FaultKind.STALLED, FaultKind.DEAF)
+        }
         self._pushes = np.zeros((2, nb_robots))
         self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
         """Have a robot follow a command (m/s, rad/s) from now on, unless it takes none."""
-        if self._left[DEAF][index] <= 0.0:
+        if self._left[FaultKind.DEAF][index] <= 0.0:
             self._commands[:, index] = truncated(V), truncated(omega)
 
     def set_torque(self, index: int, on: bool) -> None:
@@ -87,17 +90,17 @@ class EmulatedFleet:
         self._pushes[:, index] = _PUSH_SPEED * direction
         self._pushed_for[index] = duration
 
-    def fail(self, kind: str, index: int, duration: float) -> None:
-        """Begin a fault (BLOCKED, STALLED, DEAF) of a robot that lasts for a time (s)."""
+    def fail(self, kind: FaultKind, index: int, duration: float) -> None:
+        """Begin a fault (BLOCKED, STALLED or DEAF) of a robot that lasts for a time (s)."""
         self._left[kind][index] = duration
 
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
-        turns = self._torque * (self._left[STALLED] <= 0.0)
+        turns = self._torque * (self._left[FaultKind.STALLED] <= 0.0)
         V, omega = self._limits.saturate(*(self._commands * turns))
         self._states = self._model.step(self._states, np.stack([V, 0.0 * V, omega]), Ts)
         self.V, self.omega = self._states[TWIST][[0, 2]] * turns
-        free = self._left[BLOCKED] <= 0.0
+        free = self._left[FaultKind.BLOCKED] <= 0.0
         self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
         for left in self._left.values():
             left -= Ts

@@ -19,7 +19,6 @@ from nav_msgs.msg import Odometry
 from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
-from setcmas_expe.emulation import faults
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
 from setcmas_expe.emulation.emulated_lidar import LIDAR_RATE_HZ, ranges
 from setcmas_expe.emulation.emulated_mocap import EmulatedMocap, Sighting
@@ -29,7 +28,7 @@ from setcmas_expe.emulation.emulation_options import (
     check_emulated_mocap,
     emulated_start_poses,
 )
-from setcmas_expe.emulation.faults import Fault, parse_fault
+from setcmas_expe.emulation.faults import Fault, FaultKind, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
@@ -258,27 +257,27 @@ class EmulatedLab(FleetNode):
             self.get_logger().warning(str(error))
             return
         self.get_logger().info(
-            f'robot {fault.robot}, for {fault.duration:g} s: {faults.PURPOSES[fault.kind]}'
+            f'robot {fault.robot}, for {fault.duration:g} s: {fault.kind.value}'
         )
         self._begin(fault, fault.robot - 1, time.monotonic())
 
     def _begin(self, fault: Fault, index: int, now: float) -> None:
-        if fault.kind in faults.OF_MOCAP:
+        if fault.kind.is_of_mocap:
             self._mocap.begin(fault, now)
-        if fault.kind in (faults.OFF, faults.UNGUARDED):
+        if fault.kind in (FaultKind.OFF, FaultKind.UNGUARDED):
             self._robot_guards.hang(index, now + fault.duration)
-        if fault.kind == faults.OFF:
+        if fault.kind == FaultKind.OFF:
             self._off_until[index] = now + fault.duration
-        elif fault.kind == faults.PUSH:
+        elif fault.kind == FaultKind.PUSH:
             self._fleet.push_outwards(index, self._middle, fault.duration)
-        elif fault.kind in (faults.STALLED, faults.DEAF, faults.BLOCKED):
+        elif fault.kind in (FaultKind.STALLED, FaultKind.DEAF, FaultKind.BLOCKED):
             self._fleet.fail(fault.kind, index, fault.duration)
-        elif fault.kind == faults.PERSON:
+        elif fault.kind == FaultKind.PERSON:
             x, y, theta = self._fleet.poses[:, index].tolist()
             ahead = _PERSON_AHEAD_M * math.cos(theta), _PERSON_AHEAD_M * math.sin(theta)
             self._people[index] = x + ahead[0], y + ahead[1], now + fault.duration
-        elif fault.kind == faults.LIFT:
-            self._fleet.fail(faults.BLOCKED, index, fault.duration)
+        elif fault.kind == FaultKind.LIFT:
+            self._fleet.fail(FaultKind.BLOCKED, index, fault.duration)
 
 
 def main(argv: list[str] | None = None) -> int:

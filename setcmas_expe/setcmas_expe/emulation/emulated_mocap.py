@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from setcmas_expe.emulation import faults
-from setcmas_expe.emulation.faults import Fault
+from setcmas_expe.emulation.faults import Fault, FaultKind
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
@@ -22,7 +21,7 @@ _HEADING_NOISE = 2e-3  # rad
 _LATE_S = 1.0
 _JUMP = 1.0  # m
 _HEIGHT = 0.19  # m, of the markers on a Burger
-_DRIFTS = {faults.DRIFT: 0.3, faults.GLIDE: 2.0}  # m/s
+_DRIFTS = {FaultKind.DRIFT: 0.3, FaultKind.GLIDE: 2.0}  # m/s
 _SLOW_S = 0.5
 _LIFTED = 0.15  # m
 _LIFTING = 0.3  # m/s
@@ -53,7 +52,7 @@ class EmulatedMocap:
         self._nb_robots = nb_robots
         self._y_up = y_up
         self._rng = rng
-        self._faults: dict[tuple[str, int], tuple[float, float]] = {}  # since, until
+        self._faults: dict[tuple[FaultKind, int], tuple[float, float]] = {}  # since, until
         self._fallen: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
         self._seen: dict[int, float] = {}
         self._last: dict[int, Sighting] = {}
@@ -74,7 +73,7 @@ class EmulatedMocap:
             sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)
             if sighting and not self._skips(index, now):
                 self._last[index] = sighting
-                delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
+                delay = LATENCY_S + _LATE_S * self._has(FaultKind.LATE, index)
                 # In order: a late sighting delays those that follow.
                 self._last_due[index] = max(now + delay, self._last_due.get(index, now))
                 self._waiting.append((self._last_due[index], sighting))
@@ -85,7 +84,7 @@ class EmulatedMocap:
         self._waiting = [(at, sighting) for at, sighting in self._waiting if at > now]
         return ready
 
-    def _has(self, kind: str, index: int) -> bool:
+    def _has(self, kind: FaultKind, index: int) -> bool:
         return (kind, index) in self._faults
 
     def _misplaced(self, poses: Floats, now: float) -> Floats:
@@ -95,28 +94,28 @@ class EmulatedMocap:
             x, y, theta = poses[:, index].tolist()
             if kind in _DRIFTS:
                 poses[0, index] = x - math.copysign(_DRIFTS[kind] * (now - since), x)
-            elif kind == faults.FALLEN:
+            elif kind == FaultKind.FALLEN:
                 poses[:, index] = self._fallen.setdefault(index, (x, y, theta))
-            elif kind == faults.MIRRORED:
+            elif kind == FaultKind.MIRRORED:
                 poses[1:, index] = -y, -theta
-            elif kind == faults.TURNED:
+            elif kind == FaultKind.TURNED:
                 poses[2, index] = theta + math.pi / 2
         return poses
 
     def _skips(self, index: int, now: float) -> bool:
         """Return whether a slow system leaves out this frame of a robot."""
-        if self._has(faults.SLOW, index) and now - self._seen.get(index, -math.inf) < _SLOW_S:
+        if self._has(FaultKind.SLOW, index) and now - self._seen.get(index, -math.inf) < _SLOW_S:
             return True
         self._seen[index] = now
         return False
 
     def _sighting(self, index: int, now: float, x: float, y: float, theta: float) -> Sighting:
-        if self._has(faults.JUMP, index):
+        if self._has(FaultKind.JUMP, index):
             x -= math.copysign(_JUMP, x)
         z, w = quaternion_of_yaw(theta)
         height = _HEIGHT
-        if self._has(faults.LIFT, index):
-            since, _ = self._faults[faults.LIFT, index]
+        if self._has(FaultKind.LIFT, index):
+            since, _ = self._faults[FaultKind.LIFT, index]
             height += min(_LIFTED, _LIFTING * (now - since))
         if self._y_up:
             return Sighting(self._name(index), now, (x, height, -y), (0.0, z, 0.0, w))
@@ -125,17 +124,17 @@ class EmulatedMocap:
     def _name(self, index: int) -> int:
         """Return the body for which the system mistakes a robot."""
         following, previous = (index + 1) % self._nb_robots, (index - 1) % self._nb_robots
-        if self._has(faults.SWAP, index):
+        if self._has(FaultKind.SWAP, index):
             return following
-        return previous if self._has(faults.SWAP, previous) else index
+        return previous if self._has(FaultKind.SWAP, previous) else index
 
     def _spoilt(self, sighting: Sighting, index: int) -> Sighting | None:
         """Return a sighting under the faults of its robot; None if it is not sent."""
-        if self._has(faults.DROPOUT, index):
+        if self._has(FaultKind.DROPOUT, index):
             return None
-        if self._has(faults.FROZEN, index) and index in self._last:
+        if self._has(FaultKind.FROZEN, index) and index in self._last:
             return replace(self._last[index], stamp=sighting.stamp)
-        for kind, value in ((faults.ZERO, 0.0), (faults.NAN, math.nan)):
+        for kind, value in ((FaultKind.ZERO, 0.0), (FaultKind.NAN, math.nan)):
             if self._has(kind, index):
                 return replace(sighting, position=(value,) * 3, quaternion=(value,) * 4)
         return sighting

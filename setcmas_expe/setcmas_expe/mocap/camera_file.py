@@ -84,8 +84,8 @@ class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
 
     Attributes:
         name: Its name.
-        source: Where its pictures come from: number or path of a device, a video file, a folder
-            of pictures, or a topic with images or compressed images.
+        source: Where its pictures come from: number or path of a device, a video file or a folder
+            of pictures.
         lens: Its calibrated lens.
         pose: Its pose; None until it is calibrated.
     """

@@ -17,8 +17,7 @@ from rclpy.publisher import Publisher
 from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG, CameraFile, load_cameras
 from setcmas_expe.mocap.camera_poses import CameraPoses
 from setcmas_expe.mocap.mocap_presets import CAMERA
-from setcmas_expe.mocap.picture_sources import NewestPicture, check_size, is_topic, pictures
-from setcmas_expe.mocap.picture_topics import PictureTopic
+from setcmas_expe.mocap.picture_sources import NewestPicture, pictures
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
@@ -39,10 +38,7 @@ class CameraNode(FleetNode):
         self._poses = CameraPoses(file, FIRST_FLOOR_TAG - 1)
         self._height = file.tags.height
         self._feeds = {
-            one: PictureTopic(self, one.source)
-            if is_topic(one.source)
-            else NewestPicture(pictures(one.source, one.lens.size))
-            for one in file.cameras
+            one: NewestPicture(pictures(one.source, one.lens.size)) for one in file.cameras
         }
         self._bodies: dict[int, Publisher] = {}
         self._latencies: dict[str, list[float]] = {one.name: [] for one in file.cameras}
@@ -52,7 +48,6 @@ class CameraNode(FleetNode):
         """Look at new pictures; return False when all sources have ended. `now` is in s."""
         for camera, feed in self._feeds.items():
             if shot := feed.take():
-                check_size(camera.source, camera.lens.size, shot[1])
                 for robot, pose in self._poses.look(camera.name, *shot).items():
                     self._publish(robot, shot[0], pose)
                 self._latencies[camera.name].append(time.time() - shot[0])

@@ -17,7 +17,6 @@ LONGEST_S = 180.0
 _PER_METRE = 0.01  # of the way: radii of wheels
 _TURN_PER_METRE = 0.005  # rad
 _TURN_PER_TURN = 0.01  # rad per rad: base of wheels
-_STEP_M = 0.05
 _OFF_S = 1.0  # of silence: shorter than any restart
 _ORIGIN_M = 0.01
 
@@ -45,7 +44,6 @@ class DeadReckoning:
         self._time = 0.0
         self._placed = math.inf
         self._restarted = False
-        self._said = 0.0
 
     def placed(self, sample: Sample, now: float) -> Sample:
         """Return a sample of wheel odometry in the frame of the start pose; now is in s."""
@@ -81,13 +79,6 @@ class DeadReckoning:
             f'wheel odometry may be {100 * self.drift:.0f} cm off after {self.way:.1f} m and '
             f'{self._time:.0f} s: put the robots at their start poses, and start again'
         )
-
-    def news(self) -> str:
-        """Return a line for each further 5 cm of drift; empty otherwise."""
-        if self.drift - self._said < _STEP_M:
-            return ''
-        self._said = self.drift
-        return f'may be {100 * self.drift:.0f} cm off after {self.way:.1f} m'
 
 
 def _in_frame(frame: Pose, pose: Pose, sample: Sample) -> Sample:

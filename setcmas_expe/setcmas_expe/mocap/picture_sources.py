@@ -1,11 +1,10 @@
-"""Pictures with the time of their exposure: from a camera, a video, a folder or a ROS topic."""
+"""Pictures with the time of their exposure: from a camera, a video or a folder."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 
 from setcmas_expe.mocap.camera_poses import Picture, Shot
@@ -31,23 +30,13 @@ def pictures(source: str, size: Size | None) -> Iterator[Shot]:
         SetcmasError: It cannot be opened, fails, or sends pictures of another size.
     """
     for t, picture in _opened(source, size):
-        check_size(source, size, picture)
+        height, width = picture.shape[:2]
+        if size and (width, height) != size:
+            raise SetcmasError(
+                f"'{source}' sends pictures of {width} x {height} px; its lens was calibrated "
+                f'with {size[0]} x {size[1]} px'
+            )
         yield t, picture
-
-
-def is_topic(source: str) -> bool:
-    """Return whether a source is a topic of ROS."""
-    return source.startswith('/') and not source.startswith('/dev/') and not Path(source).exists()
-
-
-def check_size(source: str, size: Size | None, picture: Picture) -> None:
-    """Raise SetcmasError if a picture has another size than the lens was calibrated with."""
-    height, width = picture.shape[:2]
-    if size and (width, height) != size:
-        raise SetcmasError(
-            f"'{source}' sends pictures of {width} x {height} px; its lens was calibrated with "
-            f'{size[0]} x {size[1]} px'
-        )
 
 
 def _opened(source: str, size: Size | None) -> Iterator[Shot]:
@@ -55,14 +44,9 @@ def _opened(source: str, size: Size | None) -> Iterator[Shot]:
         return _device(source, size or (1920, 1080))
     if Path(source).exists():
         return _recording(Path(source))
-    if is_topic(source) and find_spec('rclpy'):
-        # Imported late: other sources need no ROS.
-        from setcmas_expe.mocap.picture_topics import listen
-
-        return listen(source)
     raise SetcmasError(
         f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, a "
-        'video file, a folder of pictures, or a topic, such as /camera/image_raw'
+        'video file or a folder of pictures'
     )
 
 

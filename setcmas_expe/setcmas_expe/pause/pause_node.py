@@ -15,8 +15,8 @@ from std_msgs.msg import Bool
 from setcmas_ctrl.pause_reason import PauseCause
 from setcmas_expe.bridge.machine_load import (
     OVERLOADED,
-    ProcessorLoad,
     StallDetector,
+    is_overloaded,
     time_since_boot,
 )
 from setcmas_expe.lab.lab import Lab
@@ -76,7 +76,6 @@ class Pause(FleetNode):
         self._ticks = 0
         self._ticked = time.monotonic()
         self._was_late = False
-        self._load = ProcessorLoad()
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._requests = StartRequests()
         self._emergency = Emergency()
@@ -99,7 +98,7 @@ class Pause(FleetNode):
             self._held.note_pause(now)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
-        if is_stop and by_itself and self._load.is_overload:
+        if is_stop and by_itself and is_overloaded():
             self.get_logger().warning(OVERLOADED)
         self.paused, self.why = paused, why
         self.publish()
@@ -194,7 +193,6 @@ class Pause(FleetNode):
 
     def _tick(self) -> None:
         now = time.monotonic()
-        self._load.look(now)
         if self._keys:
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:

@@ -52,7 +52,7 @@ FROM_THE_START = (ACROSS, BACKWARDS, mirrored)
 FAULTS = [
     (straight, fallen, 'its wheels turn: has its body fallen off'),
     (circle, fallen, 'does not move as commanded'),
-    (straight, held, 'lifted or blocked'),
+    (straight, held, 'lifted, blocked'),
     (straight, stalled, 'nor do its wheels'),
     (circle, drifting(0.3), 'does motion capture drift'),
     (straight, drifting(2.0), 'does motion capture drift'),

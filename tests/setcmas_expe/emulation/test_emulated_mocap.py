@@ -3,9 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.emulation import faults
 from setcmas_expe.emulation.emulated_mocap import LATENCY_S, POSITION_NOISE, EmulatedMocap
-from setcmas_expe.emulation.faults import Fault
+from setcmas_expe.emulation.faults import Fault, FaultKind
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 
 POSES = np.array([[1.0, -1.0, 0.5], [2.0, 0.0, 0.5], [0.5, -0.5, 3.0]])
@@ -55,13 +54,13 @@ def test_sightings_come_after_the_latency_and_once():
 
 def test_faults_end():
     system = mocap()
-    system.begin(Fault(faults.DROPOUT, 2, 1.0), 5.0)
+    system.begin(Fault(FaultKind.DROPOUT, 2, 1.0), 5.0)
 
     assert set(frame(system, 5.5)) == {0, 2}
     assert set(frame(system, 6.0)) == {0, 1, 2}
 
 
-@pytest.mark.parametrize(('kind', 'value'), [(faults.ZERO, 0.0), (faults.NAN, math.nan)])
+@pytest.mark.parametrize(('kind', 'value'), [(FaultKind.ZERO, 0.0), (FaultKind.NAN, math.nan)])
 def test_zeros_and_what_is_not_a_number(kind, value):
     system = mocap()
     system.begin(Fault(kind, 1), 0.0)
@@ -75,7 +74,7 @@ def test_zeros_and_what_is_not_a_number(kind, value):
 def test_a_frozen_pose_is_the_last_one_bit_by_bit_with_a_new_stamp():
     system = mocap()
     before = frame(system, 0.0)
-    system.begin(Fault(faults.FROZEN, 3), 0.0)
+    system.begin(Fault(FaultKind.FROZEN, 3), 0.0)
     after = frame(system, 0.1, POSES + 0.1)
 
     assert after[2].position == before[2].position
@@ -85,7 +84,7 @@ def test_a_frozen_pose_is_the_last_one_bit_by_bit_with_a_new_stamp():
 
 @pytest.mark.parametrize(
     ('kind', 'robot', 'seen'),
-    [(faults.JUMP, 1, [0.0, -1.0, 0.5]), (faults.SWAP, 3, [0.5, -1.0, 1.0])],
+    [(FaultKind.JUMP, 1, [0.0, -1.0, 0.5]), (FaultKind.SWAP, 3, [0.5, -1.0, 1.0])],
 )
 def test_a_jump_in_the_arena_and_swapped_names(kind, robot, seen):
     system = mocap()
@@ -97,7 +96,7 @@ def test_a_jump_in_the_arena_and_swapped_names(kind, robot, seen):
 
 def test_late_poses_come_a_second_late():
     system = mocap()
-    system.begin(Fault(faults.LATE, 1), 0.0)
+    system.begin(Fault(FaultKind.LATE, 1), 0.0)
     system.capture(POSES, 0.0)
 
     assert {sighting.body for sighting in system.due(0.5)} == {1, 2}
@@ -106,7 +105,7 @@ def test_late_poses_come_a_second_late():
 
 def test_poses_stay_in_order_when_they_are_no_longer_late():
     system = mocap()
-    system.begin(Fault(faults.LATE, 1, 0.5), 0.0)
+    system.begin(Fault(FaultKind.LATE, 1, 0.5), 0.0)
     system.capture(POSES, 0.4)
     system.capture(POSES, 0.6)
 

@@ -27,16 +27,13 @@ def test_odometry_counts_from_the_start_pose():
 
 def test_drift_grows_with_the_way_until_the_robot_must_stop():
     straight, round_and_round = DeadReckoning((0, 0, 0)), DeadReckoning((0, 0, 0))
-    lines = []
     for step in range(200):
         straight.placed(sample(0.01 * step, 0.0, 0.0), 0.1 * step)
         round_and_round.placed(sample(0.01 * step, 0.0, 0.1 * step), 0.1 * step)
-        lines += [round_and_round.news()] * bool(round_and_round.drift)
 
     assert 0.02 < straight.drift < 0.04  # of 2 m
     assert round_and_round.drift > 3 * straight.drift
     assert straight.trouble == ''
-    assert 'may be 5 cm off after 0.9 m' in lines
 
     step = 200
     while not straight.trouble:
