@@ -41,7 +41,6 @@ class SpeedResponse:
     fit: Fit
     measured_with: str
     age: float
-    measured: MeasuredSpeeds
 
 
 @dataclass(frozen=True)
@@ -89,8 +88,8 @@ def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) 
                 replace(own.errors, gain=fit.errors.gain),
                 fit.quality,
             )
-            return SpeedResponse(fit, _WHEELS, age, measured)
-    return SpeedResponse(fitted(measured), _POSES, 0.0, measured)
+            return SpeedResponse(fit, _WHEELS, age)
+    return SpeedResponse(fitted(measured), _POSES, 0.0)
 
 
 def _measured(command: HeldCommand, steps: Steps, row: int) -> MeasuredSpeeds:

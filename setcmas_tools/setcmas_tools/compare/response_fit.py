@@ -24,11 +24,6 @@ class HeldCommand:
         self._sum = np.concatenate([[0.0], np.cumsum(held)])
         self._lag, self._speeds = 0.0, self._lagging(0.0)  # of the last call
 
-    @property
-    def changes(self) -> tuple[Floats, Floats]:
-        """Times of changes in s, and the commands from then on."""
-        return self._t, self._u
-
     def _lagging(self, lag: float) -> Floats:
         """Return the speeds w at the changes, lag w' = u - w, shape (K + 1,); lag in s."""
         shares = np.exp(-np.diff(self._t) / max(lag, 1e-9)).tolist()

@@ -75,14 +75,13 @@ class Drive:
     """Commands and motion of one robot.
 
     Attributes:
-        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
-        topic: Their topic: the one nearest to the base that has a command that moves it.
+        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K),
+            of the topic nearest to the base that has a command that moves it.
         wheels: Its motion from its wheels; None if not recorded.
         way: Delay from the law to that topic in s; 0 if unknown.
     """
 
     commands: Floats
-    topic: str
     seen: FleetTable
     wheels: FleetTable | None = None
     way: float = 0.0
@@ -151,7 +150,7 @@ def _drive(
     wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
     way = 0.0 if wanted is None else _way(wanted, twists[topic])
     known = wheels if wheels is not None and len(wheels.t) else None
-    return Drive(twists[topic], topic, seen, known, way)
+    return Drive(twists[topic], seen, known, way)
 
 
 def _way(wanted: Floats, sent: Floats) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import io
 import math
@@ -125,16 +124,9 @@ class Check:
 
     def picture_url(self) -> str:
         """Return a picture of the paths over those of the solution, as the data URL of a PNG."""
-        from setcmas_tools.grade.mark_pictures import draw_marks
-        from setcmas_tools.plots.plot import Picture
-        from setcmas_tools.plots.style import plot_style
+        from setcmas_tools.grade.mark_pictures import picture_url
 
-        content = io.BytesIO()
-        with plot_style():
-            figure = Picture()
-            draw_marks(figure, self.marks)
-            figure.savefig(content, format='png', dpi=_DPI)
-        return f'data:image/png;base64,{base64.b64encode(content.getvalue()).decode("ascii")}'
+        return picture_url(self.marks, _DPI)
 
     def _repr_html_(self) -> str:
         return (

@@ -21,6 +21,7 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import written_whole
+from setcmas_tools.grade.mark_pictures import picture_url
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric
@@ -33,6 +34,7 @@ from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
 
+_DPI = 80  # of the pictures on pages
 _READ_S = 60.0
 _MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
 
@@ -120,7 +122,12 @@ class Grader:
             )
             shown = named_cells(run, submission)
             marks = mark(rubric, shown, name, student, submission.is_unfilled)
-        return replace(marks, file=submission.file).with_messages(without_paths)
+        marks = replace(marks, file=submission.file).with_messages(without_paths)
+        drawn = (
+            replace(one, picture=picture_url(replace(marks, scenarios=(one,)), _DPI))
+            for one in marks.scenarios
+        )
+        return replace(marks, scenarios=tuple(drawn))
 
     def tried(self, submission: Submission) -> tuple[str, Marks | None]:
         """Return the name of a submission and its marks; None if it is not why there are none.

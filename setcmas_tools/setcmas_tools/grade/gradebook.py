@@ -17,7 +17,6 @@ from tabulate import tabulate
 from setcmas_simu.errors import needs
 from setcmas_tools.grade.check import lines_of, student_view
 from setcmas_tools.grade.criteria import points_text
-from setcmas_tools.grade.mark_pictures import path_picture
 from setcmas_tools.grade.marks import CriterionMark, Marks
 
 if TYPE_CHECKING:
@@ -175,7 +174,7 @@ def _templates() -> Environment:
         autoescape=True,  # names, messages and scripts may hold HTML
         undefined=StrictUndefined,
     )
-    found.filters |= {'points': points_text, 'picture': path_picture, 'remark': remark}
+    found.filters |= {'points': points_text, 'remark': remark}
     found.globals['share'] = share
     return found
 

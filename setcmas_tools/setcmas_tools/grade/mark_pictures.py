@@ -1,25 +1,24 @@
-"""Pictures of a submission's paths and the solution's."""
+"""Pictures of a submission's paths over those of the solution."""
 
 from __future__ import annotations
 
+import base64
+import io
 import math
-from collections.abc import Callable, Sequence
-from itertools import groupby
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.palettes import plot_colour, plot_hex
+from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
-from setcmas_tools.plots.plot import show, window
+from setcmas_tools.plots.plot import Picture, show, window
 from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
 
 _PANEL_IN = 4.4  # width and height of a scenario's panel
@@ -76,6 +75,18 @@ def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
             show(path.parent)
 
 
+def picture_url(marks: Marks, dpi: int) -> str:
+    """Return the picture of marks as the data URL of a PNG; '' if no scenario has paths."""
+    if not any(one.paths for one in marks.scenarios):
+        return ''
+    content = io.BytesIO()
+    with plot_style():
+        figure = Picture()
+        draw_marks(figure, marks)
+        figure.savefig(content, format='png', dpi=dpi)
+    return f'data:image/png;base64,{base64.b64encode(content.getvalue()).decode("ascii")}'
+
+
 def _draw_scenario(axes: Axes, scenario: ScenarioMark) -> None:
     for path in scenario.paths:
         _draw_path(axes, path, len(scenario.paths))
@@ -109,82 +120,3 @@ def _fit(axes: Axes, paths: Sequence[RobotPath]) -> None:
 def _columns(points: Sequence[tuple[float, float]]) -> Floats:
     columns: Floats = np.array(points, dtype=float).reshape(-1, 2).T
     return columns
-
-
-_SIZE = 360.0  # of the longer side, in units of the picture
-_MARGIN = 30.0
-_FARTHEST_M = 1e3  # a robot further away is not drawn
-_MOST_LINES = 7  # of the grid, along a side
-
-
-def path_picture(paths: Sequence[RobotPath], title: str) -> str:
-    """Return a picture of paths as SVG for a page; '' if there is nothing to draw.
-
-    It takes 5 ms, a figure of matplotlib 50 ms, and a class has hundreds. Screen readers read
-    the title.
-    """
-    drawn = [(path.robot, _near(path.own), _near(path.wanted)) for path in paths]
-    points = np.concatenate([np.empty((0, 2)), *(one for _, *each in drawn for one in each)])
-    if not len(points):
-        return ''
-    middle, span = (points.max(0) + points.min(0)) / 2, np.ptp(points, axis=0)
-    low = middle - 0.56 * np.maximum(span, _LEAST_SPAN_M)
-    high = 2 * middle - low
-    scale = np.array([1.0, -1.0]) * _SIZE / max(high - low)
-
-    def placed(points: Floats) -> Floats:
-        placed: Floats = _MARGIN + (points - [low[0], high[1]]) * scale
-        return placed
-
-    width, height = placed(np.array([high[0], low[1]])) + _MARGIN
-    lines = [_grid(placed, low, high)]
-    lines += [_line(placed(wanted), 'class="wanted"') for *_, wanted in drawn if len(wanted)]
-    lines += [_robot(robot, placed(own)) for robot, own, _ in drawn if len(own)]
-    return (
-        f'<svg class="paths" viewBox="0 0 {width:.1f} {height:.1f}" role="img" '
-        f'aria-label={quoteattr(title)}>{"".join(lines)}</svg>'
-    )
-
-
-def _near(points: Sequence[tuple[float, float]]) -> Floats:
-    """Return the points that can be drawn, shape (K, 2)."""
-    found = _columns(points).T
-    near: Floats = found[(np.abs(found) < _FARTHEST_M).all(axis=1)]
-    return near
-
-
-def _line(points: Floats, look: str) -> str:
-    """Return a path; that of a robot that does not move is a dot."""
-    places = [f'{x:.1f},{y:.1f}' for x, y in points]
-    moves = [place for place, _ in groupby(places)]
-    moves += moves[-1:]  # a line of length 0 is drawn, a single point is not
-    return f'<polyline {look} points="{" ".join(moves)}"/>'
-
-
-def _robot(robot: int, own: Floats) -> str:
-    """Return a path with a ring and the robot's number at its start, and a disc at its end."""
-    (x0, y0), (x1, y1), colour = own[0], own[-1], plot_hex(robot)
-    line = _line(own, f'class="own" stroke="{colour}"')
-    return (
-        f'{line}'
-        f'<circle class="end" fill="{colour}" cx="{x1:.1f}" cy="{y1:.1f}" r="4.5"/>'
-        f'<circle class="start" stroke="{colour}" cx="{x0:.1f}" cy="{y0:.1f}" r="8"/>'
-        f'<text class="robot" x="{x0:.1f}" y="{y0:.1f}" dy="3.5">{robot}</text>'
-    )
-
-
-def _grid(placed: Callable[[Floats], Floats], low: Floats, high: Floats) -> str:
-    """Return grid lines at round numbers of m, with their numbers."""
-    (left, bottom), (right, top) = placed(np.array([low, high])).round(1).tolist()
-    step = np.diff(MaxNLocator(_MOST_LINES).tick_values(0.0, max(high - low)))[0]
-    parts = []
-    for axis in (0, 1):
-        for value in step * np.arange(np.ceil(low[axis] / step), high[axis] / step):
-            x, y = placed(np.array([value, value])).round(1).tolist()
-            line = f'M{left} {y}H{right}' if axis else f'M{x} {bottom}V{top}'
-            place = f'class="y" x="{left}" y="{y}"' if axis else f'x="{x}" y="{bottom}" dy="14"'
-            parts.append(f'<path d="{line}"/><text {place}>{value:g}</text>')
-    return (
-        f'<g class="grid">{"".join(parts)}<text class="axis" x="{right}" y="{bottom}" dy="26">'
-        f'x (m)</text><text class="axis" x="{left}" y="{top}" dx="20" dy="-9">y (m)</text></g>'
-    )

@@ -130,6 +130,7 @@ class ScenarioMark:
         failure: First error of its run; None without errors.
         paths: Paths of the robots; empty if the scenario is hidden.
         hidden: Whether students only see its points.
+        picture: The paths as the data URL of a picture; '' until a class is graded.
     """
 
     name: str
@@ -137,6 +138,7 @@ class ScenarioMark:
     failure: Failure | None = None
     paths: tuple[RobotPath, ...] = field(default=(), repr=False)  # thousands of numbers
     hidden: bool = False
+    picture: str = field(default='', repr=False)
 
     @property
     def points(self) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
 from pathlib import PurePosixPath
 
 from setcmas_tools.submissions.notebook import MOST_SOURCE
@@ -16,7 +15,7 @@ _MOST_NAMES = 5
 def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
     """Return the script to mark, or why there is none.
 
-    It is the only script that defines the function; of several, the one that imports all others.
+    It is the only script that defines the function; of several, the one that no other imports.
     Tests of a law import it too, and do not count.
     """
     sources = {
@@ -36,8 +35,10 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
     fitting = [path for path, tree in scripts.items() if tree and _defines(tree, function)]
     if not fitting:
         return none, _without_function(sources, function)
-    helpers = {path for one in fitting if not _is_test(one) for path in _helpers(one, scripts)}
-    fitting = [path for path in fitting if path not in helpers] or fitting
+    imported = {
+        name for path in scripts if not _is_test(path) for name in _imports(scripts[path], path)
+    }
+    fitting = [path for path in fitting if path.stem not in imported] or fitting
     if len({sources[path] for path in fitting}) > 1:  # not copies of one
         names = ' and '.join(sorted(map(str, fitting))[:_MOST_NAMES])
         each = 'both' if len(fitting) == 2 else 'all'
@@ -50,20 +51,6 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
 
 def _is_test(path: PurePosixPath) -> bool:
     return path.stem.startswith('test_') or path.stem.endswith('_test')
-
-
-def _helpers(
-    script: PurePosixPath, scripts: Mapping[PurePosixPath, ast.Module | None]
-) -> set[PurePosixPath]:
-    """Return the other scripts that a script imports, directly or not."""
-    found, waiting = {script}, [script]
-    while waiting:
-        tree = scripts[waiting.pop()]
-        names = _imports(tree) if tree else set()
-        new = {path for path in scripts if path.stem in names} - found
-        found |= new
-        waiting += new
-    return found - {script}
 
 
 def _without_function(sources: Files, function: str) -> str:
@@ -112,12 +99,12 @@ def _defines(tree: ast.Module, function: str) -> bool:
     return False
 
 
-def _imports(tree: ast.Module) -> set[str]:
-    """Return all parts of the names that a script imports."""
+def _imports(tree: ast.Module | None, path: PurePosixPath) -> set[str]:
+    """Return all parts of the names that a script imports, but for its own."""
     found = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(tree) if tree else ():
         if isinstance(node, ast.ImportFrom):
             found |= {node.module or '', *(alias.name for alias in node.names)}
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-    return {part for name in found for part in name.split('.')}
+    return {part for name in found for part in name.split('.')} - {path.stem}

@@ -16,7 +16,7 @@ from setcmas_tools.compare.identification import (
     SpeedResponse,
     identified_notes,
 )
-from setcmas_tools.compare.response_fit import Fit, HeldCommand, MeasuredSpeeds
+from setcmas_tools.compare.response_fit import Fit
 from setcmas_tools.compare.run_distance import best_shift
 
 ODOMETRY, TWIST = 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/TwistStamped'
@@ -91,10 +91,9 @@ def test_a_run_without_motion_gives_no_model(folder, record, capsys):
 
 
 def identified(forward_quality):
-    nothing = MeasuredSpeeds(HeldCommand(np.zeros(1), np.zeros(1)), *[np.zeros(1)] * 3, 1.0)
     response, errors = Response(0.92, 0.1, 0.2), Response(0.01, 0.01, 0.01)
     channels = {
-        speed: SpeedResponse(Fit(response, errors, quality), 'poses', 0.0, nothing)
+        speed: SpeedResponse(Fit(response, errors, quality), 'poses', 0.0)
         for speed, quality in ((FORWARD, forward_quality), (TURN, 95.0))
     }
     return {1: Identified(channels, {FORWARD: response, TURN: response}, 0.0)}

@@ -22,12 +22,11 @@ def driven(tmp_path, make, write_bag):
 
 
 @pytest.mark.parametrize(
-    ('guarded', 'nearest', 'V'),
-    [(0.0, CMD_VEL, 0.2), (0.1, GUARDED, 0.1)],
+    ('guarded', 'V'),
+    [(0.0, 0.2), (0.1, 0.1)],
     ids=['base hears cmd_vel itself', 'base hears its guard alone'],
 )
-def test_commands_are_those_that_moved_the_robot(driven, guarded, nearest, V):
+def test_commands_are_those_that_moved_the_robot(driven, guarded, V):
     drive = drives(driven({CMD_VEL: 0.2, GUARDED: guarded}), pytest.fail)[1]
 
-    assert drive.topic == nearest
     assert drive.commands[1].max() == V
