@@ -1,4 +1,7 @@
-"""Runs, checks and pages need numpy, PyYAML and matplotlib only: so they work in a browser."""
+"""Runs, checks and pages need numpy, PyYAML and matplotlib only: so they work in a browser.
+
+Files of runs are read with msgspec, too: a page in a browser only writes them.
+"""
 
 import subprocess
 import sys
@@ -39,7 +42,7 @@ class Refuse:
 sys.meta_path.insert(0, Refuse())
 """
 WORK = f"""
-{REFUSE.format(names=OTHERS)}
+{REFUSE.format(names=OTHERS - {'msgspec'})}
 {IMPORTS}
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools.page.run_facts import Pair
