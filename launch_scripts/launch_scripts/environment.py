@@ -207,6 +207,9 @@ def _environment(discovery_range: str) -> dict[str, str]:
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'
     environment['PYTHONHASHSEED'] = '0'  # equal runs visit sets in the same order
+    # Idle threads of OpenBLAS spin for 0.1 s of processor time when numpy is imported, a third of
+    # what a process of nodes takes to start (benchmarks/fleet.py, 2 cores of an AMD EPYC).
+    environment.setdefault('OPENBLAS_NUM_THREADS', '1')
     if 'PYTHONPATH' in environment:  # an empty entry would be the current folder
         folders = environment['PYTHONPATH'].split(os.pathsep)
         environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))
