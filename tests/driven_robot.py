@@ -49,7 +49,6 @@ class DrivenRobot:
         self._seen = deque(maxlen=self._latency + 1)
         self._speeds = 0.0, 0.0
         self._steps = 0
-        self.wheels = True
 
     def run(self, seconds, law=None):
         """Drive; `law` is called five times a second. Returns when it was found out."""
@@ -73,9 +72,7 @@ class DrivenRobot:
 
     def _decide(self):
         x, y, heading, seen = self.measured
-        rolls = 0.0 if self.blocked == 'stand' else self._speeds[0]
-        wheels = rolls if self.wheels else None
-        self.found = self.check.step((x, y, heading), seen, self.now, wheels, *2 * [self.crawls])
+        self.found = self.check.step((x, y, heading), seen, self.now, *2 * [self.crawls])
         self.V, self.omega = BURGER.scaled_down(self.V, self.omega)
         self.check.command(self.V, self.omega, self.now)
 

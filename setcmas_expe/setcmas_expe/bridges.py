@@ -32,7 +32,6 @@ from setcmas_simu.ros.step_loop import StepLoop
 _REPORT_EVERY = 4  # steps
 _LAST_ZEROS = 5
 _LINE_M = 0.03
-_DISC_M = 0.005
 
 
 class Bridges:
@@ -83,10 +82,9 @@ class Bridges:
 
 
 def publish_arena(node: FleetNode, lab: Lab) -> None:
-    """Publish the arena's border and a disc around each robot, kept for late displays."""
+    """Publish the arena's border, kept for late displays."""
     publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
-    robots = [_separation(robot.number, lab.min_separation) for robot in lab.robots]
-    publisher.publish(MarkerArray(markers=[_border(lab), *robots]))
+    publisher.publish(MarkerArray(markers=[_border(lab)]))
 
 
 def _border(lab: Lab) -> Marker:
@@ -98,18 +96,6 @@ def _border(lab: Lab) -> Marker:
     marker.scale.x = _LINE_M
     marker.color.r, marker.color.a = 1.0, 1.0
     marker.points = [Point(x=x, y=y) for x, y in corners]
-    return marker
-
-
-def _separation(robot: int, diameter: float) -> Marker:
-    # Robots are too close when their discs touch.
-    marker = Marker(ns='separation', id=robot, type=Marker.CYLINDER, action=Marker.ADD)
-    marker.header.frame_id = topics.robot_frame(robot)
-    marker.frame_locked = True
-    marker.pose.orientation.w = 1.0
-    marker.scale.x = marker.scale.y = diameter
-    marker.scale.z = _DISC_M
-    marker.color.r, marker.color.g, marker.color.a = 1.0, 0.6, 0.4
     return marker
 
 

@@ -107,7 +107,7 @@ class CmdVelBridge(RobotNode):
             V, omega = velocities(wheels.twist.twist)
             self.wheel_watch.measure(V, omega, now)
             if math.isfinite(V) and math.isfinite(omega):
-                view = replace(view, wheels=(V, omega), rolled=now)
+                view = replace(view, rolled=now)
         if battery := self.battery():
             percent = self._battery_scale.percent(battery.percentage)
             view = replace(view, charge=math.nan if percent is None else percent)

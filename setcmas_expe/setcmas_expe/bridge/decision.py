@@ -106,8 +106,7 @@ class RobotView:
         height: Height of its body in m; NaN if unknown.
         wanted: What its controller wants.
         commanded: When that came.
-        wheels: By its wheel odometry.
-        rolled: When that came.
+        rolled: When its wheel odometry came.
         trouble: Why the robot, its guard or its topics are not reliable; None if they are.
         charge: Of its battery in percent; NaN if unknown.
         driven_since: Since when it has been commanded to move; inf if it is not.
@@ -124,7 +123,6 @@ class RobotView:
     height: float = math.nan
     wanted: Velocities = (0.0, 0.0)
     commanded: float = -math.inf
-    wheels: Velocities = (0.0, 0.0)
     rolled: float = -math.inf
     trouble: StopReason | None = None
     charge: float = math.nan

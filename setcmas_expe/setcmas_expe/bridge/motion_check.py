@@ -24,6 +24,11 @@ _ZERO_M_S = 0.005  # shown as 0.00 m/s
 _ZERO_RAD_S = 0.05
 
 
+_STANDSTILL = (
+    'does not move as commanded: has its body fallen off, or is it lifted, blocked or off?'
+)
+
+
 @dataclass(frozen=True)
 class Deviation:
     """Measured and commanded motion over some time.
@@ -35,7 +40,6 @@ class Deviation:
         turned: Measured turn in rad.
         commanded_turn: Commanded turn in rad.
         in_heading: Whether the turn deviates more than the displacement.
-        rolled: Distance by wheel odometry in m; None if unknown.
     """
 
     seconds: float
@@ -44,7 +48,6 @@ class Deviation:
     turned: float
     commanded_turn: float
     in_heading: bool
-    rolled: float | None
 
     @property
     def is_none(self) -> bool:
@@ -56,7 +59,7 @@ class Deviation:
     def text(self, proved: bool) -> str:
         """Return the deviation and advice, as text; a proved robot has the right axes."""
         if self._is_still() and (proved or not self.in_heading):
-            return self._standstill()
+            return _STANDSTILL
         if self.in_heading:
             return self._heading(proved)
         wanted, got = abs(self.commanded), abs(self.moved)
@@ -80,14 +83,6 @@ class Deviation:
         still &= abs(self.turned) <= max(_STILL_RAD, _STILL_SHARE * turn)
         return still and (way > _STILL_M or turn > _STILL_RAD)
 
-    def _standstill(self) -> str:
-        wheels = ''
-        if self.rolled is not None:
-            turn = self.rolled > max(_STILL_M, _STILL_SHARE * abs(self.commanded))
-            wheels = ', but its wheels turn' if turn else ', nor do its wheels'
-        check = 'has its body fallen off, or is it lifted, blocked or off?'
-        return f'does not move as commanded{wheels}: {check}'
-
     def _heading(self, proved: bool) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
         check = 'is its body symmetric or loose, or was it turned by hand?'
@@ -103,11 +98,10 @@ class Deviation:
 
     def _glides(self) -> str:
         speed, commanded = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
-        wheels = '' if self.rolled is None else f', wheels {self.rolled / self.seconds:.2f}'
         check = 'does motion capture drift, or was it pushed?'
         if self.commanded and (self.moved / self.commanded).real > _FASTER:
             check = 'is it another model, are its wheels of another size, or was it pushed?'
-        return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: {check}'
+        return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}: {check}'
 
 
 Floats = NDArray[np.float64]
@@ -141,7 +135,6 @@ class _Row:
         ways: For each delay, the sum of the commanded displacements along the measured heading.
         turns: For each delay, the commanded angle in rad.
         driven: For each delay, the commanded distance in m.
-        wheels: The distance by wheel odometry in m.
     """
 
     time: float
@@ -150,7 +143,6 @@ class _Row:
     ways: NDArray[np.complex128]
     turns: Floats
     driven: Floats
-    wheels: float
 
 
 class MotionCheck:
@@ -167,8 +159,6 @@ class MotionCheck:
     def __init__(self) -> None:
         self._rows: deque[_Row] = deque()
         self._commands: deque[tuple[float, float, float]] = deque()
-        self._wheels: float | None = None
-        self._wheels_turned = False
         self._stepped = self._seen = -math.inf
         self._heading = 0.0
         self.forget()
@@ -179,7 +169,6 @@ class MotionCheck:
         self._commands.clear()
         self._ways = np.zeros(len(DELAYS_S), complex)
         self._turns = self._driven = np.zeros(len(DELAYS_S))
-        self._rolled = 0.0
         self._in_a_row = 0
         self.advanced = self.turned = 0.0
 
@@ -194,7 +183,6 @@ class MotionCheck:
         pose: Pose,
         seen: float,
         now: float,
-        wheels: float | None,
         crawls: bool,
         turns_slowly: bool,
     ) -> Deviation | None:
@@ -204,7 +192,6 @@ class MotionCheck:
             pose: The newest good pose (m, rad).
             seen: When it was measured, in s.
             now: Time in s.
-            wheels: Forward speed (m/s) by the robot's own odometry; None if unknown.
             crawls: Whether the robot must still prove its way: the check of that is stricter.
             turns_slowly: Whether it must still prove its turning, likewise.
 
@@ -212,15 +199,13 @@ class MotionCheck:
             The deviation; None if there is none, or no new pose.
         """
         self._heading += float(wrap_angle(pose[2] - self._heading))
-        self._wheels, self._wheels_turned = wheels, self._wheels_turned or bool(wheels)
         self._add_up(min(max(0.0, now - self._stepped), _LONGEST_STEP_S), now)
         self._stepped, self.advanced, self.turned = now, 0.0, 0.0
         if seen <= self._seen:
             return None
         self._seen = seen
         place = complex(*pose[:2])
-        sums = self._ways, self._turns, self._driven, self._rolled
-        newest = _Row(seen, place, self._heading, *sums)
+        newest = _Row(seen, place, self._heading, self._ways, self._turns, self._driven)
         if self._rows:
             V, omega = self._speeds(seen)
             way = np.sign(V[V != 0.0][:1]).sum()
@@ -256,7 +241,6 @@ class MotionCheck:
         self._ways = self._ways + step * V * cmath.rect(1.0, self._heading)
         self._turns = self._turns + step * omega
         self._driven = self._driven + step * abs(V)
-        self._rolled += step * abs(self._wheels or 0.0)
 
     def _speeds(self, time: float) -> tuple[Floats, Floats]:
         """Return the commanded V and omega that may take effect at a time, for each delay."""
@@ -298,7 +282,6 @@ class MotionCheck:
         moved = (new.place - old.place) / ahead
         commanded = complex(new.ways[_LIKELY] - old.ways[_LIKELY]) / ahead
         turned, turn = new.heading - old.heading, float(new.turns[_LIKELY] - old.turns[_LIKELY])
-        knows_wheels = self._wheels_turned and self._wheels is not None
         return Deviation(
             seconds=max(new.time - old.time, 1e-3),
             moved=moved,
@@ -306,5 +289,4 @@ class MotionCheck:
             turned=turned,
             commanded_turn=turn,
             in_heading=abs(turned - turn) / _MARGIN_RAD > abs(moved - commanded) / _MARGIN_M,
-            rolled=new.wheels - old.wheels if knows_wheels else None,
         )

@@ -18,7 +18,6 @@ _CARRIED_RAD = 0.5
 _RESTS_AFTER_S = 1.0  # of a pause
 _UNEVEN_M = 0.25
 _REPEATS_S = 0.1
-_WHEELS_S = 0.2  # largest age of wheel odometry
 
 
 class MotionWatch:
@@ -58,7 +57,6 @@ class MotionWatch:
                 view.pose,
                 view.measured if is_usable else -math.inf,
                 now,
-                view.wheels[0] if now - view.rolled < _WHEELS_S else None,
                 robot in self._proving.left,
                 robot in self._proving.left_to_turn,
             )

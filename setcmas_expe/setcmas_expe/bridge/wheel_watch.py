@@ -37,7 +37,7 @@ class WheelWatch:
         self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
         self._limits = lab.limits
         self._by_mocap = Obedience(lab.limits, RUNS_AWAY_AFTER_S)  # of a robot without odometry
-        self._was_paused = self._told_unguarded = False
+        self._was_paused = False
         self._may_roll = False  # it has not stood since it was told to move; else it is carried
 
     def measure(self, V: float, omega: float, now: float) -> None:
@@ -64,10 +64,6 @@ class WheelWatch:
         elif not (decision.why and decision.why.cause.lasts) and not self._guard.has_ended:
             if self._motors.is_cut or (self._was_paused and not self._guard.is_there()):
                 self._motors.give()
-            if not self._guard.is_there() and not self._told_unguarded:
-                self._told_unguarded = True
-                text = 'without a cmd_vel_guard it keeps its last velocity if this computer or its'
-                self._logger.warning(f'robot {self._robot}: {text} network dies')
             self._was_paused = False
         self._find_runaway(decision, view, now)
 
