@@ -217,3 +217,10 @@ def test_one_that_works_is_taken(path, tmp_path):
     path(install(tmp_path / 'opt'))
 
     environment.check_ros()
+
+
+def test_nodes_import_numpy_without_threads_that_spin(monkeypatch):
+    monkeypatch.delenv('OPENBLAS_NUM_THREADS', raising=False)
+    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '1'
+    monkeypatch.setenv('OPENBLAS_NUM_THREADS', '2')
+    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '2'
