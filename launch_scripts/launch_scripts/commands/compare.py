@@ -2,8 +2,7 @@
 
 The first run is the reference. If a run is an experiment, it is first shifted in time to fit best.
 Two plots, of the paths and of the distances over time, are saved in a folder;
-everything else is printed. For a simulation and an experiment, it also shows when each robot
-departs from its simulation.
+everything else is printed.
 
 Examples:
   setcmas compare out_gain_1 out_gain_2
@@ -37,7 +36,7 @@ def main(args: argparse.Namespace) -> int:
     """Compare; return the exit status."""
     from setcmas_tools.compare.differences import differences, metrics_table
     from setcmas_tools.compare.pictures import write_pictures
-    from setcmas_tools.compare.run_distance import best_shift, departures
+    from setcmas_tools.compare.run_distance import best_shift
     from setcmas_tools.measures.metrics import measure
     from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
@@ -52,8 +51,6 @@ def main(args: argparse.Namespace) -> int:
     for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
         found = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
-        if table := departures(runs[0], run, shift):
-            print(table)
     look = PlotSettings(tuple(args.format), args.palette)
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -23,12 +22,6 @@ RATE_HZ = 10
 
 LARGEST_SHIFT_S = 10.0
 """Largest shift in time between two runs."""
-
-DEPARTED_M = 0.1
-"""Distance from which a robot has departed from its simulation."""
-
-DEPARTED_S = 2.0
-"""Time for which it stays farther away than that, or to the end."""
 
 _NOTHING_IN_COMMON = 'no robot is in both runs long enough to compare them'
 _LEAST_COMMON = 0.5  # of the shorter run
@@ -110,35 +103,6 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
         begin, end = max(0, -steps), min(ours, theirs - steps)
         if end - begin >= least:
             yield steps, slice(begin, end), slice(begin + steps, end + steps)
-
-
-def departures(reference: Run, run: Run, shifted: Shifted, form: str = 'simple') -> str:
-    """Return when each robot departs from its simulation, and its RMS distance, as a table.
-
-    It has a format of `tabulate`; it is empty unless one of the runs is an experiment and the
-    other a simulation.
-    """
-    if is_experiment(reference) == is_experiment(run):
-        return ''
-    rows = []
-    for robot, rms in shifted.rms.items():
-        t = departure(shifted.t, shifted.distances[robot])
-        rows.append([robot_name(robot), 'never' if t is None else f'{t:.1f}', f'{rms:.3f}'])
-    heads = ('robot', f'more than {DEPARTED_M:g} m away from (s)', 'RMS (m)')
-    table: str = tabulate(
-        rows, heads, form, stralign='right', colalign=('left',), disable_numparse=True
-    )
-    return table
-
-
-def departure(t: Floats, distances: Floats) -> float | None:
-    """Return when distances exceed `DEPARTED_M` for `DEPARTED_S` or to the end; None if never."""
-    known = np.isfinite(distances)
-    t, apart = t[known], distances[known] > DEPARTED_M
-    begins = np.flatnonzero(apart & ~np.concatenate([[False], apart[:-1]]))
-    ends = np.flatnonzero(apart & ~np.concatenate([apart[1:], [False]]))
-    lasting = (t[ends] - t[begins] >= DEPARTED_S) | (ends == len(apart) - 1)
-    return float(t[begins[lasting][0]]) if lasting.any() else None
 
 
 def _positions(grid: FleetGrid, robots: list[int]) -> Floats:

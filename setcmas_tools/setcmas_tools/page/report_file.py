@@ -169,9 +169,6 @@ def _metrics(pair: Pair) -> Iterator[str]:
         yield element('p', f'{pair.headline}.')
     yield f'<div class="scroll metrics">{table}</div>'
     yield from (element('p', remark) for remark in remarks)
-    if pair.departures:
-        yield element('h2', 'Experiment against simulation')
-        yield f'<div class="scroll metrics">{pair.departures}</div>'
     if pair.differences:
         yield element('h2', 'What differs')
         yield f'<pre>{element("code", _joined(pair.differences))}</pre>'

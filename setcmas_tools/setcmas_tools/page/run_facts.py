@@ -17,7 +17,7 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.compare.differences import differences, metrics_table
 from setcmas_tools.compare.pictures import drawn_pictures
-from setcmas_tools.compare.run_distance import Shifted, best_shift, departures
+from setcmas_tools.compare.run_distance import Shifted, best_shift
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
@@ -137,13 +137,6 @@ class Pair:
     def differences(self) -> list[str]:
         """The options in which the runs differ, one a line."""
         return differences(self.run, self.other) if self.other else []
-
-    @property
-    def departures(self) -> str:
-        """HTML table of when robots depart from their simulation, if one run is an experiment."""
-        if self.other is None or self.shifted is None:
-            return ''
-        return departures(self.run, self.other, self.shifted, 'html')
 
     def metrics(self) -> tuple[str, list[str]]:
         """Return an HTML table of metrics, and the lines below it."""

@@ -1,12 +1,8 @@
-from dataclasses import replace
-
 import pytest
 from processes import refuses
 
 from launch_scripts.cli import main
 from setcmas_tools import simulate
-from setcmas_tools.run.law_output import safety_record
-from setcmas_tools.run.run import Run
 
 LAW = """K = 0.5
 
@@ -43,21 +39,3 @@ def test_two_gains_are_compared(folders, capsys):
 
 def test_one_run_alone_is_refused(folders):
     refuses('compare', 'one', message="'one' is only one run; name at least two", cwd=folders)
-
-
-def test_robots_of_an_experiment_depart_from_their_simulation(folders, capsys):
-    """In either order, printed and on the page."""
-    run = Run.load('other')
-    safety = safety_record(
-        [(t / 2, robot, 'moving', False) for t in range(16) for robot in (1, 2)]
-    )
-    replace(run, tables=replace(run.tables, safety=safety)).save('experiment')
-
-    for arguments in (['one', 'experiment'], ['experiment', 'one']):
-        assert main(['compare', *arguments]) == 0
-        printed = capsys.readouterr().out
-        assert 'tb3_1 ' in printed.partition('more than 0.1 m away from (s)')[2]
-    assert main(['compare', 'one', 'other']) == 0
-    assert 'away from' not in capsys.readouterr().out
-    assert main(['report', 'one', 'experiment']) == 0
-    assert 'Experiment against simulation' in (folders / 'one_experiment.html').read_text()

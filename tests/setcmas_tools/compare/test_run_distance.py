@@ -5,7 +5,7 @@ from runs import run_of
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
-from setcmas_tools.compare.run_distance import best_shift, departure, distances_between
+from setcmas_tools.compare.run_distance import best_shift, distances_between
 
 
 def wave(delay, offset=0.0):
@@ -42,19 +42,3 @@ def test_runs_without_a_common_robot_are_refused():
     assert best_shift(other, other).rms == {1: 0.0}
     with pytest.raises(SetcmasError, match='no robot is in both runs'):
         best_shift(other, alone)
-
-
-def test_robots_have_departed_when_they_stay_apart():
-    t, distances = np.arange(100) / 10, np.zeros(100)
-    distances[20:30] = 0.2  # not for long
-    assert departure(t, distances) is None
-    distances[60:] = 0.2
-    assert departure(t, distances) == pytest.approx(6.0)
-
-
-def test_robots_that_are_apart_at_the_end_have_departed_however_late():
-    t, distances = np.arange(100) / 10, np.full(100, 0.02)
-    distances[94:] = 0.3  # then safety ended the run
-    assert departure(t, distances) == pytest.approx(9.4)
-    distances[98:] = np.nan  # motion capture lost it
-    assert departure(t, distances) == pytest.approx(9.4)
