@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import operator
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
-from setcmas_ctrl.filter.filter_options import NONE, FilterOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
@@ -184,35 +183,6 @@ class Lab:
                 raise SetcmasError(
                     f'the start pose of robot {robot.number}, ({robot.start[0]:g}, '
                     f'{robot.start[1]:g}) m, is outside the arena'
-                )
-
-    def check_tightens(self, bounds: Lab) -> None:
-        """Check that this lab allows nothing that another lab forbids.
-
-        Raises:
-            SetcmasError: It does; the message names it.
-        """
-        (xmin, xmax, ymin, ymax), outer = self.arena, bounds.arena
-        inside = outer.distance(xmin, ymin) == outer.distance(xmax, ymax) == 0
-        own, most = astuple(self.limits), astuple(bounds.limits)
-        slower = all(map(operator.le, own[:3], most[:3]))
-        checks = {
-            'arena': (inside, f'inside {", ".join(f"{border:g}" for border in outer)} m'),
-            'min_separation': (
-                self.min_separation >= bounds.min_separation,
-                f'at least {bounds.min_separation:g} m',
-            ),
-            'filter': (self.filter == bounds.filter or bounds.filter == NONE, bounds.filter),
-            'limits': (slower, f'at most {bounds.limits.V_max:g} m/s, and no faster in turns'),
-            'accel': (self.accel <= bounds.accel, f'at most {bounds.accel:g} m/s^2'),
-            'lidar_stop': (self.lidar_stop or not bounds.lidar_stop, 'true'),
-            'without_guard': (self.guarded or not bounds.guarded, 'false'),
-            'without_motion_check': (self.checks_motion or not bounds.checks_motion, 'false'),
-        }
-        for name, (tightens, accepted) in checks.items():
-            if not tightens:
-                raise SetcmasError(
-                    f'{name} of the scenario loosens what the lab file sets; it must be {accepted}'
                 )
 
     def check_rate(self, rate: float) -> None:

@@ -228,19 +228,14 @@ class FloorWatch:
         self._last_seen = t if shifts else min(t, self._last_seen)
         self._last_right = min(t, self._last_right) if wrong else t
         if not self._moved and wrong and t - self._last_right >= _SURE_AFTER_S:
-            self._moved = self._what_moved(wrong, len(shifts))
+            tag = max(wrong, key=lambda one: wrong[one])
+            self._moved = (
+                f'camera {self._camera.name} or floor tag {tag} was moved: the tag is '
+                f'{1e3 * wrong[tag]:.0f} mm from its place; put it back, or calibrate again'
+            )
         is_hidden = t - self._last_seen >= _LONGEST_HIDDEN_S
         hidden = f'camera {self._camera.name} sees no floor tag; uncover them, or add light'
         self.fault = self._moved or (hidden if is_hidden else '')
-
-    def _what_moved(self, wrong: Mapping[int, float], nb_seen: int) -> str:
-        """Return which of the tags and the camera was moved."""
-        name = self._camera.name
-        tag = max(wrong, key=lambda one: wrong[one])
-        where = f'{1e3 * wrong[tag]:.0f} mm from its place'
-        if len(wrong) == 1 and nb_seen > 1:
-            return f'floor tag {tag} is {where} for camera {name}; put it back'
-        return f'camera {name} was moved: floor tag {tag} is {where}; calibrate the floor again'
 
 
 def floor_shifts(

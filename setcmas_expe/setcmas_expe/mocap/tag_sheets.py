@@ -33,8 +33,6 @@ _RULER_MM = 20.0
 _STRIP_MM = 12.0
 """Height of the strip with number and arrow, in front of the tag."""
 _GAP_MM = 5.0
-_CUT_MM = 4.0
-_POINTS_PER_MM = 72 / 25.4
 _PX_PER_MM, _TAG_PX = 8, 800
 
 
@@ -115,9 +113,10 @@ def _page(paper: str) -> tuple[Figure, Axes]:
 
 
 def _draw_tag(page: Axes, x: float, y: float, size: float, tag: int) -> None:
-    """Draw a tag with its cut marks; its lower left corner is x, y in mm."""
+    """Draw a tag with the line to cut along; its lower left corner is x, y in mm."""
     across = size * (1 + 2 * _MARGIN)
-    _draw_cut_marks(page, x, y, across, across + _STRIP_MM)
+    left, right, top = x, x + across, y + across + _STRIP_MM
+    page.plot([left, right, right, left, left], [y, y, top, top, y], '0.7', linewidth=0.4)
     pixels = tag_family().generateImageMarker(tag, _TAG_PX)
     _draw(page, pixels, x + _MARGIN * size, y + _MARGIN * size, size)
     middle, is_floor = y + across + _STRIP_MM / 2, tag >= FIRST_FLOOR_TAG
@@ -127,15 +126,6 @@ def _draw_tag(page: Axes, x: float, y: float, size: float, tag: int) -> None:
         low, tip, half = y + across + 1, y + across + _STRIP_MM - 1.5, 0.05 * size
         page.fill(x + across / 2 + np.array([-half, half, 0]), [low, low, tip], color='black')
         page.text(x + across - 2, middle, 'front', ha='right', va='center', fontsize=size_pt)
-
-
-def _draw_cut_marks(page: Axes, x: float, y: float, width: float, height: float) -> None:
-    """Draw two short lines outside of each corner: matplotlib's ticks."""
-    length = _CUT_MM * _POINTS_PER_MM
-    for at_x, left_or_right in ((x, 0), (x + width, 1)):
-        for at_y, up_or_down in ((y, 3), (y + height, 2)):
-            for marker in (left_or_right, up_or_down):
-                page.plot(at_x, at_y, '0.5', marker=marker, markersize=length, mew=0.4)
 
 
 def _draw(page: Axes, pixels: Picture, x: float, y: float, width: float) -> None:

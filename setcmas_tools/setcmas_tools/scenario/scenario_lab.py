@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 from setcmas_ctrl.filter.barrier_constraints import check_starts
+from setcmas_ctrl.filter.filter_options import NONE
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,
@@ -16,6 +18,7 @@ from setcmas_expe.emulation.emulation_options import (
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_tools.scenario.scenario import Scenario
@@ -40,8 +43,38 @@ def bounded_lab_options(
     if own and 'obstacles' not in typed:
         both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
         options = replace(options, obstacles='; '.join(both))
-    options.chosen().check_tightens(bounds)
+    check_tightens(options.chosen(), bounds)
     return options
+
+
+def check_tightens(lab: Lab, bounds: Lab) -> None:
+    """Check that a lab allows nothing that another lab forbids.
+
+    Raises:
+        SetcmasError: It does; the message names it.
+    """
+    (xmin, xmax, ymin, ymax), outer = lab.arena, bounds.arena
+    inside = outer.distance(xmin, ymin) == outer.distance(xmax, ymax) == 0
+    own, most = astuple(lab.limits), astuple(bounds.limits)
+    slower = all(map(operator.le, own[:3], most[:3]))
+    checks = {
+        'arena': (inside, f'inside {", ".join(f"{border:g}" for border in outer)} m'),
+        'min_separation': (
+            lab.min_separation >= bounds.min_separation,
+            f'at least {bounds.min_separation:g} m',
+        ),
+        'filter': (lab.filter == bounds.filter or bounds.filter == NONE, bounds.filter),
+        'limits': (slower, f'at most {bounds.limits.V_max:g} m/s, and no faster in turns'),
+        'accel': (lab.accel <= bounds.accel, f'at most {bounds.accel:g} m/s^2'),
+        'lidar_stop': (lab.lidar_stop or not bounds.lidar_stop, 'true'),
+        'without_guard': (lab.guarded or not bounds.guarded, 'false'),
+        'without_motion_check': (lab.checks_motion or not bounds.checks_motion, 'false'),
+    }
+    for name, (tightens, accepted) in checks.items():
+        if not tightens:
+            raise SetcmasError(
+                f'{name} of the scenario loosens what the lab file sets; it must be {accepted}'
+            )
 
 
 def _lab_options(scenario: Scenario, **others: Any) -> LabOptions:

@@ -1,15 +1,18 @@
 """The lab of a scenario: what a scenario file may tighten, and what a recorded run keeps."""
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import pytest
 from processes import run_here
 
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.arena import Arena
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.scenario.scenario_lab import bounded_lab_options, in_lab
+from setcmas_tools.scenario.scenario_lab import bounded_lab_options, check_tightens, in_lab
 
 TIGHT = """\
 algo: consensus
@@ -57,3 +60,30 @@ def test_a_scenario_that_loosens_its_lab_starts_nothing(tmp_path):
     assert result.returncode == 2
     assert 'arena of the scenario loosens what the lab file sets' in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ['wide.yaml']
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'min_separation': 0.2}, 'min_separation of the scenario loosens'),
+        ({'filter': 'none'}, 'filter of the scenario loosens'),
+        ({'limits': 'waffle'}, 'limits of the scenario loosens'),
+        ({'arena': (-99, 99, -99, 99)}, 'arena of the scenario loosens'),
+        ({'without_guard': True}, 'without_guard of the scenario loosens'),
+    ],
+)
+def test_a_scenario_tightens_what_a_lab_sets_and_never_loosens_it(changes, message):
+    bounds = replace(LabOptions(filter='barrier').chosen(), arena=Arena(-2, 2, -2, 2))
+    arena = changes.get('arena', (-1, 1, -1, 1))
+    loose = LabOptions(**{'filter': 'barrier', **changes, 'arena': Arena(*arena)}).chosen()
+
+    tight = LabOptions(filter='barrier', arena=Arena(-1, 1, -1, 1), accel=0.1)
+    check_tightens(tight.chosen(), bounds)
+    with pytest.raises(SetcmasError, match=message):
+        check_tightens(loose, bounds)
+
+
+def test_a_scenario_needs_the_lidar_stop_of_its_lab():
+    lab = LabOptions().chosen()
+    with pytest.raises(SetcmasError, match='lidar_stop of the scenario loosens'):
+        check_tightens(lab, replace(lab, lidar_stop=True))
