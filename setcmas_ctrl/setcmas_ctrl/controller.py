@@ -32,11 +32,8 @@ NO_VELOCITY: Velocity = (math.nan, math.nan)
 class Controller(RobotNode):
     """Calls the control law of robot i at 5 Hz: poses of the fleet in, cmd_cart_vel out.
 
-    `ControlledFleet` gives it its law, and the network, which has the poses: nodes of a process
-    share them, so that each odometry is taken once.
-
-    Its process (`ControlledFleet`) loads the law, and takes the poses for all its controllers
-    before it steps them.
+    Its process (`ControlledFleet`) gives it its law, and the network, which has the poses: they
+    are taken for all nodes of the process before a step, each odometry once.
 
     Attributes:
         law: The control law; None while its script has a mistake.

@@ -47,8 +47,6 @@ NO_COMMAND = (math.nan, 0.0, math.nan)
 class SiToUni(RobotNode):
     """Converts the velocity of robot i to its command: cmd_cart_vel and odom in, cmd_vel out.
 
-    `ControlledFleet` gives it the poses, which nodes of a process share.
-
     Its process (`ControlledFleet`) takes the poses for all its nodes before it steps them.
 
     Attributes:

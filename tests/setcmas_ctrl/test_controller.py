@@ -140,14 +140,6 @@ def test_without_a_pose_or_a_law_the_robot_rests(controlled, capsys, why):
     assert 'called' not in capsys.readouterr().out
 
 
-def test_its_last_word_is_zero(peer, controlled):
-    robot = controlled('return 0.25, 0.0')
-    robot.velocity()
-    robot.node.stop()
-
-    peer.wait_for(lambda: (robot.wanted[-1].x, robot.wanted[-1].y) == (0.0, 0.0))
-
-
 def test_the_poses_of_an_experiment_are_those_of_motion_capture(controlled):
     robot = controlled('return 0.25, 0.0', in_experiment=True)
     assert robot.poses.topic_of(2) == '/mocap/tb3_2/odom'

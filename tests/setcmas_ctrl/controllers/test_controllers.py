@@ -1,7 +1,5 @@
 import math
-import re
 
-import numpy as np
 import pytest
 from processes import CTRL, SIMU
 
@@ -13,7 +11,6 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 from ros_peer import position
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from setcmas_simu.fleet.announcement import Announcement
@@ -49,19 +46,6 @@ def test_each_robot_has_parameters_of_its_own(start, peer, script, tmp_path):
     assert komegas() == [2.0, 2.0]
     for node, name in (('controller', 'rate'), ('si_to_uni', 'vnom')):
         assert peer.set_parameter(f'/tb3_1/{node}', name, 1.0) != ''  # not theirs
-
-
-def test_robots_of_fleets_above_20_have_no_services_of_their_own(start, peer):
-    start(*SIMU, '--nb-robots', '21')
-    process = start(*CTRL, '--algo', 'consensus')
-    process.wait_for_output('controlling robots 1-21')
-    wanted = peer.cmd_cart_vel(21)
-    assert peer.set_parameter('/controllers', 'vnom', 0.0625) == ''
-    peer.wait_for(lambda: wanted and np.hypot(wanted[-1].x, wanted[-1].y) <= 0.0625)
-
-    names = {name for name, _ in peer.node.get_service_names_and_types()}
-    assert '/controllers/set_parameters' in names
-    assert not [name for name in names if name.startswith('/tb3_')]
 
 
 def test_another_program_drives_robots_in_place_of_a_law(start, peer):
@@ -167,28 +151,6 @@ def test_requests_are_answered_while_it_waits_for_odometry(start, peer, script):
     assert wanted[0].x == 0.0  # paused
     assert peer.call(SetBool, '/controllers/pause', data=False).success
     peer.wait_for(lambda: wanted[-1].x == 0.25)
-
-
-def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):
-    law = script('def control(i, n, p, t):\n    print(f"t = {t:.2f}")\n    return 0.1, 0\n')
-    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', law)
-    commands = peer.cmd_vel(1)
-
-    def times():
-        return [float(t) for t in re.findall(r't = ([\d.]+)', process.output())]
-
-    peer.wait_for(lambda: len(times()) > 5)
-    wish = peer.publisher(Bool, '/pause')
-    wish.publish(Bool(data=True))
-    process.wait_for_output('paused by /pause')
-    peer.wait_for_new(commands, 15)  # zeros: the controller goes on, its law is not called
-    before = times()
-    wish.publish(Bool(data=False))
-    peer.wait_for(lambda: len(times()) > len(before) + 2)
-
-    steps = np.diff(times())[len(before) - 1 :]
-    assert max(steps) < 1.0  # 3 s have gone by
 
 
 def test_fleets_in_two_namespaces_are_apart(start, peer):

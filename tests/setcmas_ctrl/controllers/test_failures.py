@@ -112,18 +112,6 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
     assert 'the other robots continue' not in process.output()
 
 
-@pytest.mark.nightly
-def test_a_script_that_ignores_signals_ends_with_its_process(start, peer, script, robots):
-    law = HARM.format(harm='signal.signal(signal.SIGINT, signal.SIG_IGN); signal.alarm(1)')
-    process = start(*SETCMAS, 'ctrl', '--algo', script(law))
-    peer.wait_for(lambda: move(robots))
-    begin = position(robots[1][-1])
-    peer.wait_for(lambda: position(robots[1][-1])[0] > begin[0] + 0.6)  # more than 1 s later
-
-    assert process.end(signal.SIGINT) == 0
-    peer.wait_for(lambda: stand(robots))
-
-
 def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer, script):
     law = script(
         """

@@ -11,7 +11,7 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position, twist_stamped
 from std_msgs.msg import Empty, String
@@ -150,36 +150,6 @@ def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
 
     peer.wait_for(lambda: last_step() == pytest.approx(1 / 20))  # steps may be missed, if busy
     assert 'rate is 20 from now on' in simulator.output()
-
-
-def test_each_robot_has_parameters_of_its_own(start, peer, tmp_path):
-    file = tmp_path / 'parameters.yaml'
-    file.write_text('/tb3_2/virtual_robot:\n  ros__parameters: {x0: 2.0, limits: burger}\n')
-    start(*SIMU, '--nb-robots', '2', '--ros-args', '--params-file', str(file))
-    odometry = [peer.odometry(robot) for robot in (1, 2)]
-    peer.wait_for(lambda: all(odometry))
-    assert position(odometry[0][0]) == tuple(start_poses(2)[:2, 0])
-    assert position(odometry[1][0]) == (2.0, start_poses(2)[1, 1])
-
-    second = '/tb3_2/virtual_robot'
-    listed = peer.call(ListParameters, f'{second}/list_parameters').result.names
-    assert {'robot_no', 'x0', 'y0', 'theta0', 'model', 'limits', 'cmd_timeout'} <= set(listed)
-    found = peer.call(DescribeParameters, f'{second}/describe_parameters', names=['x0', 'limits'])
-    assert [one.read_only for one in found.descriptors] == [True, False]
-    assert 'read-only' in peer.set_parameter(second, 'x0', 3.0)
-
-    def speeds():
-        for command in commands:
-            command.publish(twist_stamped(1.0, 0.0))
-        peer.wait_for_new(odometry[1], 2)
-        return [messages[-1].twist.twist.linear.x for messages in odometry]
-
-    commands = [peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel') for robot in (1, 2)]
-    peer.wait_for(lambda: speeds() == [1.0, pytest.approx(0.21, abs=0.01)])
-    assert peer.set_parameter('/virtual_robots', 'limits', 'waffle') == ''  # for all of them
-    peer.wait_for(lambda: speeds() == 2 * [pytest.approx(0.26, abs=0.01)])
-    assert peer.set_parameter(second, 'limits', 'ideal') == ''
-    peer.wait_for(lambda: speeds() == [pytest.approx(0.26, abs=0.01), 1.0])
 
 
 def test_robots_of_fleets_above_20_have_no_services_of_their_own(start, peer):
