@@ -7,18 +7,15 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from setcmas_ctrl.controller import Controller
-from setcmas_ctrl.controllers.fleet_discovery import LostRobots
-from setcmas_ctrl.controllers.fleet_pause import FleetPause
+from setcmas_ctrl.controllers.fleet_monitor import FleetMonitor
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
-from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.controllers.markers import publish_obstacles
 from setcmas_ctrl.controllers.robot_models import DrivenModels
 from setcmas_ctrl.controllers.script_reloader import ScriptReloader
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
-from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions, LawOptions
 from setcmas_ctrl.laws.conversion_script import ScriptConversion
@@ -31,7 +28,7 @@ from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
-from setcmas_simu.ros.polling import PolledTopic, RequestWait
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.ros.step_loop import SteadyClock
 
@@ -68,6 +65,7 @@ class ControlledFleet:
         controllers, si_to_unis: Nodes of the robots; no controllers without a law.
         senders: Their nodes that send states by events, if any.
         phases: All nodes that are stepped, in the order of the steps.
+        monitor: Watches robots, pause, time and graph.
     """
 
     def __init__(
@@ -102,8 +100,20 @@ class ControlledFleet:
         self.parameters.on_change = self._follow
         nodes = [node, *itertools.chain(*self.phases, self.senders)]
         warn_of_unknown(nodes)
-        self._watch_fleet()
-        process.requests = RequestWait(nodes, self._urgent)  # while they wait, too
+        robots = self.si_to_unis
+        is_of_one = self._alone is not None
+        graph = GraphWatch(node, self.poses, self._topic_of, self._announced, robots, is_of_one)
+        self.monitor = FleetMonitor(
+            node,
+            options,
+            self.robots,
+            self.poses,
+            robots,
+            graph,
+            process.launcher,
+            self.time,
+        )
+        process.requests = RequestWait(nodes, self.monitor.urgent)  # while they wait, too
         self._reloader = None
         if options.watch and self.scripts.laws:
             has_senders = bool(self.senders)
@@ -203,29 +213,6 @@ class ControlledFleet:
             self.node, self.si_to_unis, self._safety, self.parameters.options, self.poses
         )
 
-    def _watch_fleet(self) -> None:
-        """Watch the graph, lost robots, the pause, and the time of other processes."""
-        process, node, robots = self.process, self.node, self.si_to_unis
-        self.graph = GraphWatch(
-            node, self.poses, self._topic_of, self._announced, robots, self._alone is not None
-        )
-        self._lost = LostRobots(self.robots, self.poses, self.warn)
-        self._urgent: list[PolledTopic] = []
-        if self.options.experiment:
-            pause = PauseWatch(node, self.options.pause_timeout)
-            self._is_paused: Callable[[], bool] = lambda: pause.reason() is not None
-        else:
-            fleet_pause = FleetPause(node, robots, process.launcher)
-            self._urgent += fleet_pause.topics
-            self._is_paused = lambda: fleet_pause.is_on
-        self._run_time, self.time_topic = FleetTime(), None
-        if len(self.robots) < self._nb_robots:  # other processes may control the others
-            self.time_topic = FleetTimeTopic(
-                node, self.robots, self._run_time, self.time.clock.now
-            )
-            self._urgent.append(self.time_topic.topic)
-        self.note_step()
-
     def poll(self) -> None:
         """Take messages between steps, and step nodes that follow other programs."""
         self.take()
@@ -255,7 +242,7 @@ class ControlledFleet:
     def take(self) -> None:
         """Take pending messages: poses, states and messages that robots have sent."""
         now = self.time.clock.now()
-        self.time.t = self._run_time.at(now)
+        self.time.t = self.monitor.run_time.at(now)
         self.network.take_values()
         self.poses.take(now)
         self.network.take()
@@ -265,31 +252,20 @@ class ControlledFleet:
 
     def begin_step(self) -> None:
         """Take messages, and prepare the nodes for the step at the present time."""
-        now = self.time.now
         self.watch.begin_period()
         self.take()
-        # A step cannot receive odometry while it runs.
-        self._lost.update(POSE_TIMEOUT_S + now - self._stepped)
-        is_paused = self._is_paused()
-        self.time.t = t = self._run_time.step(now, is_paused)
+        is_paused = self.monitor.begin_step()
         if not is_paused:
-            self.network.begin_step(t)
+            self.network.begin_step(self.time.t)
         for controller in self.controllers:
             controller.is_paused = is_paused
-            controller.is_lost = controller.robot in self._lost
-
-    def note_step(self) -> None:
-        """Note that odometry counts from now on: a step cannot receive any while it runs."""
-        self._stepped = self.time.clock.now()
+            controller.is_lost = controller.robot in self.monitor.lost
 
     def end_step(self) -> None:
         """Look after what is not urgent."""
         self.watch.end_period()
-        if self.time_topic and self.controllers:
-            self.time_topic.publish()
-        self._stepped = self.time.now
         self.process.take_signals()  # scripts may have changed the handlers
-        self.graph.check()
+        self.monitor.end_step(bool(self.controllers))
         if self._reloader:
             self._reloader.poll()
 
@@ -299,7 +275,7 @@ class ControlledFleet:
         Raises:
             SetcmasError: One has a mistake; all robots stop.
         """
-        is_shared = self._run_time.is_shared(self.time.clock.now())
+        is_shared = self.monitor.shares_t
         try:
             self.scripts.reload()
             for sender in self.senders:
@@ -313,7 +289,7 @@ class ControlledFleet:
             for controller in self.controllers:
                 controller.law = by_robot.get(controller.robot)
             self.scripts.outcomes.begin_anew(loaded=bool(by_robot))
-            self._run_time.begin_anew()
+            self.monitor.run_time.begin_anew()
             self.network.forget_messages()
         return 't continues, as in other controllers' if is_shared else 't = 0'
 

@@ -1,0 +1,82 @@
+"""Monitor of a fleet beside the steps of its nodes: lost robots, the pause, the time of others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from setcmas_ctrl.controllers.fleet_discovery import LostRobots
+from setcmas_ctrl.controllers.fleet_pause import FleetPause
+from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
+from setcmas_ctrl.controllers.graph_watch import GraphWatch
+from setcmas_ctrl.experiment_pause import PauseWatch
+from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
+from setcmas_ctrl.laws.control_options import ControllerOptions
+from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.reports.reports import Launcher
+from setcmas_simu.robot_node import StepTime
+from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.ros.process import FleetNode
+
+
+class FleetMonitor:
+    """Watches what decides whether, and at which t, the robots of a process are controlled.
+
+    Attributes:
+        graph: Finds robots that do not listen, and other controllers.
+        lost: Robots whose odometry is too old.
+        run_time: The time t of the run.
+        time_topic: Shares t with processes that control others; None if this one controls all.
+        urgent: Topics that are to be taken at once.
+    """
+
+    def __init__(
+        self,
+        node: FleetNode,
+        options: ControllerOptions,
+        robots: Sequence[int],
+        poses: FleetPoses,
+        drivers: Sequence[SiToUni],
+        graph: GraphWatch,
+        launcher: Launcher,
+        time: StepTime,
+    ) -> None:
+        """Watch some robots of the fleet in `poses`; `drivers` command them."""
+        self.graph, self._time = graph, time
+        self.lost = LostRobots(robots, poses, node.get_logger().warning)
+        self.urgent: list[PolledTopic] = []
+        if options.experiment:
+            pause = PauseWatch(node, options.pause_timeout)
+            self._is_paused: Callable[[], bool] = lambda: pause.reason() is not None
+        else:
+            fleet_pause = FleetPause(node, drivers, launcher)
+            self.urgent += fleet_pause.topics
+            self._is_paused = lambda: fleet_pause.is_on
+        self.run_time, self.time_topic = FleetTime(), None
+        if len(robots) < poses.poses.shape[1]:  # other processes may control the others
+            self.time_topic = FleetTimeTopic(node, [*robots], self.run_time, time.clock.now)
+            self.urgent.append(self.time_topic.topic)
+        self.note_step()
+
+    def begin_step(self) -> bool:
+        """Set t of a step; return whether the robots are paused."""
+        # A step cannot receive odometry while it runs.
+        self.lost.update(POSE_TIMEOUT_S + self._time.now - self._stepped)
+        is_paused = self._is_paused()
+        self._time.t = self.run_time.step(self._time.now, is_paused)
+        return is_paused
+
+    def note_step(self) -> None:
+        """Note that odometry counts from now on: a step cannot receive any while it runs."""
+        self._stepped = self._time.clock.now()
+
+    def end_step(self, has_laws: bool) -> None:
+        """Tell other processes t, if it is that of laws, and look at the graph."""
+        if self.time_topic and has_laws:
+            self.time_topic.publish()
+        self._stepped = self._time.now
+        self.graph.check()
+
+    @property
+    def shares_t(self) -> bool:
+        """Whether other processes use the same t."""
+        return self.run_time.is_shared(self._time.clock.now())
