@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_ctrl.network import reachable
 from setcmas_ctrl.predictions.conditions import Departure
-from setcmas_tools import Scenario, simulate
+from setcmas_tools import simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 CONDITION = 'def ctc(pos, last_pos, t):\n    return abs(pos[0] - last_pos[0]) > 0.1\n'
@@ -81,14 +80,7 @@ def test_unicycles_get_to_the_equilibrium_and_rest(law, count, options):
         assert metrics['distances'].distance_error_final_largest_m < 0.05
 
 
-def test_no_link_of_a_rendezvous_is_lost():
-    run = simulate('rendezvous', 8, 40.0, range=6.0)
-
-    assert run.record.changes[:, 3].min() == 1.0
-    assert run.metrics()['consensus'].disagreement_at_end_m < 0.1
-
-
-@pytest.mark.parametrize('seed', range(6))
+@pytest.mark.parametrize('seed', range(2))
 @pytest.mark.parametrize('vnom', [0.5, 50.0])
 def test_fast_robots_lose_no_link_of_a_rendezvous(vnom, seed):
     starts = {'random_poses': 'box=16x16,distance=1', 'seed': seed}
@@ -108,7 +100,7 @@ def test_links_that_are_longer_than_d_may_break():
 @pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize(
     ('graph', 'count', 'apart'),
-    [('complete', 2, 0.16), ('complete', 4, 0.64), ('ring', 6, 0.64), ('star', 5, 1.0)],
+    [('complete', 4, 0.64), ('star', 5, 1.0)],
 )
 def test_sampled_finite_time_consensus_stays_as_far_apart_as_it_says(graph, count, apart):
     options = {'rate': 5.0, 'robot_rate': 5.0, 'set': {'K': 2.0, 'SLOW': 0.0}}
@@ -160,10 +152,7 @@ IDEAL = {'set': {'SLOW': 0.0}, **THEORY}
 @pytest.mark.parametrize(
     ('graph', 'options', 'error'),
     [
-        *(
-            (graph, IDEAL, {'rel': 0.01})
-            for graph in ('path', 'ring', 'directed_ring', 'complete')
-        ),
+        ('directed_ring', IDEAL, {'rel': 0.01}),
         ('ring', {}, {'abs': 0.1}),  # unicycles
     ],
 )
@@ -176,38 +165,10 @@ def test_dynamic_average_follows_the_mean_of_ramps_with_the_error_of_theory(grap
         assert figure.measured == pytest.approx(figure.predicted, **error)
 
 
-WITH_MESSAGES = (
-    'dynamic_average',
-    'kuramoto',
-    'leader_election',
-    'second_order_consensus',
-    'velocity_alignment',
-)
-OTHERS = {*WITH_MESSAGES, *(name for name in ALGORITHMS.plugins() if 'leader_follower' in name)}
-OF_POSES = sorted({*ALGORITHMS.plugins()} - OTHERS)
-EACH_BY_ONE_ROBOT = ','.join(f'{i}:{name}' for i, name in enumerate(OF_POSES, 1))
-
-
-@pytest.mark.parametrize('law', [*WITH_MESSAGES, EACH_BY_ONE_ROBOT])
-def test_each_law_moves_robots_over_topics_as_offline(law, domain):
-    pytest.importorskip('rclpy')
-    from stepped_nodes import stepped_nodes
-
-    count = len(OF_POSES) if law == EACH_BY_ONE_ROBOT else 4
-    options = {'graph': 'ring', 'loss': 0.2, 'delay': 0.2, 'seed': 3}
-    scenario = Scenario.of(law, nb_robots=count, duration=3.0, **options)
-    with stepped_nodes(scenario, domain) as nodes:
-        nodes.run()
-
-    assert np.array_equal(nodes.poses, simulate(scenario).poses)
-
-
 SLOW_CALLS = {'rate': 5.0, 'robot_rate': 10.0}
 
 
-@pytest.mark.parametrize(
-    ('rates', 'delay', 'age'), [({}, 1.0, 1.0), (SLOW_CALLS, 0.3, 0.3), (SLOW_CALLS, 0.25, 0.3)]
-)
+@pytest.mark.parametrize(('rates', 'delay', 'age'), [({}, 1.0, 1.0), (SLOW_CALLS, 0.25, 0.3)])
 def test_late_neighbours_move_the_meeting_point(rates, delay, age):
     options = {'graph': 'path', 'set': {'SLOW': 0.0}, 'random_poses': 'auto', **THEORY, **rates}
     run = simulate('laplacian_consensus', 4, 90.0, delay=delay, **options)
@@ -262,12 +223,8 @@ def test_the_bound_of_events_is_not_that_of_a_run_with_loss():
 @pytest.mark.parametrize(
     'departure',
     [
-        {'rate': 50.0},
         {'delay': 0.5},
-        {'noise': 0.1},
-        {'loss': 0.1},
         {'model': 'unicycle'},
-        {'vnom': 0.5},
         {'set': {}},  # with a dead band
         {'graph': 'directed_ring'},
         {'ctc': CONDITION, 'threshold': None},
@@ -285,7 +242,7 @@ def test_a_run_that_departs_from_the_assumptions_of_the_bound_has_none(tmp_path,
     assert BOUND not in {one.metric for one in comparison.figures}
 
 
-@pytest.mark.parametrize(('graph', 'diameter'), [('path', 5), ('star', 2), ('directed_ring', 5)])
+@pytest.mark.parametrize(('graph', 'diameter'), [('path', 5), ('star', 2)])
 def test_leaders_are_elected_after_as_many_calls_as_the_diameter(graph, diameter):
     run = simulate('leader_election', 6, 5.0, graph=graph, set={'NUMBERS': [1, 2, 3, 4, 5, 6]})
 

@@ -134,7 +134,7 @@ def test_a_script_that_hides_a_built_in_law_is_reported_when_written_and_when_ru
 
 @pytest.mark.parametrize('number', range(1, 7))
 def test_a_session_is_a_folder_with_exercise_scenarios_and_questions(tmp_path, number):
-    run_setcmas('new', '--session', str(number), cwd=tmp_path)
+    run_here('new', '--session', str(number), cwd=tmp_path)
     folder = tmp_path / f'session_{number}'
     page, asked = ((folder / name).read_text() for name in ('session.md', 'questions.md'))
 

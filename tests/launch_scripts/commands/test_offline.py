@@ -166,24 +166,6 @@ def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
     assert 'stopped by the user' in result.stderr
 
 
-def test_an_exercise_reaches_the_engine(tmp_path):
-    options = ('--nb-robots', '3', '--duration', '5', '--output', 'out')
-    offline(tmp_path, '--algo', 'consensus', '--exercise', *options)
-
-    assert (read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv').v == 0).all()
-
-
-def test_the_task_is_measured_with_the_settings_of_the_run(tmp_path):
-    arguments = ('--algo', 'traj_tracking', '--duration', '60', '--pose', '1:1,0,1.57')
-    offline(tmp_path, *arguments, '--set', 'R=1.0', '--output', 'out')
-
-    result = run_here('metrics', 'out', cwd=tmp_path)
-
-    metrics = yaml.safe_load((tmp_path / 'out' / 'metrics.yaml').read_text())
-    assert result.returncode == 0
-    assert metrics['tracking']['fleet_tracking_error_rms_m'] < 0.1
-
-
 def test_a_law_and_a_model_for_each_robot_and_the_run_again(tmp_path):
     (tmp_path / 'helper.py').write_text('SPEED = 0.3\n')
     (tmp_path / 'leader.py').write_text(
@@ -236,20 +218,6 @@ def test_scripts_that_change_the_current_folder_move_nothing(tmp_path):
     assert (tmp_path / 'out' / 'run.yaml').is_file()
     assert (tmp_path / 'out' / 'inputs' / 'graph' / 'links.yaml').is_file()
     assert {path.name for path in (tmp_path / 'labs').glob('out*')} == set()
-
-
-def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_path):
-    (tmp_path / 'gone').mkdir()
-    (tmp_path / 'law.py').write_text(
-        'import os, shutil\nshutil.rmtree(os.getcwd())\n'
-        'def control(i, n, p, t):\n    return 0.1, 0\n'
-    )
-    result = run_here(
-        'offline', '--algo', '../law.py', '--duration', '1', '-o', 'out', cwd=tmp_path / 'gone'
-    )
-
-    assert result.returncode == 0, result.stderr
-    assert read_fleet(tmp_path / 'gone' / 'out' / 'csv' / 'fleet.csv').x[-1] > 0
 
 
 @pytest.mark.parametrize(('wait', 'is_slow'), [(0.15, True), (0, False)])

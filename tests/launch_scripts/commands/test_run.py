@@ -31,9 +31,9 @@ def all_gone(pids):
 
 
 def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start, tmp_path):
-    (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_tools.bags.recorder', 4))
+    (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_tools.bags.recorder', 2))
     process = start(
-        *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '3', '--duration', '12',
+        *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '3', '--duration', '8',
         '--pose', '1:1,0', '--pose', '2:0,1', '--pose', '3:-1,-1', '--output', 'out',
         '--format', 'svg', cwd=tmp_path, env={'PYTHONPATH': str(tmp_path)},
     )  # fmt: skip
@@ -50,7 +50,7 @@ def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start
     assert list(fleet[0]) == ['t', 'robot', 'x', 'y', 'theta', 'v', 'omega']
     first = {row['robot']: (row['x'], row['y'], row['theta']) for row in reversed(fleet)}
     assert first == {1: (1, 0, 0), 2: (0, 1, 0), 3: (-1, -1, 0)}
-    assert fleet[-1]['t'] > 9
+    assert fleet[-1]['t'] > 6
     last = np.array([[row['x'], row['y']] for row in fleet[-3:]])
     assert np.ptp(last, axis=0).max() < 0.3
     assert {row['robot'] for row in fleet[-3:]} == {1, 2, 3}
