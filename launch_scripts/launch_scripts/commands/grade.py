@@ -134,7 +134,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, handed_in
+    from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, read_class
     from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
     from setcmas_tools.grade.gradebook import CLASS_PAGE, marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
@@ -144,7 +144,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     own = WrittenFiles(folder)
     asked = own.changed()
     _check_overwriting(asked, options)
-    submissions = handed_in(args.folder, rubric, options.jobs, not options.trust)
+    submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
     file = find_corrections(args.corrections, args.folder, folder)
     corrections = read_corrections(file, students, rubric) if file else Corrections()

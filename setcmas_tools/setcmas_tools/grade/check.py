@@ -238,14 +238,16 @@ def opened(law: str) -> Iterator[OwnLaw]:
 def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
     """Return a runner of scenarios for a trusted submission, in this process, as `simulate` does.
 
-    The submission is what `MarkedScenario.of` takes.
+    The submission is what `MarkedScenario.with_submission` takes.
     """
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
         messages: list[str] = []
         try:
             with folded_output():
-                made = simulate(scenario.of(submission, function), warn=messages.append)
+                made = simulate(
+                    scenario.with_submission(submission, function), warn=messages.append
+                )
         except SetcmasError as error:
             return ScenarioRun(None, Failure(str(error)), is_complete=False)
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
@@ -262,7 +264,7 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
     from setcmas_tools.offline.offline_run import OfflineRun
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
-        chosen = scenario.of(str(script), rubric.function).found()
+        chosen = scenario.with_submission(str(script), rubric.function).found()
         messages: list[str] = []
         nowhere = io.StringIO()
         with redirect_stderr(nowhere), folded_output(), OfflineRun(chosen) as offline_run:

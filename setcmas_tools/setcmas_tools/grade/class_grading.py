@@ -52,7 +52,7 @@ def check_sandbox() -> None:
         )
 
 
-def handed_in(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
+def read_class(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
     """Return the submissions in a folder or a zip file, each unpacked in the sandbox.
 
     Raises:
@@ -251,12 +251,10 @@ def grade(
     marked; the next grading tries again, also after a grading process has died.
 
     Raises:
-        SetcmasError: There is no sandbox, or the rubric's solution fails.
+        SetcmasError: The rubric's solution fails, or a grading process has died.
         OSError: The marks cannot be written.
     """
     rubric = grader.rubric
-    if grader.is_confined:
-        check_sandbox()
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
     kept = KeptMarks(folder, grader)

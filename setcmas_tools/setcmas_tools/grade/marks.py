@@ -223,11 +223,11 @@ class Marks:
     def with_messages(self, changed: Callable[[str], str]) -> Marks:
         """Return the same marks with changed messages of failures."""
 
-        def of(failure: Failure | None) -> Failure | None:
+        def with_text(failure: Failure | None) -> Failure | None:
             return failure and replace(failure, message=changed(failure.message))
 
-        scenarios = tuple(replace(one, failure=of(one.failure)) for one in self.scenarios)
-        return replace(self, failure=of(self.failure), scenarios=scenarios)
+        scenarios = tuple(replace(one, failure=with_text(one.failure)) for one in self.scenarios)
+        return replace(self, failure=with_text(self.failure), scenarios=scenarios)
 
     @property
     def score(self) -> float:

@@ -54,7 +54,7 @@ class MarkedScenario:
     hidden: bool = False
     robots: tuple[int, ...] = ()
 
-    def of(self, submission: Any, function: str = CONTROL) -> Scenario:
+    def with_submission(self, submission: Any, function: str = CONTROL) -> Scenario:
         """Return the scenario with a submission as its law, condition or si_to_uni.
 
         Args:
@@ -175,7 +175,7 @@ class Rubric:
 
     def _simulated_solution(self, scenario: MarkedScenario) -> Run:
         messages: list[str] = []
-        chosen = scenario.of(self.solution, self.function)
+        chosen = scenario.with_submission(self.solution, self.function)
         with silent():  # students would take its lines for those of their own script
             run = simulate(chosen, warn=messages.append)
         if run.failed_robots:

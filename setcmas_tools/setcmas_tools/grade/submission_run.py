@@ -155,7 +155,7 @@ class RunScript:
         }
         function, robots = kinds[self._work.function], range(1, self._work.nb_robots + 1)
         functions = {robot: function(robot, self._loaded(robot)) for robot in robots}
-        return marked.of(functions, self._work.function)
+        return marked.with_submission(functions, self._work.function)
 
     def _loaded(self, robot: int) -> bool:
         """Load the script for a robot; return whether it takes velocities."""
@@ -185,7 +185,7 @@ class RunScript:
 
     def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
         def asked(*vectors: Floats, t: float, **values: Value | None) -> bool:
-            encoded = {name: Encoded.of(value) for name, value in values.items()}
+            encoded = {name: Encoded.encode(value) for name, value in values.items()}
             request = Request(robot, t, _bytes(*vectors), values=encoded)
             return self._numbers(request, 1) != (0.0,)
 

@@ -42,7 +42,7 @@ class Column:
     over_robots: str = ''
     endless: bool = False
 
-    def of(self, metrics: Metrics) -> float | None:
+    def number_in(self, metrics: Metrics) -> float | None:
         """Return the number of a run; None if it has none."""
         if not self.over_robots:
             return getattr(metrics[self.metric], self.field)  # type: ignore[no-any-return]
@@ -134,7 +134,9 @@ def predicted(name: str) -> str:
 def numbers_of(metrics: Metrics) -> dict[str, float | None]:
     """Return the metrics of a run by column, with 9 digits."""
     found = {
-        name: column.of(metrics) for name, column in COLUMNS.items() if column.metric in metrics
+        name: column.number_in(metrics)
+        for name, column in COLUMNS.items()
+        if column.metric in metrics
     }
     for metric, part in metrics.items():
         if metric not in SHIPPED:

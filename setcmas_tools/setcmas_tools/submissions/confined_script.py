@@ -67,7 +67,7 @@ class Encoded(msgspec.Struct, frozen=True):
     t: float = 0.0
 
     @classmethod
-    def of(cls, value: Value | None, t: float = 0.0) -> Encoded | None:
+    def encode(cls, value: Value | None, t: float = 0.0) -> Encoded | None:
         """Return a value, encoded; None for None."""
         return None if value is None else cls(*layout(value), t)
 
@@ -219,7 +219,7 @@ _NONE = MessageUse()
 
 
 def _messages(mailbox: network.Mailbox) -> MessageUse:
-    return MessageUse(mailbox.are_used, Encoded.of(mailbox.sent))
+    return MessageUse(mailbox.are_used, Encoded.encode(mailbox.sent))
 
 
 def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:

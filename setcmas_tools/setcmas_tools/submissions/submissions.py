@@ -21,7 +21,7 @@ from setcmas_tools.submissions.submitted_files import (
     Files,
     Unread,
     files_near,
-    handed_in,
+    files_of_class,
     is_empty,
     lay_out,
     opened_class,
@@ -185,7 +185,7 @@ def find_submissions(
         SetcmasError: There are none.
     """
     found: defaultdict[str, list[tuple[Identity, PackedFile]]] = defaultdict(list)
-    for path, content in _of_class(handed_in(place), function).items():
+    for path, content in _of_class(files_of_class(place), function).items():
         top, *inside = path.parts
         identity = identity_of(top)
         is_of_student = identity.group or path.suffix in _SUFFIXES  # not a list of the class

@@ -72,7 +72,7 @@ def is_empty(path: PurePosixPath) -> bool:
     return path.name == _EMPTY
 
 
-def handed_in(place: Path) -> Files:
+def files_of_class(place: Path) -> Files:
     """Return the files in a folder or a zip file; zip files among them stay packed.
 
     Each folder adds a path that `is_empty`; unreadable files are `Unread`.
