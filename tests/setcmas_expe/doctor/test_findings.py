@@ -25,10 +25,3 @@ def test_advice_is_given_once_and_problems_come_first():
         '- mocap of tb3_1, mocap of tb3_2: start its driver',
         '- time of robots: set it',
     ]
-
-
-def test_long_advice_is_wrapped():
-    lines = advice_lines([Finding(NOTE, 'network', 'slow', 'word ' * 60)])
-
-    assert len(lines) > 1
-    assert max(map(len, lines)) < 100

@@ -54,39 +54,6 @@ def test_wheel_odometry_starts_at_zero_and_drifts():
     assert measured != pytest.approx(travelled, rel=1e-4)
 
 
-def test_without_torque_a_robot_stands_and_afterwards_goes_on():
-    robots = fleet()
-    robots.command(0, 0.1, 0.0)
-    robots.set_torque(0, False)
-    robots.step(0.1)
-    assert robots.poses[0, 0] == 0.0
-
-    robots.set_torque(0, True)
-    robots.step(0.1)
-    assert robots.poses[0, 0] == pytest.approx(0.01)
-
-
-@pytest.mark.parametrize(('middle', 'to'), [((0.0, -2.0), (0.0, 0.06)), ((0.0, 0.0), (0.06, 0.0))])
-def test_a_push_moves_the_robot_and_not_its_wheels(middle, to):
-    robots = fleet()
-    robots.push_outwards(0, middle, 0.15)
-    for _ in range(3):
-        robots.step(0.1)
-
-    assert robots.poses[:, 0] == pytest.approx([*to, 0.0])
-    assert robots.odometry[:, 0].tolist() == [0.0, 0.0, 0.0]
-
-
-def test_batteries_run_down():
-    robots = fleet(3)
-    before = robots.battery.copy()
-    robots.step(60.0)
-
-    assert (before <= 100).all()
-    assert (before >= 80).all()
-    assert (robots.battery < before).all()
-
-
 def test_robots_of_a_model_follow_with_its_lag_and_stand_at_once_without_torque():
     robots = EmulatedFleet(
         np.zeros((3, 1)),

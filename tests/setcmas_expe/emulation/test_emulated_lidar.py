@@ -14,7 +14,3 @@ def test_a_lidar_sees_the_nearest_thing_in_each_direction():
     assert measured[45] == pytest.approx(math.sqrt(2) - 0.1, rel=1e-3)  # to its left
     assert measured[180] == pytest.approx(0.8)
     assert measured[90] == math.inf
-
-
-def test_a_lidar_alone_sees_nothing():
-    assert np.isinf(ranges(np.zeros(3), np.empty((3, 0)))).all()

@@ -60,49 +60,6 @@ def test_faults_end():
     assert set(frame(system, 6.0)) == {0, 1, 2}
 
 
-@pytest.mark.parametrize(('kind', 'value'), [(FaultKind.ZERO, 0.0), (FaultKind.NAN, math.nan)])
-def test_zeros_and_what_is_not_a_number(kind, value):
-    system = mocap()
-    system.begin(Fault(kind, 1), 0.0)
-    sightings = frame(system)
-
-    np.testing.assert_array_equal(sightings[0].position, [value] * 3)
-    np.testing.assert_array_equal(sightings[0].quaternion, [value] * 4)
-    assert np.isfinite(sightings[1].position).all()
-
-
-def test_a_frozen_pose_is_the_last_one_bit_by_bit_with_a_new_stamp():
-    system = mocap()
-    before = frame(system, 0.0)
-    system.begin(Fault(FaultKind.FROZEN, 3), 0.0)
-    after = frame(system, 0.1, POSES + 0.1)
-
-    assert after[2].position == before[2].position
-    assert after[2].stamp == 0.1
-    assert after[1].position != before[1].position
-
-
-@pytest.mark.parametrize(
-    ('kind', 'robot', 'seen'),
-    [(FaultKind.JUMP, 1, [0.0, -1.0, 0.5]), (FaultKind.SWAP, 3, [0.5, -1.0, 1.0])],
-)
-def test_a_jump_in_the_arena_and_swapped_names(kind, robot, seen):
-    system = mocap()
-    system.begin(Fault(kind, robot), 0.0)
-    sightings = frame(system)
-
-    assert [sightings[i].position[0] for i in range(3)] == pytest.approx(seen, abs=0.01)
-
-
-def test_late_poses_come_a_second_late():
-    system = mocap()
-    system.begin(Fault(FaultKind.LATE, 1), 0.0)
-    system.capture(POSES, 0.0)
-
-    assert {sighting.body for sighting in system.due(0.5)} == {1, 2}
-    assert {sighting.body for sighting in system.due(1.5)} == {0}
-
-
 def test_poses_stay_in_order_when_they_are_no_longer_late():
     system = mocap()
     system.begin(Fault(FaultKind.LATE, 1, 0.5), 0.0)

@@ -1,9 +1,7 @@
-import numpy as np
 import pytest
 
 from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.simulation_options import StartPoseOptions
 
@@ -15,20 +13,6 @@ def test_robots_start_inside_the_arena(nb_robots):
 
     inner = Arena(-0.51, 2.51, 2.49, 7.51)
     assert max(inner.distance(*place) for place in zip(x, y, strict=True)) == 0.0
-
-
-def test_a_large_arena_has_the_start_poses_of_simulations():
-    poses = emulated_start_poses(Arena(-9.0, 9.0, -9.0, 9.0), 8)
-
-    np.testing.assert_allclose(poses, start_poses(8))
-
-
-def test_given_poses_are_taken_as_they_are():
-    poses = emulated_start_poses(
-        Arena(-3.0, 3.0, -3.0, 3.0), 2, StartPoseOptions(pose=('2:4,4,1',))
-    )
-
-    assert poses[:, 1].tolist() == [4.0, 4.0, 1.0]
 
 
 def test_random_poses_are_inside_the_arena():

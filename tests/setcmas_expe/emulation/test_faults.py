@@ -1,16 +1,12 @@
 import pytest
 
-from setcmas_expe.emulation.faults import DEFAULT_S, Fault, FaultKind, parse_fault
+from setcmas_expe.emulation.faults import Fault, FaultKind, parse_fault
 from setcmas_simu.errors import SetcmasError
 
 
 @pytest.mark.parametrize('kind', FaultKind)
 def test_every_fault_is_understood_as_it_is_written(kind):
     assert parse_fault(str(Fault(kind, 2, 1.5))) == Fault(kind, 2, 1.5)
-
-
-def test_a_fault_lasts_three_seconds_by_default():
-    assert parse_fault('dropout 3') == Fault(FaultKind.DROPOUT, 3, DEFAULT_S)
 
 
 @pytest.mark.parametrize(

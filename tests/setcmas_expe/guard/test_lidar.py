@@ -72,13 +72,3 @@ def test_a_lidar_that_falls_silent_is_noticed_within_what_the_braking_distance_a
     V = 0.26
     rolls = V * SILENT_AFTER_S + V * V / (2.0 * BRAKING_M_S2)
     assert braking_distance(V) - rolls >= FRONT_M
-
-
-def test_nan_and_angles_from_minus_pi_are_understood():
-    ranges = scan((180, 9, 0.3))
-    ranges[:20] = math.nan
-    assert clearance(ranges, -math.pi, STEP, 0.2, WHEELS_M) == pytest.approx(0.3, rel=0.01)
-
-
-def test_a_fast_robot_needs_more_room():
-    assert braking_distance(0.21) > braking_distance(0.05) > 0.12

@@ -55,13 +55,6 @@ def test_wheels_that_measure_no_number_are_silent_from_the_first_message_on(numb
     assert judged((0.0, 0.0), (0.0, number), 2.0) is Disobedience.SILENT
 
 
-def test_a_robot_that_is_switched_off_while_it_drives_does_not_turn_its_wheels():
-    obedience = Obedience(IDEAL)
-    obedience.measure(0.2, 0.0, 0.0)
-    assert not obedience.update(0.0, 0.0, 0.0)
-    assert not obedience.update(0.0, 0.0, 0.9)
-
-
 def test_wheels_that_slow_down_have_more_time():
     obedience = Obedience(IDEAL)
     speeds = [0.2, 0.2, 0.15, *[0.1] * 30]

@@ -147,7 +147,3 @@ def test_a_list_that_contains_itself_is_refused(tmp_path):
     (tmp_path / 'loop.yaml').write_text('robots: &a [*a]\n')
     with pytest.raises(SetcmasError):
         load_lab(tmp_path / 'loop.yaml')
-
-
-def test_numbers_with_an_exponent_are_numbers(lab_file):
-    assert load_lab(lab_file('min_separation: 3e-1\n')).min_separation == 0.3

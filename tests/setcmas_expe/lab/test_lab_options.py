@@ -1,5 +1,4 @@
 import argparse
-import math
 
 import pytest
 
@@ -49,11 +48,6 @@ def test_an_arena_without_a_size_is_a_mistake(arena, capsys):
         parsed(f'--arena={arena}')
 
     assert f"--arena is '{arena}'; it must be XMIN,XMAX,YMIN,YMAX" in capsys.readouterr().err
-
-
-def test_an_arena_of_nan_is_a_mistake_in_python():
-    with pytest.raises(SetcmasError, match=r'^arena is Arena\(xmin=nan'):
-        LabOptions(arena=Arena(math.nan, 1, 0, 1))
 
 
 def test_a_lidar_stop_needs_the_guards(tmp_path):

@@ -166,10 +166,3 @@ def test_a_tag_that_is_not_as_the_file_says_is_refused(tags, corners, reason):
     pixels = camera().pixels(corners + np.array([0, 0, FILE.tags.height]))
 
     assert reason in tag_pose(camera(), tags, pixels)
-
-
-def test_a_camera_that_looks_up_has_no_pose():
-    corners = np.array([[10.0, 10], [50, 10], [50, 50], [10, 50]])
-
-    reason = tag_pose(camera(tilt=math.pi), FILE.tags, corners)
-    assert reason == 'the camera does not look down on it'

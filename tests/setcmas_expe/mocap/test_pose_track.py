@@ -182,13 +182,6 @@ def test_a_robot_that_was_lost_cannot_come_back_far_away(tracker):
     assert tracker.feed(0.5, x=0.2) == 25
 
 
-def test_a_lifted_robot_is_found_where_the_usual_height_is_exactly_zero(tracker):
-    tracker.z = 0.0
-    tracker.feed(1.0)
-    tracker.z, tracker.paused = 0.2, True
-    assert tracker.feed(1.5) == 0
-
-
 def test_poses_of_a_lifted_robot_are_rejected_until_it_is_set_down(tracker):
     tracker.feed(1.0)
     tracker.z = 0.2
@@ -232,11 +225,3 @@ def test_constant_stamps_are_reported_as_that(tracker, speed):
     tracker.stamp = None
     tracker.feed(0.5)
     assert tracker.track.fault is None
-
-
-def test_the_rate_is_that_of_the_usual_gap(tracker):
-    assert tracker.track.rate == math.inf
-    tracker.feed(0.1)
-    tracker.silence(3.0)
-    tracker.feed(0.02)
-    assert tracker.track.rate == pytest.approx(RATE)

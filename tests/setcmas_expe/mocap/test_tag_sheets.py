@@ -12,9 +12,7 @@ from setcmas_expe.mocap.tag_sheets import (  # noqa: E402
     BOARD,
     PAPERS,
     board,
-    largest_size,
     sheets,
-    write_sheets,
 )
 
 DPI = 120
@@ -58,13 +56,3 @@ def test_the_board_is_found_whole(paper):
     dark = np.argwhere(picture < 128) * MM
     assert dark.min() > 9.0
     assert (dark.max(axis=0) < np.array(PAPERS[paper][::-1]) - 9.0).all()
-
-
-def test_a_file_is_written_whole_or_not_at_all(tmp_path):
-    path = tmp_path / 'tags.pdf'
-
-    assert write_sheets(path, sheets(3, 4, largest_size('a4'), 'a4')) == 8
-    assert path.read_bytes().startswith(b'%PDF')
-    with pytest.raises(KeyError):
-        write_sheets(tmp_path / 'other.pdf', sheets(3, 4, 100.0, 'a5'))
-    assert list(tmp_path.iterdir()) == [path]
