@@ -47,9 +47,6 @@ Taker = Callable[[int, Any], None]
 Message = tuple[BagTopic, int, bytes]
 """Topic, receive time in ns, and the serialised message."""
 
-Progress = Callable[[Iterator[Message], int], Iterator[Message]]
-"""Shows how far an iterator is, which yields so many messages."""
-
 
 class Bag:
     """A bag that is open for reading.
@@ -94,22 +91,13 @@ class Bag:
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
         return heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
 
-    def deliver(
-        self,
-        takers: Mapping[BagTopic, Sequence[Taker]],
-        zero_ns: int,
-        shown: Progress | None = None,
-    ) -> None:
+    def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]], zero_ns: int) -> None:
         """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.
 
         A topic without functions is not decoded. Messages that cannot be decoded get a notice.
         """
         wrong: dict[BagTopic, int] = {}
-        chosen = {topic for topic, own in takers.items() if own}
-        messages = self.messages(chosen)
-        if shown:
-            messages = shown(messages, sum(topic.count for topic in chosen))
-        for topic, time_ns, data in messages:
+        for topic, time_ns, data in self.messages({one for one, own in takers.items() if own}):
             try:
                 message = topic.type.decode(data)
                 for take in takers[topic]:

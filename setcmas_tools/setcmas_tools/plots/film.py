@@ -21,7 +21,6 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -42,9 +41,6 @@ from setcmas_tools.run.run import Run
 
 _ROBOT_SIZE = 0.022  # share of the visible width
 _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
-_FLASH_S = 0.5  # in the film's time
-_FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and end
-_FLASH_COLOUR = (0.9, 0.45, 0.0)
 _NUMBER_POINTS = (7.0, 7.0)  # from a robot to its number
 _JOINT = 2  # positions by which pieces of a trail overlap
 _RATES_HZ = {'mp4': 25, 'gif': 10}
@@ -64,14 +60,11 @@ class FilmFrames:
 
         `grid` has the poses at the times of the frames, `trails` these and further ones between.
         """
-        triggers = run.record.trigger_times if run.record else {}
         self._grid = grid
-        self._triggers = triggers
         self._speed = look.speed
         self._positions = np.stack([grid.x, grid.y], axis=2)
         self._trail_t = trails.t
         self._trail_positions = np.stack([trails.x, trails.y], axis=2)
-        self._all_triggers = np.sort(np.concatenate([*triggers.values(), []]))
         self._figure = Figure(figsize=look.inches, dpi=look.dpi)
         self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
         self._axes = self._figure.add_subplot()
@@ -80,10 +73,6 @@ class FilmFrames:
         marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(as_written(run.title))
-        if triggers:
-            ring: dict[str, Any] = {'markeredgecolor': _FLASH_COLOUR, 'markeredgewidth': 2.0}
-            ring |= {'linestyle': '', 'marker': 'o', 'markerfacecolor': 'none'}
-            marks += [Line2D([], [], label='communication', markersize=11.0, **ring)]
         legend(self._axes, [*robot_handles(grid.robots), *marks])
         self._add_moving_artists()
         self._figure.draw_without_rendering()
@@ -114,7 +103,6 @@ class FilmFrames:
         self._trails = LineCollection([], colors=colours, linewidths=widths, capstyle='round')
         edge: dict[str, Any] = {'edgecolors': '0.15', 'linewidths': 0.7}
         self._robots = PolyCollection([], facecolors=colours, **edge)
-        self._flashes = self._axes.scatter([], [], facecolors='none', linewidths=2.0)
         self._clock = self._axes.text(
             1.02, 0.0, self._caption(self._grid.t[-1]),  # the longest text, for the layout
             transform=self._axes.transAxes, va='bottom', linespacing=1.5,
@@ -131,8 +119,6 @@ class FilmFrames:
             for robot in (self._grid.robots if nb_robots <= MOST_NUMBERS else [])
         ]  # fmt: skip
         self._above: list[Artist] = [self._robots, *self._numbers, self._clock]
-        if len(self._all_triggers):
-            self._above.insert(0, self._flashes)
         drawn = self._drawn.trails, self._drawn.markers
         for artist in (*drawn, self._edges, self._trails, *self._above):
             artist.set_animated(True)
@@ -163,28 +149,13 @@ class FilmFrames:
             number.xy = tuple(place)
             number.set_visible(bool(np.isfinite(place).all()))
         self._clock.set_text(self._caption(now))
-        self._set_flashes(k, now)
         for artist in self._above:
             self._axes.draw_artist(artist)
-
-    def _set_flashes(self, k: int, now: float) -> None:
-        """Show a ring around each robot that has just communicated; it grows and fades."""
-        never = np.array([-np.inf])
-        sent = [np.append(never, self._triggers.get(robot, never)) for robot in self._grid.robots]
-        last = [times[np.searchsorted(times, now, side='right') - 1] for times in sent]
-        age = np.clip((now - np.array(last)) / _FLASH_S / self._speed, 0.0, 1.0)
-        smallest, largest = _FLASH_POINTS
-        self._flashes.set_offsets(self._positions[:, k])
-        self._flashes.set_sizes((smallest + age * (largest - smallest)) ** 2)
-        self._flashes.set_edgecolor([(*_FLASH_COLOUR, 1.0 - each) for each in age])
 
     def _caption(self, now: float) -> str:
         lines = [f't = {now:.1f} s']
         if self._speed != 1.0:
             lines.append(f'{self._speed:g} times real time')
-        if self._triggers:
-            count = np.searchsorted(self._all_triggers, now, side='right')
-            lines.append(f'{count} states sent')
         return '\n'.join(lines)
 
 
@@ -234,7 +205,7 @@ def animate(
     look: FilmSettings = _LOOK,
     progress: bool = True,
 ) -> Path:
-    """Write a film of the fleet in the plane, with trails, drawings, time and communications.
+    """Write a film of the fleet in the plane, with trails, drawings and the time.
 
     Args:
         run: The run.

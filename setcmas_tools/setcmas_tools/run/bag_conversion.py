@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import re
-import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import TRIG_ODOM
-from setcmas_tools.bags.bag import Bag, Message, open_bag
+from setcmas_tools.bags.bag import Bag, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, stem_of_bag, write_tables
-
-_LONG_BAG = 50_000
-"""Messages from which a progress bar appears: about 2 s."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +90,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
         for topic, name in zip(bag.topics, names, strict=True)
     }
     takers = {topic: [own.add, *samples.collectors(topic)] for topic, own in rows.items()}
-    bag.deliver(takers, bag.first_command(), _with_progress)
+    bag.deliver(takers, bag.first_command())
     written = [own for own in rows.values() if own.nb_rows]
     if not written:
         raise SetcmasError(f"bag '{bag.path}' cannot be read: {bag.notices[-1]}")
@@ -127,11 +123,3 @@ def file_names(topics: Iterable[str]) -> list[str]:
         names.append(next(name for name in candidates if name.lower() not in taken))
         taken.add(names[-1].lower())
     return names
-
-
-def _with_progress(messages: Iterator[Message], count: int) -> Iterator[Message]:
-    if count < _LONG_BAG or not sys.stderr.isatty():
-        return messages
-    from tqdm import tqdm  # only the long bags pay for its import
-
-    return iter(tqdm(messages, total=count, unit=' messages', unit_scale=True))

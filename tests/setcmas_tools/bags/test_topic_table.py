@@ -145,19 +145,6 @@ def test_rows_of_a_growing_array_have_all_columns(write, make, monkeypatch, rows
     assert list(rows[0])[-1] == 'yaw'
 
 
-def test_rows_of_arrays_in_arrays_have_all_columns(write, make):
-    def array(*sizes):
-        markers = [marker(make, size) for size in sizes]
-        return make('visualization_msgs/msg/MarkerArray', {'markers': markers})
-
-    rows = write([array(1, 0), array(), array(0, 2, 1)])
-
-    assert [row['markers[0].points[0].x'] for row in rows] == ['0.0', '', '']
-    assert [row['markers[1].points[1].x'] for row in rows] == ['', '', '1.0']
-    assert [row['markers[1].text'] for row in rows] == ['a,"b"\nc', '', 'a,"b"\nc']
-    assert [row['markers[2].points[0].x'] for row in rows] == ['', '', '0.0']
-
-
 def test_cells_longer_than_the_csv_module_expects(write, make):
     rows = write([make('lab_msgs/msg/Reading', {'name': 'x' * 200_000, 'values': v})
                   for v in (np.ones(1), np.ones(2))])  # fmt: skip

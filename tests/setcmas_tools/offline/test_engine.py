@@ -3,7 +3,6 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_tools import simulate
 
 
@@ -60,16 +59,6 @@ def test_start_poses_limits_and_gains():
     np.testing.assert_allclose(run.velocities[0, :, 0], [0.25, 0.0])
     assert run.omega[1, 0] == pytest.approx(-2.0 * np.pi / 2)
     np.testing.assert_array_equal(simulate(forward, 8, 1).poses[0], start_poses(8))
-
-
-def test_random_start_poses_follow_the_seed_and_are_recorded():
-    run = simulate(forward, 8, 1, random_poses='box=4x3', seed=5)
-
-    np.testing.assert_allclose(run.poses[0], RandomPoses.of('box=4x3').draw(8, 5), rtol=1e-14)
-    assert run.info.parameters['random_poses'] == 'box=4x3'
-    assert run.info.parameters['pose'] == []
-    with pytest.raises(SetcmasError, match='poses and random_poses both say'):
-        simulate(forward, poses=np.zeros((3, 1)), random_poses='auto')
 
 
 @pytest.mark.parametrize(

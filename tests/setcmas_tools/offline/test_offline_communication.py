@@ -79,45 +79,6 @@ def test_weights_count():
     np.testing.assert_allclose(run.velocities[0, :, 0], expected)
 
 
-def test_a_delay_is_seen_by_the_laws():
-    seen = []
-
-    def law(robotNo, nbRobots, poses, t):
-        if robotNo == 1:
-            seen.append((poses[0, 0], poses[0, 1]))
-        return 0.5, 0.0
-
-    simulate(law, 2, 2.0, poses=np.zeros((3, 2)), delay=0.4)
-    own, other = np.array(seen).T
-
-    np.testing.assert_allclose(own, 0.1 * np.arange(10), atol=1e-9)
-    np.testing.assert_allclose(other, np.maximum(own - 0.2, 0.0), atol=1e-9)
-
-
-def test_switching_graphs_change_the_neighbours(tmp_path):
-    (tmp_path / 'switch.yaml').write_text(
-        'segments:\n  - {duration: 1, edges: [1 - 2]}\n  - {duration: 0.6, edges: [1 - 3]}\n'
-        'repeat: true\n'
-    )
-    seen = []
-
-    def law(robotNo, nbRobots, poses, t):
-        if robotNo == 1:
-            seen.append(''.join('-+'[int(np.isfinite(x))] for x in poses[0]))
-        return 0.0, 0.0
-
-    run = simulate(law, 3, 3.2, graph=tmp_path / 'switch.yaml')
-
-    assert seen == 2 * (5 * ['++-'] + 3 * ['+-+'])
-    assert run.record.changes[:4].tolist() == [
-        [0, 1, 2, 1],
-        [0, 2, 1, 1],
-        [1, 1, 2, 0],
-        [1, 1, 3, 1],
-    ]
-    np.testing.assert_array_equal(run.record.adjacency(1.2, 3), [[0, 0, 1], [0, 0, 0], [1, 0, 0]])
-
-
 def test_robots_out_of_range_are_unknown():
     def law(robotNo, nbRobots, poses, t):
         heard = np.isfinite(poses[0])
@@ -151,12 +112,6 @@ def broken(pos, last_pos, t):
     return 1 / 0
 
 
-def test_conditions_of_ones_own():
-    run = simulate('consensus', 3, 5.0, event_triggered=True, ctc=late)
-
-    assert [counts.sent for counts in run.record.robots.values()] == [2, 2, 2]
-
-
 def test_a_failing_condition_is_a_failure_of_its_robot():
     said = []
     run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, warn=said.append)
@@ -164,23 +119,6 @@ def test_a_failing_condition_is_a_failure_of_its_robot():
     assert run.failed_robots == [1, 2]
     assert [counts.sent for counts in run.record.robots.values()] == [31, 31]
     assert len(said) == 2
-
-
-def test_a_law_that_fails_on_an_unknown_column_gets_the_names_of_unknown_robots():
-    said = []
-
-    def law(robotNo, nbRobots, poses, t):
-        if robotNo == 3:
-            return poses[0].mean(), 0
-        return (int(poses[0, 2]), 0) if robotNo == 1 else (nameless, 0)  # noqa: F821
-
-    simulate(law, 3, 1.0, graph='path', warn=said.append)
-
-    assert 'cannot convert float NaN to integer' in said[0]
-    assert 'tb3_1 receives nothing from robot 3: poses has NaN there' in said[0]
-    assert 'NameError' in said[1]
-    assert 'receives nothing from' not in said[1]
-    assert 'tb3_3 receives nothing from robot 1' in said[2]
 
 
 def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():

@@ -215,14 +215,6 @@ def ended(pid):
     return gone(pid)
 
 
-def test_a_fork_goes_on_once(run, tmp_path):
-    result, _ = run(f'os.fork(); open({str(tmp_path / "pids")!r}, "a").write(f"{{os.getpid()}} ")')
-
-    assert result.outcome.state is RunState.COMPLETE
-    for pid in map(int, (tmp_path / 'pids').read_text().split()):
-        assert ended(pid)
-
-
 @pytest.mark.skipif(sys.platform != 'linux', reason='the kernel ends the process there')
 def test_a_command_that_is_killed_leaves_no_process(start, tmp_path):
     law = tmp_path / 'law.py'
@@ -240,20 +232,3 @@ def test_a_command_that_is_killed_leaves_no_process(start, tmp_path):
 def test_mistakes_are_those_of_the_user(run):
     with pytest.raises(SetcmasError, match=r'law\.py, line 4: ZeroDivisionError'):
         run(top='1 / 0')
-
-
-@pytest.mark.skipif(sys.platform == 'win32', reason='signals')
-def test_ctrl_c_is_answered_with_the_place(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text(LAW.format(top='', body='time.sleep(1000)'))
-    scenario = Scenario.of(path, nb_robots=3, duration=4.0)
-    with OfflineRun(scenario.found()) as process:
-
-        def press_ctrl_c(_):
-            if 'line 9' in process.place():
-                raise KeyboardInterrupt
-
-        with pytest.raises(KeyboardInterrupt):
-            process.result(TIMEOUT_S, print, press_ctrl_c)
-        assert len(process.stopped().t) >= 3
-        assert 'line 9' in process.place()

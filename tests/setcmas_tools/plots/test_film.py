@@ -11,11 +11,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.plots import film
-from setcmas_tools.run.communication_record import record_of
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_tables import write_communication, write_fleet
-
-FLASH = (230, 115, 0)
+from setcmas_tools.run.run_tables import write_fleet
 
 
 @pytest.fixture
@@ -88,19 +85,6 @@ def test_an_mp4_where_there_is_ffmpeg(run):
     ).stderr
     assert re.search(r'Video: h264.* yuv420p.* 25 fps', told)
     assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
-
-
-def test_communications_flash_where_and_when_they_happen(run):
-    folder = run(1)
-    sent = record_of({}, [(0.0, 1, 0), (3.0, 1, 1)], [], {})
-    write_communication(sent, folder / 'csv')
-    path = animate(folder, kind='gif')
-
-    with Image.open(path) as opened:
-        flashing = [k for k in range(opened.n_frames) if count(frame(opened, k), FLASH) > 10]
-    assert flashing
-    assert flashing[0] == 30
-    assert flashing[-1] < 36
 
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):

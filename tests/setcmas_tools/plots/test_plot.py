@@ -97,13 +97,6 @@ def test_lines_break_where_data_are_missing(run):
     assert breaks == [0, 1, 1, 0, 0, 0, 0, 0]
 
 
-def test_curves_that_lie_on_each_other_show_in_turn():
-    figure = drawn(draw_positions, 4)  # robots 1 and 2 start at x = 5, 3 and 4 at x = -5
-    styles = [line._unscaled_dash_pattern for line in figure.axes[0].get_lines()[:4]]
-
-    assert styles == [(0.0, (4.0, 4.0)), (4.0, (4.0, 4.0))] * 2
-
-
 def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
     nan = float('nan')
     rows = [[0, 1, 0, 0, 0, 0, 0], [1, 2, nan, nan, nan, 0, 0]]
@@ -157,3 +150,10 @@ def test_mistakes_get_one_line(tmp_path, run):
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):
         plot(folder, tmp_path / 'taken')
+
+
+def test_curves_that_lie_on_each_other_show_in_turn():
+    figure = drawn(draw_positions, 4)  # robots 1 and 2 start at x = 5, 3 and 4 at x = -5
+    styles = [line._unscaled_dash_pattern for line in figure.axes[0].get_lines()[:4]]
+
+    assert styles == [(0.0, (4.0, 4.0)), (4.0, (4.0, 4.0))] * 2

@@ -123,12 +123,6 @@ def test_a_run_that_is_not_known_is_plotted_all_the_same(run, text, capsys):
     assert 'its parameters are not known' in capsys.readouterr().out
 
 
-def test_a_unicycle_is_the_dart_that_it_always_was():
-    dart = [(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7)]
-
-    np.testing.assert_allclose(symbol('unicycle'), dart, atol=1e-3)
-
-
 def test_the_ends_of_trajectories_have_the_symbols_of_the_models():
     run = simulate('consensus', 3, 2.0, model='2:car')
     figure = Figure()

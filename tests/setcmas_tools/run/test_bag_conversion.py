@@ -10,7 +10,6 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.topic_table import TopicTable
-from setcmas_tools.run import bag_conversion
 from setcmas_tools.run.bag_conversion import convert, file_names
 from setcmas_tools.run.run_samples import read_bag
 from setcmas_tools.run.run_tables import read_fleet
@@ -70,17 +69,6 @@ def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, p
     assert sorted(path.name for path in report.folder.iterdir()) == sorted(
         [*(file.name for file in report.files), 'fleet.csv']
     )
-
-
-def test_where_no_robot_is_commanded_time_begins_when_a_law_first_answers(
-    tmp_path, write_bag, run, make
-):
-    answer = ('/tb3_1/cmd_cart_vel', 0.5, make('geometry_msgs/msg/Point32'))
-    messages = [one for one in [*run, answer] if 'cmd_vel' not in one[0]]
-    bag = write_bag(tmp_path / 'bag', sorted(messages, key=lambda one: one[1]))
-
-    table = read_fleet(convert(bag).fleet)
-    assert table.t[0] == pytest.approx(-0.5)
 
 
 def test_time_of_an_experiment_begins_at_its_start(tmp_path, write_bag, run, make):
@@ -196,17 +184,6 @@ def test_output_that_cannot_be_written(tmp_path, write_bag, points):
 
     with pytest.raises(SetcmasError, match='cannot be written'):
         convert(bag, tmp_path / 'taken')
-
-
-def test_progress_bar_only_on_a_terminal(tmp_path, write_bag, points, monkeypatch, capfd):
-    bag = write_bag(tmp_path / 'bag', points)
-    monkeypatch.setattr(bag_conversion, '_LONG_BAG', 10)
-
-    convert(bag)
-    assert capfd.readouterr() == ('', '')
-    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
-    convert(bag)
-    assert '200/200' in capfd.readouterr().err
 
 
 def test_needs_neither_ros_nor_matplotlib():

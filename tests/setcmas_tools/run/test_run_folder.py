@@ -50,13 +50,6 @@ def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ['mine', 'run.yaml']
 
 
-def test_a_file_is_no_folder(tmp_path):
-    (tmp_path / 'out').touch()
-
-    with pytest.raises(SetcmasError, match='is not a folder'):
-        RunFolder(tmp_path / 'out').check(overwrite=True)
-
-
 def test_inputs_of_a_run_are_kept(tmp_path):
     (tmp_path / 'law.py').write_text('import gains')
     (tmp_path / 'gains.py').write_text('K = 1')
