@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -22,13 +23,10 @@ from setcmas_tools.grade.generic_mistakes import (
     also_generic,
     also_multiple,
     fixed_length,
-    generic_conditions,
     generic_conversions,
     generic_laws,
-    other_distance,
     other_turn_rate,
     plain_multiple,
-    same_times,
     scaled,
     shares,
     tried,
@@ -46,6 +44,7 @@ from setcmas_tools.offline.altered_solutions import (
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 
+_AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 _OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 _TIED = 0.005  # share of all calls by which the better one must be better
 
@@ -103,7 +102,7 @@ def _explanation(
     """
     groups: list[Iterable[Explanation]] = [_listed(calls, mistakes)]
     if function is Function.CONDITION:
-        groups += [generic_conditions(calls), other_distance(calls), same_times(calls)]
+        groups += [_generic_conditions(calls), _other_distance(calls), _same_times(calls)]
     elif function is Function.SI_TO_UNI:
         groups += [generic_conversions(calls), other_turn_rate(calls)]
     else:
@@ -212,6 +211,77 @@ def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
         elif value % 1 and abs(size / value - 1) < EQUAL:
             question = f': does {name} multiply it, too?'
     return f'In your law, {term}{sign} is {ratio}{question}'
+
+
+_TOGETHER = (
+    'Your condition holds for all robots at the same times, wherever they are. Compare the '
+    'distance to p_sent, not the time.'
+)
+
+_ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
+    (
+        'Your condition always holds, so the robots send every time. Is the comparison the right '
+        'way round?',
+        np.ones_like,
+    ),
+    (
+        'Your condition never holds, so the robots send only their first state. Does it compare p '
+        'with p_sent, in m?',
+        np.zeros_like,
+    ),
+    ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
+)
+"""Answers of a condition, made of the right ones; the first that fits counts."""
+
+
+def _generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that always or never holds, or is the opposite."""
+    for hint, changed in _ANSWERS:
+        answers = [
+            np.stack([changed(one.solution[..., 0]), one.solution[..., 1]], -1) for one in calls
+        ]
+        found = [*tried(hint, calls, answers)]
+        if found:
+            yield from found
+            return
+
+
+def _other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition with another distance than the right one."""
+    gone = np.concatenate([one.heading.ravel() for one in calls])
+    sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
+    if not sends.any() or sends.all():
+        return
+    least = float(gone[sends].min())
+    answers = []
+    for one in calls:
+        answer = np.zeros_like(one.own)
+        answer[..., 0] = one.heading >= least
+        answers.append(answer)
+    right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
+    wanted = (
+        f'it must hold only beyond {right:.2g} m' if math.isfinite(right) else 'that is too early'
+    )
+    hint = (
+        f'Your condition holds as soon as the robot is {least:.2g} m away from the last position '
+        f'sent; {wanted}. Check THRESHOLD and its unit.'
+    )
+    if least < _AT_ONCE_M:
+        hint = (
+            'Your condition holds as soon as the robot has moved at all. Do you compare the '
+            'distance with THRESHOLD?'
+        )
+    yield from tried(hint, calls, answers)
+
+
+def _same_times(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that holds for all robots at the same times."""
+    answers = [
+        np.repeat(np.median(one.own, axis=1, keepdims=True), one.own.shape[1], axis=1)
+        for one in calls
+    ]
+    if all(one.own.shape[1] > 2 for one in calls):
+        yield from tried(_TOGETHER, calls, answers)
 
 
 def _measured(calls: Sequence[Calls], function: Function) -> str:

@@ -1,4 +1,4 @@
-"""Generic mistakes, whatever the law or condition is, and which of them reproduce a submission."""
+"""Generic mistakes of laws and si_to_uni, and which of them reproduce a submission."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ _LEFT = 0.1
 _FEWEST = 10  # calls to estimate a factor from
 EQUAL = 0.02  # relative difference of factors
 _SMALLEST = 1e-4  # factor of a turn rate
-_AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 
 YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
@@ -59,28 +58,6 @@ SAME_TIME = (
     'Your law always returns the velocity that is right at t = 0. Does it use t, the last '
     'argument of control?'
 )
-TOGETHER = (
-    'Your condition holds for all robots at the same times, wherever they are. Compare the '
-    'distance to p_sent, not the time.'
-)
-
-
-ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
-    (
-        'Your condition always holds, so the robots send every time. Is the comparison the right '
-        'way round?',
-        np.ones_like,
-    ),
-    (
-        'Your condition never holds, so the robots send only their first state. Does it compare p '
-        'with p_sent, in m?',
-        np.zeros_like,
-    ),
-    ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
-)
-"""Answers of a condition, made of the right ones; the first that fits counts."""
-
-
 COMMANDS: tuple[tuple[str, list[list[int]]], ...] = (
     ('Your turn rate has the wrong sign; V is right.', [[1, 0], [0, -1]]),
     ('Your V has the wrong sign; the turn rate is right.', [[-1, 0], [0, 1]]),
@@ -183,18 +160,6 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
 
 def _turned(calls: Sequence[Calls], matrix: list[list[int]]) -> list[Floats]:
     return [one.solution @ np.transpose(matrix) for one in calls]
-
-
-def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition that always or never holds, or is the opposite."""
-    for hint, changed in ANSWERS:
-        answers = [
-            np.stack([changed(one.solution[..., 0]), one.solution[..., 1]], -1) for one in calls
-        ]
-        found = [*tried(hint, calls, answers)]
-        if found:
-            yield from found
-            return
 
 
 def generic_conversions(calls: Sequence[Calls]) -> Iterator[Explanation]:
@@ -377,41 +342,3 @@ def fixed_length(calls: Sequence[Calls]) -> Iterator[Explanation]:
     hint = f'{YOURS} have the right directions, but {what}'
     answers = [saturated(1e6 * one.solution, length) for one in calls]
     yield from tried(hint, calls, answers, is_multiple=True)
-
-
-def other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition with another distance than the right one."""
-    gone = np.concatenate([one.heading.ravel() for one in calls])
-    sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
-    if not sends.any() or sends.all():
-        return
-    least = float(gone[sends].min())
-    answers = []
-    for one in calls:
-        answer = np.zeros_like(one.own)
-        answer[..., 0] = one.heading >= least
-        answers.append(answer)
-    right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
-    wanted = (
-        f'it must hold only beyond {right:.2g} m' if math.isfinite(right) else 'that is too early'
-    )
-    hint = (
-        f'Your condition holds as soon as the robot is {least:.2g} m away from the last position '
-        f'sent; {wanted}. Check THRESHOLD and its unit.'
-    )
-    if least < _AT_ONCE_M:
-        hint = (
-            'Your condition holds as soon as the robot has moved at all. Do you compare the '
-            'distance with THRESHOLD?'
-        )
-    yield from tried(hint, calls, answers)
-
-
-def same_times(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition that holds for all robots at the same times."""
-    answers = [
-        np.repeat(np.median(one.own, axis=1, keepdims=True), one.own.shape[1], axis=1)
-        for one in calls
-    ]
-    if all(one.own.shape[1] > 2 for one in calls):
-        yield from tried(TOGETHER, calls, answers)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import faulthandler
 import os
 import signal
-import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -32,27 +31,39 @@ _AMOUNTS = {
 """Limits of a confined process: of bytes, files, and processes with threads."""
 
 
-class _Connection:
-    """Messages with the grader."""
+class Connection:
+    """Messages between the grader and a confined process, each with its size before it."""
 
-    def __init__(self, requests: IO[bytes], answers: IO[bytes]) -> None:
-        self._requests, self._answers = requests, answers
-
-    def receive(self) -> bytes:
-        """Return the next message; the process ends when there is none."""
-        size = self._requests.read(SIZE.size)
-        if len(size) < SIZE.size:
-            sys.exit()
-        return self._requests.read(*SIZE.unpack(size))
+    def __init__(self, reader: IO[bytes], writer: IO[bytes]) -> None:
+        self._reader, self._writer = reader, writer
 
     def send(self, message: bytes) -> None:
-        self._answers.write(SIZE.pack(len(message)) + message)
-        self._answers.flush()
+        """Send a message; OSError is raised if nobody reads."""
+        self._writer.write(SIZE.pack(len(message)) + message)
+        self._writer.flush()
+
+    def receive(self, most: int = 1 << 32) -> bytes:
+        """Return the next message.
+
+        Raises:
+            EOFError: There is none.
+            ValueError: It has more bytes than `most`.
+        """
+        (size,) = SIZE.unpack(self._read(SIZE.size))
+        if size > most:
+            raise ValueError(size)
+        return self._read(size)
+
+    def _read(self, size: int) -> bytes:
+        content = self._reader.read(size)
+        if len(content) < size:
+            raise EOFError
+        return content
 
 
 def main() -> None:
     """Do the work that the grader sends."""
-    connection = _Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
+    connection = Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
     told = os.dup(2)
     work = connection.receive()
     act = _running(work[1:], told) if work[:1] == RUN else _reading(work[1:])
@@ -61,7 +72,8 @@ def main() -> None:
         os.dup2(nowhere, stream)
     os.close(nowhere)
     connection.send(READY)
-    act(connection)
+    with suppress(EOFError):  # the grader has no more requests
+        act(connection)
 
 
 def limit(cpu: int) -> None:
@@ -76,13 +88,13 @@ def limit(cpu: int) -> None:
             resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, hard))
 
 
-def _reading(work: bytes) -> Callable[[_Connection], None]:
+def _reading(work: bytes) -> Callable[[Connection], None]:
     from setcmas_tools.submissions.submissions import Packed, read_submission
 
     packed = msgspec.msgpack.decode(work, type=Packed)
     limit(_READ_S)
 
-    def read(connection: _Connection) -> None:
+    def read(connection: Connection) -> None:
         connection.send(msgspec.msgpack.encode(read_submission(packed)))
 
     return read
@@ -91,7 +103,7 @@ def _reading(work: bytes) -> Callable[[_Connection], None]:
 _READ_S = 60
 
 
-def _running(work: bytes, told: int) -> Callable[[_Connection], None]:
+def _running(work: bytes, told: int) -> Callable[[Connection], None]:
     from setcmas_tools.submissions.confined_script import ConfinedScript, RunWork
     from setcmas_tools.submissions.submitted_files import lay_out
 
@@ -102,7 +114,7 @@ def _running(work: bytes, told: int) -> Callable[[_Connection], None]:
         faulthandler.register(signal.SIGALRM, told, all_threads=False, chain=True)
     limit(script.work.cpu)
 
-    def run(connection: _Connection) -> None:
+    def run(connection: Connection) -> None:
         lay_out(script.work.files, folder)
         script.serve(connection.receive, connection.send)
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import IO, cast
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.submissions.confined_program import READY, SIZE
+from setcmas_tools.submissions.confined_program import READY, Connection
 from setcmas_tools.submissions.confinement import HOME, PYTHON, confining_command, package_folders
 
 _GRACE_S = 1.0  # a process that is late ends itself, and says where it was
@@ -78,26 +78,26 @@ class ConfinedProcess:
         """
         self._is_confined = is_confined
         self._home = '' if is_confined else tempfile.mkdtemp(prefix='setcmas_')
-        self._rest = bytearray()
         self._deadline = time.monotonic() + _START_S
         self._is_closed = threading.Event()
         try:
             self._process = subprocess.Popen(
                 self._command(),
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                 cwd=self._home or '/', env=self._environment(),
                 start_new_session=True,  # Ctrl-C is answered here
             )  # fmt: skip
         except OSError as error:
             raise _machine_error(error.strerror or '') from error
         process = self._process
-        self._requests, self._answers, self._errors = (
+        requests, answers, errors = (
             cast(IO[bytes], stream) for stream in (process.stdin, process.stdout, process.stderr)
         )
+        self._connection, self._errors = Connection(answers, requests), errors
         threading.Thread(target=self._watch, daemon=True).start()
         try:
-            self._write(work)
-            if self._message(len(READY)) != READY:
+            self._connection.send(work)
+            if self._connection.receive(len(READY)) != READY:
                 raise EOFError
         except (OSError, EOFError):
             raise _machine_error(self._end(_ENDING_S)[1].strip().rpartition('\n')[2]) from None
@@ -124,10 +124,8 @@ class ConfinedProcess:
         self._deadline = begin + timeout + _GRACE_S
         try:
             if request:
-                self._write(request)
-            message = self._message(most)
-            if self._rest:
-                raise ValueError
+                self._connection.send(request)
+            message = self._connection.receive(most)
         except (OSError, EOFError):
             is_late = time.monotonic() > begin + timeout
             status, told = self._end(_ENDING_S)
@@ -152,28 +150,6 @@ class ConfinedProcess:
     def _environment(self) -> dict[str, str]:
         home = self._home or HOME
         return {**_ENVIRONMENT, **dict.fromkeys(('HOME', 'TMPDIR', 'MPLCONFIGDIR'), home)}
-
-    def _write(self, message: bytes) -> None:
-        left = memoryview(SIZE.pack(len(message)) + message)
-        while left:
-            left = left[self._requests.write(left) or 0 :]
-
-    def _message(self, most: int) -> bytes:
-        """Return the next message; ValueError is raised if it is too long."""
-        (size,) = SIZE.unpack(self._read(SIZE.size))
-        if size > most:
-            raise ValueError
-        return self._read(size)
-
-    def _read(self, size: int) -> bytes:
-        while len(self._rest) < size:
-            part = self._answers.read(1 << 16)
-            if not part:
-                raise EOFError
-            self._rest += part
-        read = bytes(self._rest[:size])
-        del self._rest[:size]
-        return read
 
     def _watch(self) -> None:
         """Kill the process when its deadline has passed: all reads and writes end then."""
@@ -207,8 +183,9 @@ class ConfinedProcess:
         os.set_blocking(self._errors.fileno(), False)
         with suppress(BlockingIOError):
             told = self._errors.read(_MOST_TOLD) or b''
-        for stream in (self._requests, self._answers, self._errors):
-            stream.close()
+        for stream in (self._process.stdin, self._process.stdout, self._errors):
+            with suppress(OSError):  # what nobody reads
+                cast(IO[bytes], stream).close()
         if self._home:
             shutil.rmtree(self._home, ignore_errors=True)
         if status is not None and status > 128:  # of bubblewrap: signal N has killed the program

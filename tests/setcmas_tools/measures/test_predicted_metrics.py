@@ -171,12 +171,6 @@ def test_predicted_values_are_written():
     assert line in '\n'.join(theory_lines(metrics.parts))
 
 
-def test_large_fleets_are_not_predicted_because_eigenvalues_would_take_long(monkeypatch):
-    monkeypatch.setattr(np.linalg, 'eigvals', None)
-
-    assert simulate('consensus', 301, 0.2).metrics()['prediction'].figures == ()
-
-
 def test_a_law_without_predictions_has_none():
     assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
 
