@@ -10,11 +10,8 @@ from numpy.typing import ArrayLike
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW
 
-VNOM = 0.5
-"""Default largest speed of a robot, in m/s."""
 
-
-def saturate(velocities: ArrayLike, vnom: float = VNOM) -> Floats:
+def saturate(velocities: ArrayLike, vnom: float) -> Floats:
     """Scale velocities down to a largest speed, keeping their directions.
 
     Args:

@@ -20,15 +20,10 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.robots.model import SLOW, Motion, RobotModel
 
-KOMEGA = 1.5
-"""Default gain on the heading error, in 1/s."""
-
 _SLOW_TURN = 0.01  # rad/s: a TurtleBot3 cannot turn slower
 
 
-def si_to_uni(
-    velocities: ArrayLike, theta: ArrayLike, komega: float = KOMEGA
-) -> tuple[Floats, Floats]:
+def si_to_uni(velocities: ArrayLike, theta: ArrayLike, komega: float) -> tuple[Floats, Floats]:
     """Turn robots towards their desired velocities and drive at their speed.
 
     V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of
@@ -107,7 +102,7 @@ class VelocityConversion:
     def __init__(
         self,
         nb_robots: int,
-        komega: float = KOMEGA,
+        komega: float,
         Ts: float = 0.2,
         accel: float = math.inf,
         lookahead: float = LOOKAHEAD_M,

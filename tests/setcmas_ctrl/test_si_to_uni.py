@@ -34,7 +34,7 @@ def test_forward_speed_is_the_norm_and_turn_rate_follows_the_heading_error():
 
 
 def test_the_robot_turns_the_short_way():
-    _, omega = si_to_uni([[-1.0, -1.0], [-0.1, 0.1]], [3.0, -3.0])
+    _, omega = si_to_uni([[-1.0, -1.0], [-0.1, 0.1]], [3.0, -3.0], 1.5)
 
     assert 0 < omega[0] < 1.5
     assert -1.5 < omega[1] < 0
@@ -48,7 +48,7 @@ def test_slow_robots_and_slow_turns_do_not_turn():
 
 
 def test_one_robot_alone_may_be_given_without_columns():
-    V, omega = si_to_uni((0.0, 2.0), 0.0)
+    V, omega = si_to_uni((0.0, 2.0), 0.0, 1.5)
 
     assert float(V) == 2.0
     assert float(omega) == pytest.approx(1.5 * np.pi / 2)
@@ -56,7 +56,7 @@ def test_one_robot_alone_may_be_given_without_columns():
 
 def test_a_robot_stands_whose_velocity_or_heading_is_not_finite():
     nan, inf = np.nan, np.inf
-    V, omega = si_to_uni([[nan, 1.0, inf, 0.3], [0.0, nan, 0.0, 0.0]], [0.0, 0.0, 0.0, nan])
+    V, omega = si_to_uni([[nan, 1.0, inf, 0.3], [0.0, nan, 0.0, 0.0]], [0.0, 0.0, 0.0, nan], 1.5)
 
     assert V.tolist() == [0.0] * 4
     assert omega.tolist() == [0.0] * 4
@@ -121,7 +121,7 @@ def test_an_edit_of_si_to_uni_is_seen_in_a_run(monkeypatch):
 
 
 def test_velocities_that_the_filter_keeps_are_converted_within_the_limits():
-    convert = VelocityConversion(4)
+    convert = VelocityConversion(4, 1.5)
     convert.use(MODELS)
     free = convert(VELOCITIES, POSES)
 
@@ -139,10 +139,10 @@ def test_a_conversion_of_each_robot_gives_the_commands_of_the_fleet_to_the_last_
     gains, robots = GainOptions(), range(1, 5)
     together = Commander(gains, options, robots, 4)
     together.use(MODELS)
-    own = [VelocityConversion(1, accel=accel or math.inf) for _ in robots]
+    own = [VelocityConversion(1, 1.5, accel=accel or math.inf) for _ in robots]
     for convert, model in zip(own, MODELS, strict=True):
         convert.use([model])
-    node = SafetyFilter(options, robots, 4, VelocityConversion(4, accel=accel or math.inf))
+    node = SafetyFilter(options, robots, 4, VelocityConversion(4, 1.5, accel=accel or math.inf))
     node.use(MODELS)
     wanted = single_precision(saturate(VELOCITIES, gains.vnom))
     seen = set()
@@ -161,7 +161,7 @@ def test_a_conversion_of_each_robot_gives_the_commands_of_the_fleet_to_the_last_
 
 
 def test_a_robot_without_a_pose_stands_whatever_the_filter_says():
-    convert = VelocityConversion(2)
+    convert = VelocityConversion(2, 1.5)
     convert.use([UNICYCLE, OMNIDIRECTIONAL])
     unknown = np.full((3, 2), math.nan)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-from setcmas_ctrl import drawing, network
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet, Prepared
 from setcmas_ctrl.controllers.fleet_discovery import (
@@ -15,6 +15,7 @@ from setcmas_ctrl.controllers.fleet_discovery import (
 from setcmas_ctrl.controllers.fleet_readiness import wait_until_ready
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
 from setcmas_ctrl.controllers.markers import MarkerCanvas
+from setcmas_ctrl.drawing.canvas import drawn_on
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
@@ -74,7 +75,7 @@ def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
 
     The arguments and errors are those of `prepared_fleet`.
     """
-    with drawing.drawn_on(MarkerCanvas(node)):
+    with drawn_on(MarkerCanvas(node)):
         try:
             return _control(prepared_fleet(process, node, *given))
         except StopCall:

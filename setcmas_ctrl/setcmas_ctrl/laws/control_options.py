@@ -13,8 +13,6 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_scrip
 from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
-from setcmas_ctrl.saturation import VNOM
-from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
@@ -25,6 +23,12 @@ from setcmas_simu.robots.model import VelocityLimits
 Law = str | Path | Callable[..., Any]
 Algo = Law | Mapping[int, Law]
 """A control law of all robots, or a law for each."""
+
+VNOM = 0.5
+"""Default speed limit of robots, in m/s."""
+
+KOMEGA = 1.5
+"""Default gain on the heading error, in 1/s."""
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""

@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.saturation import VNOM
+from setcmas_ctrl.laws.control_options import VNOM
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import SLOW, Motion

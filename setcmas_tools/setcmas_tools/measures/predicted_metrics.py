@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
+from setcmas_ctrl.laws.control_options import KOMEGA
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
 from setcmas_ctrl.predictions.conditions import Conditions, Departure, of_all_links
 from setcmas_ctrl.predictions.prediction import doubts, predicted, predicted_law
-from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion

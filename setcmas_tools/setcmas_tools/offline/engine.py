@@ -18,8 +18,8 @@ from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators, warn_of_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
+from setcmas_simu.robots.model import POSE
 from setcmas_simu.robots.models import fleet_model
-from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.offline_commands import Commander
 from setcmas_tools.offline.offline_communication import OfflineCommunication
@@ -28,9 +28,8 @@ from setcmas_tools.offline.simulation import (
     Simulation,
     commands,
     motion,
-    recorded_drawings,
 )
-from setcmas_tools.run.law_output import DrawingRecord
+from setcmas_tools.run.law_output import DrawingRecord, recorded_drawings
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.scenario.scenario import Scenario
@@ -115,13 +114,12 @@ def _warning_of_functions(one: Simulation) -> Callable[[], object]:
 
 def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) -> Run:
     """Simulate a run whose scripts are loaded."""
-    fleet = VirtualFleet(one.start, fleet_model(one.models))
     robots = range(1, one.nb_robots + 1)
     law, safety = one.scenario.law, one.scenario.safety
     commander = Commander(law, safety, robots, one.nb_robots, one.warn, one.conversions)
     commander.use(one.models)
     controllers = FleetLaws(one.laws, commander, one.warn)
-    t, states, control_t, velocities = _integrate(fleet, controllers, radio, one, drawings)
+    t, states, control_t, velocities = _integrate(controllers, radio, one, drawings)
     tables = RunTables(
         motion(t, states[:, :3], states[:, 3], states[:, 5]),
         commands(control_t, velocities),
@@ -134,7 +132,6 @@ def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) 
 
 
 def _integrate(
-    fleet: VirtualFleet,
     controllers: FleetLaws,
     radio: OfflineCommunication,
     given: Simulation,
@@ -143,30 +140,34 @@ def _integrate(
     """Simulate the robots; return times and states, and the arguments of `commands`."""
     nb_steps, progress, scenario = given.nb_steps, given.progress, given.scenario
     robot_rate = scenario.robots.robot_rate
-    nb_robots = fleet.poses.shape[1]
+    nb_robots = given.nb_robots
+    model = fleet_model(given.models)
+    state = model.start(np.array(given.start, dtype=float))
+    held = np.zeros((3, nb_robots))  # the commands, until the next ones
     t = np.arange(nb_steps + 1) / robot_rate
     control_t, due = _calls(t, 1 / robot_rate, scenario.law.rate)
     velocities = np.empty((len(control_t), 5 if scenario.safety.is_on else 2, nb_robots))
     notes = run_progress.current
     states = notes.new_states(nb_steps + 1, nb_robots)
-    states[0] = fleet.states[:6]
+    states[0] = state[:6]
     notes.done = 1
-    poses = through_quaternion(fleet.poses)
+    poses = through_quaternion(state[POSE])
     if radio.is_on:
-        radio.measure(poses, fleet.states[3], 0.0)
+        radio.measure(poses, state[3], 0.0)
 
     def advance(done: int, step: int) -> Floats:
         """Move the robots to a later step; return their poses as their messages have them."""
+        nonlocal state
         new = states[done + 1 : step + 1]
-        for state in new:
-            fleet.step(1 / robot_rate)
-            state[:] = fleet.states[:6]
+        for row in new:
+            state = model.step(state, held, 1 / robot_rate)
+            row[:] = state[:6]
         notes.call.end()
         notes.done = step + 1
         if progress:
             progress(float(t[step]))
         if not radio.is_on:
-            return through_quaternion(fleet.poses)
+            return through_quaternion(state[POSE])
         received = through_quaternion(new[:, :3].transpose(1, 0, 2))
         for k, now in enumerate(t[done + 1 : step + 1].tolist()):
             radio.measure(received[:, k], new[k, 3], now)
@@ -181,7 +182,7 @@ def _integrate(
         velocities[call, :2] = commanded.wanted
         if commanded.allowed is not None:
             velocities[call, 2:] = commanded.allowed
-        fleet.command_all(commanded.commands)
+        held = commanded.commands
     advance(done, nb_steps)
     return t, states, control_t, velocities
 

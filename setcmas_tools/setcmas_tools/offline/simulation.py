@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl import drawing, network
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.laws.control_law import ControlLaw, LawScripts
@@ -32,7 +32,7 @@ from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.offline_commands import Commanded, Commander
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.inputs import inputs_of, kept_record
-from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
+from setcmas_tools.run.law_output import Commands, Filtered
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo
 from setcmas_tools.run.run_tables import RunTables
@@ -259,13 +259,6 @@ def commands(t: Floats, velocities: Floats) -> Commands:
     times, robots = _rows(t, velocities.shape[2])
     vx, vy, *allowed = velocities.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
     return Commands(times, robots, vx, vy, Filtered(*allowed) if allowed else None)
-
-
-@contextmanager
-def recorded_drawings() -> Iterator[DrawingRecord]:
-    """Record the drawings of scripts meanwhile."""
-    with drawing.drawn_on(record := DrawingRecord()):
-        yield record
 
 
 def _rows(t: Floats, nb_robots: int) -> tuple[Floats, NDArray[np.int64]]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.drawing import Sphere
+from setcmas_ctrl.drawing.canvas import Sphere, drawn_on
 from setcmas_simu.arrays import Floats
 from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
 
@@ -177,6 +178,13 @@ class DrawingRecord:
     def drawings(self) -> list[Drawing]:
         """Return the drawings, sorted by time, then robot."""
         return sorted(self._drawings, key=itemgetter(0, 1))
+
+
+@contextmanager
+def recorded_drawings() -> Iterator[DrawingRecord]:
+    """Record the drawings of scripts meanwhile."""
+    with drawn_on(record := DrawingRecord()):
+        yield record
 
 
 class DrawnOverTime:

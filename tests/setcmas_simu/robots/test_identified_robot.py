@@ -13,7 +13,6 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import check_models, fastest, robot_models
-from setcmas_simu.robots.virtual_fleet import VirtualFleet
 
 SLOW = Response(0.9, 0.15, 0.2)
 QUICK = Response(1.05, 0.0, 0.1)
@@ -86,12 +85,11 @@ TURN = Response(gain=1.1, lag=0.0, delay=0.17)
 
 def after(model, seconds, Ts, commands):
     """Return the state of a robot; commands are (V, omega), the last one held."""
-    fleet = VirtualFleet(np.zeros((3, 1)), model)
+    state = model.start(np.zeros((3, 1)))
     for step in range(round(seconds / Ts)):
         V, omega = commands[min(step, len(commands) - 1)]
-        fleet.command_all(np.array([[V], [0.0], [omega]]))
-        fleet.step(Ts)
-    return fleet.states[:, 0]
+        state = model.step(state, np.array([[V], [0.0], [omega]]), Ts)
+    return state[:, 0]
 
 
 @pytest.mark.parametrize('Ts', [0.1, 0.05, 0.013, 0.01])
@@ -128,12 +126,12 @@ def test_a_command_that_changes_at_each_step_is_remembered_for_the_longest_delay
 
 
 def test_robots_of_one_model_do_not_mix():
-    fleet = VirtualFleet(np.zeros((3, 2)), IdentifiedRobot(FORWARD, TURN))
+    model = IdentifiedRobot(FORWARD, TURN)
+    state = model.start(np.zeros((3, 2)))
     for step in range(20):
-        fleet.command_all(np.array([[0.2, 0.0], [0.0, 0.0], [0.1 * step, 0.0]]))
-        fleet.step(0.1)
-    assert fleet.poses[0, 0] > 0.1
-    assert not fleet.poses[:, 1].any()
+        state = model.step(state, np.array([[0.2, 0.0], [0.0, 0.0], [0.1 * step, 0.0]]), 0.1)
+    assert state[0, 0] > 0.1
+    assert not state[:3, 1].any()
 
 
 def test_commands_are_slowed_down_on_the_same_curve():

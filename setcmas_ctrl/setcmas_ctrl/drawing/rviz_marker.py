@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from setcmas_ctrl import drawing
+from setcmas_ctrl.drawing.canvas import draw, sphere
 
 
 def publish_marker(
@@ -31,5 +31,4 @@ def publish_marker(
         marker_name: Last part of the topic name, such as 'wp_ref'.
         alpha: Opacity in [0, 1].
     """
-    sphere = drawing.sphere(x, y, z, scale, color, alpha)
-    drawing.draw(robotNo, marker_name, sphere)
+    draw(robotNo, marker_name, sphere(x, y, z, scale, color, alpha))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from setcmas_ctrl import drawing
+from setcmas_ctrl.drawing.canvas import draw, sphere
 
 
 def publish_marker(
@@ -21,5 +21,4 @@ def publish_marker(
 
     Arguments as for `rviz_marker.publish_marker`.
     """
-    sphere = drawing.sphere(x, y, z, scale, color, alpha)
-    drawing.draw(robotNo, marker_name, sphere, trail=True)
+    draw(robotNo, marker_name, sphere(x, y, z, scale, color, alpha), trail=True)

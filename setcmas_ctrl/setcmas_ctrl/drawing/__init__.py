@@ -1,0 +1,1 @@
+"""Drawing by control scripts, which import these modules by their bare names."""
