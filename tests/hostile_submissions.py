@@ -218,8 +218,8 @@ PACKED = {
     'outside.zip': (archive({'../../law.pyc': b'control = 1'}), 'only law.pyc'),
     'absolute.zip': (archive({'/tmp/law.pyc': b'control = 1'}), 'only law.pyc'),
     'broken.zip': (archive({'law.py': b'x'})[:-9], 'is damaged or has a password'),
-    'deep.ipynb': (b'[' * 10**6, 'it is not a notebook of Jupyter, or damaged'),
-    'large.ipynb': (b'{"cells": [' + b'{},' * 5_000_000 + b'{}]}', 'it is not a notebook'),
+    'deep.ipynb': (b'[' * 10**6, 'it is not a Jupyter notebook, or it is damaged'),
+    'large.ipynb': (b'{"cells": [' + b'{},' * 5_000_000 + b'{}]}', 'it is not a Jupyter notebook'),
     'nested.py': (b'control = ' + b'(' * 150_000, ''),
 }
 """Files that attack whoever unpacks or parses them, and the reason for no marks."""

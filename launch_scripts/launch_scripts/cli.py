@@ -36,7 +36,7 @@ VERBS = {
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path lengths, separation, settling times, task errors',
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
-    'explain': 'explain a run, from single integrators to what was recorded',
+    'explain': 'explain a run step by step, from single integrators to what was recorded',
     'identify': 'identify gain, lag and delay of robots from a run, for --model',
     'report': 'write a run as one page to hand in: replay, plots and script',
     'site': 'write a web page that runs laws, with nothing to install',
@@ -147,7 +147,7 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         if error.errno not in (errno.EMFILE, errno.ENFILE):
             raise
-        return _failed(arguments, 'it may not open more files; raise the limit: ulimit -n 1024')
+        return _failed(arguments, 'too many open files; raise the limit: ulimit -n 1024')
 
 
 def _failed(arguments: list[str], reason: str) -> int:

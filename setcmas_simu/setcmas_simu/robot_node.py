@@ -113,7 +113,7 @@ class RobotNode(FleetNode):
                 f'/{robot_name(number)} after --ros-args'
             )
         self.robot = number
-        text = 'namespace of what the whole fleet has once, such as /pause'
+        text = 'namespace of the topics that the whole fleet shares, such as /pause'
         namespace = self.fixed('fleet_namespace', self.fleet_namespace, text, is_alone)
         self.fleet_namespace = namespace.rstrip('/')
         self._warned: set[str] = set()

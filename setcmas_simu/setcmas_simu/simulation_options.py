@@ -77,7 +77,7 @@ class StartPoseOptions(Options):
     )
     random_poses: str | None = option(
         kinds.ParsedText(RandomPoses.of, FORM, metavar='box=WxH,distance=D'),
-        'random start poses for robots without one: size of the box and minimum distance in m '
+        'random poses for robots without a start pose: size of the box, least distance in m '
         '(default: 10x10 and 1 if they fit)',
         default=None,
         alone=AUTO,
@@ -129,7 +129,7 @@ CMD_TIMEOUT_S = 1.0
 class _CommandTimeout(kinds.Number):
     """Times without a command: 0, which is never, or longer than between two commands."""
 
-    must_be = 'at least 0.3 s, or 0, which is never'
+    must_be = 'at least 0.3 s, or 0 for never'
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is 0 or long enough."""
@@ -160,7 +160,7 @@ class RobotOptions(StartPoseOptions):
     )
     cmd_timeout: float = option(
         _CommandTimeout(least=0, unit='s'),
-        'stop a robot after this long without a command; 0 is never, as in ROS 1',
+        'stop a robot after this long without a command; 0 means never, as in ROS 1',
         default=CMD_TIMEOUT_S,
     )
     robot_rate: float = option(

@@ -206,5 +206,5 @@ def test_too_few_open_files_are_told_in_one_line():
 
     assert result.returncode == 2
     assert result.stderr == (
-        'setcmas list: it may not open more files; raise the limit: ulimit -n 1024\n'
+        'setcmas list: too many open files; raise the limit: ulimit -n 1024\n'
     )

@@ -13,5 +13,5 @@ def test_a_command_timeout_is_never_or_longer_than_between_two_commands(value):
 
 @pytest.mark.parametrize('value', [0.2, -1.0, math.nan])
 def test_shorter_command_timeouts_are_refused(value):
-    with pytest.raises(SetcmasError, match=r'it must be at least 0\.3 s, or 0, which is never'):
+    with pytest.raises(SetcmasError, match=r'it must be at least 0\.3 s, or 0 for never'):
         SimulationOptions(cmd_timeout=value)

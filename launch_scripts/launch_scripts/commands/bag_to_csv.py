@@ -1,8 +1,8 @@
 """Convert a bag to a CSV file per topic, and fleet.csv for the whole fleet.
 
 Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, compressed by zstd or not,
-and ROS 1 .bag files, with messages of any type. A bag that was cut short it reads as far as it
-goes, of a folder the files that metadata.yaml lists; a line tells what is missing or left out.
+and ROS 1 .bag files, with messages of any type. If a bag was cut short, it reads what is there; in
+a folder, it reads only the files that metadata.yaml lists. A message names what is left out.
 
 Examples:
   setcmas bag_to_csv out/bag

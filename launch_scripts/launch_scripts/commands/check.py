@@ -1,7 +1,7 @@
 """Check your law against an exercise, and see which criteria it meets.
 
 Runs the law offline in the scenarios of its exercise; scripts from `setcmas new --exercise` name
-their exercise. Each criterion gets a tick or a cross, with the measured and the wanted value; a
+their exercise. Each criterion gets a tick or a cross, with the measured and the required value; a
 picture shows the paths of your robots over those of the solution. The exit status is 0 if the
 law gets all points.
 

@@ -23,7 +23,7 @@ _warn = warner('compare')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    runs = 'at least two runs: folders of runs or of CSV files, fleet.csv files, or bags'
+    runs = 'two or more runs: folders of runs or of CSV files, fleet.csv files, or bags'
     parser.add_argument('runs', type=Path, nargs='+', metavar='DIR', help=runs)
     folder = 'folder of the plots (default: comparison)'
     parser.add_argument(

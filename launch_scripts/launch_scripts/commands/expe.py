@@ -78,8 +78,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     of_scenario = [name for name in LabOptions.options() if name in options()]
     LabOptions.add_to(parser, without=of_scenario)
     hold = (
-        'robots move only while s or the button of a joystick is held down (a wired joystick: one '
-        'without a wire keeps its last state when it dies)'
+        'robots move only while you hold down s or the button of a wired joystick (a wireless one '
+        'keeps its last state when its battery dies)'
     )
     parser.add_argument('--hold', action='store_true', help=hold)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
@@ -150,8 +150,8 @@ def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
         raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
     elif _is_recorded(args):
         raise SetcmasError(
-            '--duration and --output start robots by themselves, emulated ones alone: add '
-            '--emulate, or record real ones with setcmas record'
+            '--duration and --output start robots by themselves, which only emulated robots may '
+            'do: add --emulate, or record real robots with setcmas record'
         )
     if args.hold and _is_recorded(args):
         raise SetcmasError(

@@ -1,10 +1,10 @@
-"""Explain a run rung by rung, from the single integrators of theory to what was recorded.
+"""Explain a run step by step, from the single integrators of theory to what was recorded.
 
-The law of the run is simulated from the same starts: as in theory (single integrators, called
-continuously), then sampled, with the speed limit, with the dead band of the law, as the robots of
-the run, with its messages, with its filter and as identified robots, as far as the run has these.
-The distance of each rung from the one before says what the new thing changes, in this
-order.
+Simulates the law from the start poses of the run: first as in theory, with single integrators and
+a continuous law, then with one more property of the run at each step, as far as the run has it:
+sampling, speed limit, dead band of the law, its robots, its imperfect messages, safety filter,
+identified robots. The last row is the recorded run. How far the robots of each step are from
+those of the step before shows what the added property changes, given the earlier ones.
 
 Examples:
   setcmas explain out
@@ -26,7 +26,7 @@ _warn = warner('explain')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
-    model = 'model file of setcmas identify, for the rung below the recording'
+    model = 'model file of setcmas identify, for the last simulation'
     parser.add_argument('--model', type=Path, metavar='FILE', help=model)
 
 

@@ -57,7 +57,7 @@ class GradeOptions(Options):
     )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
     overwrite: bool = flag(
-        'grade again those already graded, and replace files that were changed by hand'
+        'grade all submissions again, and replace files that were changed by hand'
     )
 
 
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f'(default: {CORRECTIONS} in FOLDER or DIR)'
     )
     parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
-    handout = 'only write the rubric for students, without the solution and what is hidden'
+    handout = 'only write the rubric for students, without the solution and the hidden parts'
     parser.add_argument('--handout', type=Path, metavar='FILE.zip', help=handout)
     GradeOptions.add_to(parser)
 

@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
     MetricsOptions.add_to(parser)
-    theory = 'also show what theory predicts of a built-in law, and what it leaves out'
+    theory = 'also show what theory predicts for a built-in law, and which effects it leaves out'
     parser.add_argument('--theory', action='store_true', help=theory)
 
 

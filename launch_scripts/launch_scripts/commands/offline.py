@@ -1,7 +1,8 @@
 """Simulate robots under a control law without ROS, hundreds of times faster than real time.
 
-Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does. On one kind of processor the
-same command writes the same files. Ctrl-C ends the run early and writes the results so far.
+Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does. On the same kind of
+processor, the same command writes the same files. Ctrl-C ends the run early and writes the
+results so far.
 
 Examples:
   setcmas offline square.yaml --set K=2
@@ -92,8 +93,8 @@ def _slowness(scenario: Scenario, times: float) -> str:
     robots = f'{scenario.nb_robots} robots' if scenario.nb_robots > 1 else 'one robot'
     period = 1 / scenario.law.rate
     return (
-        f'this law is slower than real time: a call for {robots} took {times * period:.2g} s and '
-        f'comes every {period:.2g} s. Over ROS and in experiments its velocities come too late'
+        f'this law is slower than real time: a call for {robots} took {times * period:.2g} s, but '
+        f'is due every {period:.2g} s. Over ROS and in experiments its velocities come too late'
     )
 
 

@@ -52,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('folder', type=Path, metavar='FOLDER', help='folder for the page')
     exercise = (
-        'offer these exercises only, without the laws that solve them: names, or rubric files, '
-        'of which the page gets what students may see (default: all)'
+        'offer only these exercises, without the laws that solve them: names, or rubric files, '
+        'from which the page takes only what students may see (default: all)'
     )
     parser.add_argument(
         '--exercise', nargs='+', action='extend', default=[], metavar='NAME', help=exercise

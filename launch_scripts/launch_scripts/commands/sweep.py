@@ -2,7 +2,7 @@
 
 Writes runs.csv with a row per run, plots, and study.yaml, from which the study can be repeated. To
 continue a stopped study, run the same command in the same folder. A run whose law fails, hangs or
-dies still gets a row. Repeat a single run with --from FOLDER/NUMBER of setcmas offline or run.
+dies still gets a row. To repeat a single run, use setcmas offline (or run) --from FOLDER/NUMBER.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2

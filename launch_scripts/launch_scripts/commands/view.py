@@ -1,9 +1,9 @@
 """Show running robots, or a finished run, on a page in the browser until Ctrl-C.
 
 The page shows poses, trails, drawings of control scripts and communication, with a time bar and
-charts. Simulated robots can be paused, started and reset, real ones paused and stopped. Select a
-robot of a finished run to see what its law wanted. A second run is drawn over the first one, with
-their difference.
+charts. Its buttons pause, start and reset simulated robots, and pause and stop real ones. Select a
+robot of a finished run to see the velocity that its law returned. A second run is drawn over the
+first one, with their differences.
 
 Examples:
   setcmas view

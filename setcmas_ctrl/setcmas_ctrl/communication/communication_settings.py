@@ -63,18 +63,18 @@ class CommunicationOptions(Options):
         'triggering condition: a path or the name of a script with ctc(pos, last_pos, t), or one '
         'of the literature (see setcmas list)',
         default=None,
-        default_text='send at a distance of --threshold from the last position sent',
+        default_text='send when farther than --threshold from the last position sent',
         complete=names_and_files(CONDITIONS.plugins, ('py',)),
     )
     threshold: float = option(
         LENGTH,
-        'without a condition of your own: send at this distance from the last position sent',
+        'without --ctc: how far a robot moves from the last position sent before it sends again',
         default=THRESHOLD_M,
     )
     own_state: str = option(
         OneOf((HELD, EXACT)),
-        f'own pose in the law of an event-triggered robot: {HELD} as last sent, like those of '
-        f'the others, or {EXACT}',
+        f'pose of itself that the law of an event-triggered robot gets: the last one sent '
+        f'({HELD}), as for the others, or the current one ({EXACT})',
         default=HELD,
     )
     graph: Graph = option(
@@ -118,7 +118,7 @@ class CommunicationOptions(Options):
     def notes(self) -> list[str]:
         """Notes for the user: a condition that is not filled in yet, or nothing arrives."""
         unfilled = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
-        silent = 'loss is 1: no message arrives, so robots know the others as they started'
+        silent = 'loss is 1: no message arrives, so robots know only where the others started'
         return [note for note in (unfilled, silent if self.loss == 1.0 else '') if note]
 
 

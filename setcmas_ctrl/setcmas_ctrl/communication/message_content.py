@@ -172,5 +172,5 @@ def content_of(dimensions: Iterable[Any], offset: int, data: Iterable[float]) ->
     """
     numbers = [float(number) for number in data]
     if not numbers or not isfinite(numbers[0]) or offset < 1:
-        raise ValueError('it must begin with a time in s, and data_offset must be 1 at least')
+        raise ValueError('it must begin with a time in s, and data_offset must be at least 1')
     return Content(numbers[0], value_of(dimensions, numbers[offset:]))

@@ -43,7 +43,7 @@ class FilterOptions(Options):
     )
     gamma: float = option(
         Number(above=0, unit='1/s', finite=True),
-        'barrier gain: larger lets robots approach faster',
+        'barrier gain: the larger it is, the faster robots may approach each other',
         default=GAMMA,
     )
     lookahead: float = option(

@@ -174,8 +174,8 @@ class WatchOptions(Options):
     TITLE: ClassVar[str] = 'control law'
 
     watch: bool = flag(
-        'reload the script whenever you save it; its state and t restart, the robots stay (in '
-        'experiments only while paused)'
+        'reload the script whenever you save it; its variables and t start again, the robots '
+        'stay where they are (in experiments only while paused)'
     )
 
 
@@ -186,7 +186,7 @@ class FleetOptions(Options):
     TITLE: ClassVar[str] = 'fleet'
 
     nb_robots: int | None = option(
-        kinds.NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
+        kinds.NB_ROBOTS, 'size of the fleet', default=None, default_text='as announced on /fleet'
     )
     robots: tuple[int, ...] | None = option(
         kinds.Robots(), "control only these robots of the fleet, such as '1-4'", default=None

@@ -87,8 +87,8 @@ _ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
     (
         IndexError,
         r'index (\d+) .* axis 1 with size \1$',
-        'robots count from 1, columns from 0: robot i has column i - 1. With a column too high, '
-        'the other robots take that of another one without an error',
+        'robots are numbered from 1, columns from 0: robot i has column i - 1. With the column '
+        'after that, the other robots read that of the next robot, without an error',
     ),
     (
         IndexError,
@@ -108,8 +108,8 @@ def _advice(error: BaseException) -> str:
     if isinstance(error, UnboundLocalError) and (found := re.search(r"'(\w+)'", text)):
         *_, (frame, _) = traceback.walk_tb(error.__traceback__)
         if found[1] in frame.f_globals:
-            return f'; a function that changes {found[1]} begins with `global {found[1]}`'
-        return f'; {found[1]} gets no value on this way through the function'
+            return f'; a function that changes {found[1]} must begin with `global  {found[1]}`'
+        return f'; {found[1]} gets no value on this path through the function'
     for kind, pattern, advice in _ADVICE:
         if isinstance(error, kind) and (found := re.search(pattern, text)):
             return f'; {found.expand(advice)}'

@@ -34,7 +34,7 @@ class Doubt(Enum):
     UNLINKED = 'the graph at the start leaves differences between robots that never decay'
     OSCILLATES = 'oscillations do not decay: the gain is too large'
     DIVERGES = 'points without a speed limit would drive away, ever faster'
-    UNJUDGED = 'it is not judged whether differences decay: too many robots for this delay'
+    UNJUDGED = 'setcmas cannot tell whether differences decay: too many robots for this delay'
 
 
 @dataclass(frozen=True)

@@ -239,7 +239,7 @@ def _blindness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Stop
             text += (
                 f': they come {late:.1f} s late by their stamps (a slow network, or a motion '
                 'capture clock that was changed: if a pause of 10 s does not help, and the '
-                'network is well, restart setcmas expe)'
+                'network is fast, restart setcmas expe)'
             )
         return StopReason(Cause.POSE_OLD, text)
     if not now - robot.judged <= longest_s:

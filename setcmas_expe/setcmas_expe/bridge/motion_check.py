@@ -25,7 +25,8 @@ _ZERO_RAD_S = 0.05
 
 
 _STANDSTILL = (
-    'does not move as commanded: has its body fallen off, or is it lifted, blocked or off?'
+    'does not move as commanded: have its markers fallen off, or is it lifted, blocked or '
+    'switched off?'
 )
 
 

@@ -135,7 +135,7 @@ class RobotCheck:
             advice = 'the robot would stop: keep it in view, and check the network'
             yield PROBLEM, 'mocap', f'silent for {self.mocap.largest_gap:.1f} s', advice
         elif self.mocap.rate < SLOWEST_HZ:
-            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz at least, better 50'
+            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz or more; 50 Hz is better'
             yield NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice
 
     def _of_commands(self, lab: Lab) -> Iterator[_Remark]:

@@ -70,7 +70,7 @@ def check_emulated_mocap(mocap: Mocap) -> None:
     standard = [message_type for message_type, _ in STANDARD.values()]
     if source.from_start or not source.per_body or source.message_type not in standard:
         raise SetcmasError(
-            f'motion capture of an emulated lab must send a topic per body, one of '
+            f'motion capture of an emulated lab must have a topic per body, with messages of type '
             f'{", ".join(STANDARD)}; {mocap.preset} sends {source.message_type} on '
             f'{source.topic}: add --mocap qualisys'
         )

@@ -36,7 +36,7 @@ def refuse_second_simulator(
     seen = present()
     if seen:
         # A killed process stays in the graph for a while.
-        node.get_logger().info('others publish odometry; waiting to see if they stay')
+        node.get_logger().info('other nodes publish odometry; waiting to see if they remain')
         deadline = time.monotonic() + _FORGOTTEN_AFTER_S
         while seen and time.monotonic() < deadline:
             time.sleep(0.1)

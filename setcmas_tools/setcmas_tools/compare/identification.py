@@ -206,5 +206,5 @@ def identified_notes(found: Mapping[int, Identified]) -> Iterator[str]:
         if poor:
             yield (
                 f'{name}: the model explains less than {_GOOD_FIT:g} % of its {" and ".join(poor)}'
-                '; a pause, contact or slip may be why, and ± does not include these'
+                '; a pause, a collision or slip may be the cause, which ± does not include'
             )

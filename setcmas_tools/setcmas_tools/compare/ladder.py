@@ -154,7 +154,7 @@ def _starts(run: Run, nb_robots: int) -> Floats:
 
 def ladder_table(rungs: list[Rung]) -> str:
     """Return a row for each rung: its end, error, rate, and distance from the one before."""
-    heads = 'rung|end x\n(m)|end y\n(m)|error at\nthe end|rate\n(1/s)|from the rung\nbefore (m)'
+    heads = 'step|end x\n(m)|end y\n(m)|error at\nthe end|rate\n(1/s)|from the step\nbefore (m)'
     rows = [[rung.name, *rung.end, *rung.error_and_rate, rung.step] for rung in rungs]
     table: str = tabulate(
         rows, heads.split('|'), floatfmt='.3f', missingval='-', colglobalalign='right',

@@ -47,7 +47,7 @@ def check_sandbox() -> None:
     """
     if reason := obstacle():
         raise SetcmasError(
-            f'no sandbox: {reason}; or --trust grades without sandbox, where submissions can '
+            f'no sandbox: {reason}; or add --trust to grade without it: submissions can then '
             'do whatever you can'
         )
 

@@ -36,7 +36,7 @@ Result = TypeVar('Result')
 Warn = Callable[[str], None]
 
 UNGUARDED = (
-    'a process for scripts did not begin; a script that starts processes, such as by sweep(), '
+    'a process for scripts did not begin; a script that starts processes, for example by sweep(), '
     "must do so below a line if __name__ == '__main__':"
 )
 """Why a process ends before it begins: it begins with the main script of the user."""

@@ -36,8 +36,8 @@ class BrowserOptions(Options):
 
     host: str = option(
         Kind(metavar='ADDRESS'),
-        'address of the page; with 0.0.0.0 others on the network can open it, and with the '
-        'token in the address also press its buttons',
+        'address of the page; with 0.0.0.0 others on the network can open it, and whoever has '
+        'the token in the address can also press its buttons',
         default=HOST,
         default_text=f'{HOST}, this machine only',
     )

@@ -180,7 +180,7 @@ class PageServer:
                 return None
             return _text(HTTPStatus.SERVICE_UNAVAILABLE, 'too many browsers show this page')
         if address.path != '/':
-            return _text(HTTPStatus.NOT_FOUND, 'there is one page only: /')
+            return _text(HTTPStatus.NOT_FOUND, 'the only page is /')
         answer = _response(HTTPStatus.OK, 'text/html; charset=utf-8', self._page)
         if token and in_address:
             answer.headers['Set-Cookie'] = token.cookie

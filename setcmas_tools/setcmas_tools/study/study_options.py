@@ -72,8 +72,8 @@ class SweepOptions(Options):
     seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
     metric: tuple[str, ...] = option(
         Kind(metavar='COLUMN|FILE.py'),
-        'metric to plot, such as disagreement (see setcmas list); FILE.py adds the '
-        'result of its function FILE(run) as a metric; may be repeated',
+        'metric to plot, such as disagreement (see setcmas list), or FILE.py, whose '
+        'function FILE(run) computes a metric of your own; may be repeated',
         form=Form.REPEATED,
         default=(),
         complete=_columns,

@@ -123,7 +123,7 @@ def _private(folder: Path) -> Iterator[Path]:
 def obstacle() -> str:
     """Return why submissions cannot be confined here, and what to do; empty if they can."""
     if sys.platform != 'linux':
-        return 'bubblewrap is for Linux; use Docker or, on Windows, WSL 2'
+        return 'bubblewrap runs on Linux only; use Docker or, on Windows, WSL 2'
     if not shutil.which('bwrap'):
         packages = next((one for one in ('apt-get', 'dnf', 'zypper') if shutil.which(one)), '')
         command = f'sudo {packages} install bubblewrap' if packages else 'install bubblewrap'

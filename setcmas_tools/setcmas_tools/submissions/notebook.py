@@ -65,7 +65,7 @@ def read_notebook(content: bytes) -> Notebook:
         cells = known['cells'] if 'cells' in known else _of_version_3(known)
         sources = [_source(cell) for cell in cells if cell['cell_type'] == 'code']
     except (RecursionError, KeyError, TypeError, ValueError) as error:
-        raise SetcmasError('it is not a notebook of Jupyter, or damaged') from error
+        raise SetcmasError('it is not a Jupyter notebook, or it is damaged') from error
     written = {found[1]: one[found.end() :] for one in sources if (found := _WRITTEN.match(one))}
     if sum(map(len, sources)) <= MOST_SOURCE:
         runs: set[str] = {*_OF_JUPYTER}

@@ -59,7 +59,7 @@ def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeyp
 
     assert main(['grade', 'class', '-R', 'consensus']) == 2
 
-    assert 'no sandbox: no bwrap; or --trust grades without' in capsys.readouterr().err
+    assert 'no sandbox: no bwrap; or add --trust to grade without' in capsys.readouterr().err
     assert not (tmp_path / 'touched').exists()
 
 

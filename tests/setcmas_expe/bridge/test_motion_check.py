@@ -50,10 +50,10 @@ def stalled(robot):
 ACROSS, BACKWARDS = turned(90), turned(180)
 FROM_THE_START = (ACROSS, BACKWARDS, mirrored)
 FAULTS = [
-    (straight, fallen, 'has its body fallen off'),
+    (straight, fallen, 'have its markers fallen off'),
     (circle, fallen, 'does not move as commanded'),
     (straight, held, 'lifted, blocked'),
-    (straight, stalled, 'blocked or off'),
+    (straight, stalled, 'blocked or switched off'),
     (circle, drifting(0.3), 'does motion capture drift'),
     (straight, drifting(2.0), 'does motion capture drift'),
     (straight, ACROSS, 'deg off its heading: are the axes of its body'),

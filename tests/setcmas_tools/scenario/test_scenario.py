@@ -169,6 +169,6 @@ def test_a_fleet_of_one_and_links_that_lose_everything_are_noted():
     assert alone == [
         'the fleet has one robot, which has no neighbours; set nb_robots to 5 (--nb-robots 5)'
     ]
-    assert lossy == ['loss is 1: no message arrives, so robots know the others as they started']
+    assert lossy == ['loss is 1: no message arrives, so robots know only where the others started']
     assert Scenario.of('laplacian_consensus').notes == []  # for ctrl, the size is unknown
     assert Scenario.of('nav_wp').notes_on_simulation == []

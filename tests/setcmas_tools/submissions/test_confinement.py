@@ -62,4 +62,4 @@ def test_where_it_may_make_no_namespaces_the_remedy_is_named(
 def test_elsewhere_docker_or_wsl_is_named(monkeypatch, system):
     monkeypatch.setattr(confinement.sys, 'platform', system)
 
-    assert obstacle() == 'bubblewrap is for Linux; use Docker or, on Windows, WSL 2'
+    assert obstacle() == 'bubblewrap runs on Linux only; use Docker or, on Windows, WSL 2'

@@ -177,7 +177,7 @@ def test_copies_of_one_law_are_one(tmp_path):
     [
         ({'a.py': LAW, 'b.py': OTHER}, 'a.py and b.py both have a function control'),
         ({'a.py': b'', 'b.py': b''}, 'none of its 2 scripts has a function control'),
-        ({'law.ipynb': b'{}'}, 'law.ipynb: it is not a notebook of Jupyter, or damaged'),
+        ({'law.ipynb': b'{}'}, 'law.ipynb: it is not a Jupyter notebook, or it is damaged'),
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
         ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),
