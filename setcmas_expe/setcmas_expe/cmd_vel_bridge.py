@@ -205,8 +205,7 @@ def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
     state = state_of(odom)
     if isinstance(state, str):
         return view
-    stamp = odom.header.stamp
-    age = max(0.0, 1e-9 * messages.now_ns() - stamp.sec - 1e-9 * stamp.nanosec)
+    age = max(0.0, 1e-9 * messages.now_ns() - messages.seconds_of(odom.header.stamp))
     return replace(
         view,
         pose=state.pose,

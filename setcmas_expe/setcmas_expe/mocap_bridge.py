@@ -9,7 +9,6 @@ import time
 from functools import partial
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 
@@ -96,8 +95,7 @@ class MocapBridge(FleetNode):
         out = robot.message
         # When it was measured, by this machine's clock: a recording has one time.
         age_ns = round(1e9 * (now - robot.track.measured))
-        seconds, nanoseconds = divmod(messages.now_ns() - age_ns, 10**9)
-        out.header.stamp = Time(sec=seconds, nanosec=nanoseconds)
+        out.header.stamp = messages.stamp_of(messages.now_ns() - age_ns)
         out.pose.pose.position.x, out.pose.pose.position.y = x, y
         out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
         out.twist.twist.linear.x, out.twist.twist.angular.z = V, omega

@@ -6,7 +6,6 @@ import os
 import socket
 from collections.abc import Callable
 
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
 
@@ -74,7 +73,6 @@ class FleetTime:
         self._zero, self._has_begun = None, False
 
 
-_NANOSECONDS = 1_000_000_000
 _OTHERS_WAIT_S = 1.0  # DDS finds processes one after another
 
 
@@ -105,12 +103,11 @@ class FleetTimeTopic:
         """Publish the current t if another process listens."""
         if self._publisher.get_subscription_count() > 1:  # this process is one of them
             t = self._time.at(self._now())
-            sec, nanosec = divmod(round(t * _NANOSECONDS), _NANOSECONDS)
-            message = TimeReference(time_ref=Time(sec=sec, nanosec=nanosec), source=self._source)
+            time_ref = messages.stamp_of(round(1e9 * t))
+            message = TimeReference(time_ref=time_ref, source=self._source)
             message.header.stamp = messages.stamp()
             self._publisher.publish(message)
 
     def _on_time(self, message: TimeReference) -> None:
         if message.source != self._source:
-            t = message.time_ref.sec + message.time_ref.nanosec / _NANOSECONDS
-            self._time.synchronise(t, self._now())
+            self._time.synchronise(messages.seconds_of(message.time_ref), self._now())

@@ -34,7 +34,7 @@ from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.robot_node import RobotNode, stepping
 from setcmas_simu.robots.model import LIMITS, limits_named
-from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
@@ -148,7 +148,7 @@ class CmdVelGuard(RobotNode):
         """Take the newest command, if it is one, and what the wheels do."""
         if message := self.cmd_vel():
             sent, wanted = message.header.stamp, velocities(message)
-            late = self._stamps.lateness(sent.sec + 1e-9 * sent.nanosec, self.time.now)
+            late = self._stamps.lateness(messages.seconds_of(sent), self.time.now)
             if late <= LATEST_S and all(map(math.isfinite, wanted)):
                 # It came after the last step, and counts as that old: this process may stall.
                 self._wanted, self._commanded = wanted, self._stepped

@@ -21,7 +21,7 @@ from setcmas_expe.mocap.picture_sources import NewestPicture, pictures
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.step_loop import StepLoop
 
@@ -64,7 +64,7 @@ class CameraNode(FleetNode):
             self._bodies[robot] = self.create_publisher(PoseStamped, topic, qos.SENSOR)
         message = PoseStamped()
         message.header.frame_id = 'mocap'
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(round(1e9 * t), 10**9)
+        message.header.stamp = messages.stamp_of(round(1e9 * t))
         position, turn = message.pose.position, message.pose.orientation
         position.x, position.y, position.z = pose[0], pose[1], self._height
         turn.z, turn.w = quaternion_of_yaw(pose[2])

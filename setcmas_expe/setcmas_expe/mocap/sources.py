@@ -22,9 +22,10 @@ TRANSFORM_STAMPED = 'TransformStamped'
 
 def sample_of(header: Any, position: Any, orientation: Any) -> Sample:
     """Return a measurement from the parts of a message, whatever its frame_id."""
+    from setcmas_simu.ros.messages import seconds_of  # late: sources are named without ROS, too
+
     p, q = position, orientation
-    stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
-    return Sample((p.x, p.y, p.z), (q.x, q.y, q.z, q.w), stamp)
+    return Sample((p.x, p.y, p.z), (q.x, q.y, q.z, q.w), seconds_of(header.stamp))
 
 
 def read_pose_stamped(message: Any) -> Iterator[tuple[str, Sample]]:

@@ -42,5 +42,15 @@ now_ns: Callable[[], int] = time.time_ns
 
 def stamp() -> Time:
     """Return the current time."""
-    seconds, nanoseconds = divmod(now_ns(), 10**9)
+    return stamp_of(now_ns())
+
+
+def stamp_of(time_ns: int) -> Time:
+    """Return a time in ns as a stamp."""
+    seconds, nanoseconds = divmod(time_ns, 10**9)
     return Time(sec=seconds, nanosec=nanoseconds)
+
+
+def seconds_of(stamp: Time) -> float:
+    """Return the time of a stamp in s."""
+    return float(stamp.sec + stamp.nanosec / 1e9)

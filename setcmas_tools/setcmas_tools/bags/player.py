@@ -13,7 +13,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -25,6 +24,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
+from setcmas_simu.ros.messages import stamp_of
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
@@ -192,8 +192,7 @@ class Player:
 
     def _tick(self, time_ns: int) -> None:
         if self._clock:
-            seconds, nanoseconds = divmod(time_ns, 10**9)
-            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+            self._clock.publish(Clock(clock=stamp_of(time_ns)))
         self._process.serve_at_times()
 
 

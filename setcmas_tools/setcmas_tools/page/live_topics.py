@@ -22,7 +22,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.messages import state_of
+from setcmas_simu.ros.messages import seconds_of, state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
 from setcmas_tools.page.live import Departures, LiveRun, RobotDiagnosis
 from setcmas_tools.page.server import Action, PauseButton, ResetButton, StopButton
@@ -178,7 +178,7 @@ class LiveTopics:
         self._run.clock.command(self._now, self._run.states.paused(self._now))
 
     def _on_clock(self, message: Clock) -> None:
-        self._run.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
+        self._run.clock.follow(seconds_of(message.clock))
 
     def _on_task(self, message: String) -> None:
         try:

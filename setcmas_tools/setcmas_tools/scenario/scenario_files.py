@@ -8,6 +8,7 @@ from typing import Any
 
 from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.laws.conversion_script import SI_TO_UNI
+from setcmas_ctrl.laws.script_function import CONTROL
 from setcmas_ctrl.laws.script_imports import MOST_BYTES
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_simu.errors import SetcmasError
@@ -17,8 +18,12 @@ from setcmas_simu.robots.models import is_file
 OF_FILES = ('algo', 'si_to_uni', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')
 """The values of a scenario that may name files."""
 
-_FUNCTIONS = {'ctc': CTC, 'si_to_uni': SI_TO_UNI}
-"""The functions that scripts of values other than `algo` must define."""
+_SCRIPTS = {
+    'algo': (ALGORITHMS, CONTROL),
+    'ctc': (CONDITIONS, CTC),
+    'si_to_uni': (None, SI_TO_UNI),
+}
+"""The scripts that ship, and the function that a script must define, by the name of a value."""
 
 INPUTS = 'inputs'
 """The folder of a run with copies of the files that its scenario names."""
@@ -37,39 +42,29 @@ class ScenarioFolder:
 
     def place_of(self, name: str) -> Place:
         """Return the function from a value's text to the absolute path of the file it names."""
-        if name in _FUNCTIONS:
-            return lambda text: self._script_of(name, text)
-        return {'algo': self._law, 'model': self._model}.get(name, self._file)
+        return lambda text: self._place(name, text)
 
     def name_of(self, name: str) -> Place:
         """Return the function from a path to its text in a file here; it raises SetcmasError."""
         return lambda text: self._named(text, name)
 
-    def _law(self, text: str) -> str:
-        found = self._script(text)
-        return found or (self._file(text) if _is_path(text) else str(ALGORITHMS.file(text)))
-
-    def _script_of(self, name: str, text: str) -> str:
-        found = self._script(text)
-        if found or _is_path(text):
-            return found or self._file(text)
-        if name == 'ctc' and text in CONDITIONS:
-            return str(CONDITIONS.file(text))
+    def _place(self, name: str, text: str) -> str:
+        if name == 'model' and not (is_file(text) or _is_path(text)):
+            return text
+        is_own = self._of_run or (self._is_inside(text) and (self._folder / text).is_file())
+        if is_own or name not in _SCRIPTS:
+            return self._file(text)
+        if self._exercise and text in EXERCISES:
+            return str(EXERCISES.file(text))
+        if _is_path(text):
+            return self._file(text)
+        shipped, function = _SCRIPTS[name]
+        if shipped and (name == 'algo' or text in shipped):
+            return str(shipped.file(text))
         raise SetcmasError(
             f"script '{text}' of {name} was not found; it must be a script in the scenario's "
-            f'folder with a function {_FUNCTIONS[name]}'
+            f'folder with a function {function}'
         )
-
-    def _model(self, text: str) -> str:
-        return self._file(text) if is_file(text) or _is_path(text) else text
-
-    def _script(self, text: str) -> str:
-        """Return the path of a script in the folder, or of an exercise; empty if there is none."""
-        if self._of_run:
-            return self._file(text)
-        if self._is_inside(text) and (self._folder / text).is_file():
-            return self._file(text)
-        return str(EXERCISES.file(text)) if self._exercise and text in EXERCISES else ''
 
     def _is_inside(self, text: str) -> bool:
         named = Path(text)
