@@ -23,7 +23,7 @@ from setcmas_ctrl.laws.script_search import scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS
-from setcmas_tools.grade.solution_comparison import COMPARED
+from setcmas_tools.grade.criteria import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.plots.plot import PLOTS
 from setcmas_tools.study.study_columns import COLUMNS

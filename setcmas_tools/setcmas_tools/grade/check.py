@@ -18,7 +18,7 @@ from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_ctrl.laws.script_output import folded_output
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
-from setcmas_tools.grade.criteria import points_text, rounded
+from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -35,7 +35,6 @@ from setcmas_tools.grade.rubric import (
     read_rubric,
     rubric_of_exercise,
 )
-from setcmas_tools.grade.solution_comparison import COMPARED, OF_ANSWERS
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run_info import RunState
 from setcmas_tools.submissions.student import Student

@@ -8,11 +8,34 @@ from dataclasses import dataclass, field, replace
 
 from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.grade.solution_comparison import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
+
+COMPARED = {
+    'path_error': ('m', 'RMS distance to the paths of the solution, at equal times'),
+    'largest_path_error': ('m', 'largest distance to the paths of the solution'),
+    'end_error': ('m', 'largest distance from a final position of the solution'),
+    'path_ratio': ('', 'total path length, divided by that of the solution'),
+    'path_distance': (
+        'm',
+        'largest distance of a path from that of the solution, whatever the timing',
+    ),
+    'answer_error': (
+        '',
+        "relative difference between a law's results and those of the solution in the same places",
+    ),
+    'direction_error': (
+        '°',
+        "angle between a law's velocities and those of the solution in the same places; a robot "
+        'that stands, such as after an error, counts as 180°',
+    ),
+}
+"""Comparisons with the model solution: units and descriptions."""
+
+OF_ANSWERS = ('answer_error', 'direction_error')
+"""Comparisons that need the solution itself, not only its run."""
 
 UNITS = {
     **{name: column.unit for name, column in COLUMNS.items()},

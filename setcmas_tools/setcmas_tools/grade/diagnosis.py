@@ -16,6 +16,15 @@ from numpy.typing import NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function
+from setcmas_tools.grade.altered_solutions import (
+    SOLUTION,
+    Calls,
+    TypicalMistake,
+    altered_solutions,
+    calls_of,
+    saturated,
+    twice_altered_solutions,
+)
 from setcmas_tools.grade.generic_mistakes import (
     EQUAL,
     YOURS,
@@ -31,15 +40,6 @@ from setcmas_tools.grade.generic_mistakes import (
     shares,
     tried,
     turned_multiple,
-)
-from setcmas_tools.offline.altered_solutions import (
-    SOLUTION,
-    Calls,
-    TypicalMistake,
-    altered_solutions,
-    calls_of,
-    saturated,
-    twice_altered_solutions,
 )
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario

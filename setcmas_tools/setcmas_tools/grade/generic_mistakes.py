@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.offline.altered_solutions import (
+from setcmas_tools.grade.altered_solutions import (
     CLOSE,
     FROZEN,
     RIGHT,

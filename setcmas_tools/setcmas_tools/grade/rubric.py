@@ -13,9 +13,15 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.criteria import UNITS, Criterion, figures_of, read_criteria
-from setcmas_tools.grade.solution_comparison import COMPARED, OF_ANSWERS
-from setcmas_tools.offline.altered_solutions import TypicalMistake, read_mistakes
+from setcmas_tools.grade.altered_solutions import TypicalMistake, read_mistakes
+from setcmas_tools.grade.criteria import (
+    COMPARED,
+    OF_ANSWERS,
+    UNITS,
+    Criterion,
+    figures_of,
+    read_criteria,
+)
 from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run

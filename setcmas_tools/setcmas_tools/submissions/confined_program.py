@@ -38,7 +38,7 @@ class Connection:
         self._reader, self._writer = reader, writer
 
     def send(self, message: bytes) -> None:
-        """Send a message; OSError is raised if nobody reads."""
+        """Send a message; OSError is raised if no one reads."""
         self._writer.write(SIZE.pack(len(message)) + message)
         self._writer.flush()
 
@@ -64,9 +64,9 @@ class Connection:
 def main() -> None:
     """Do the work that the grader sends."""
     connection = Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
-    told = os.dup(2)
+    errors = os.dup(2)
     work = connection.receive()
-    act = _running(work[1:], told) if work[:1] == RUN else _reading(work[1:])
+    act = _running(work[1:], errors) if work[:1] == RUN else _reading(work[1:])
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(nowhere, stream)
@@ -103,7 +103,7 @@ def _reading(work: bytes) -> Callable[[Connection], None]:
 _READ_S = 60
 
 
-def _running(work: bytes, told: int) -> Callable[[Connection], None]:
+def _running(work: bytes, errors: int) -> Callable[[Connection], None]:
     from setcmas_tools.submissions.confined_script import ConfinedScript, RunWork
     from setcmas_tools.submissions.submitted_files import lay_out
 
@@ -111,7 +111,7 @@ def _running(work: bytes, told: int) -> Callable[[Connection], None]:
     folder = Path(tempfile.mkdtemp(prefix='setcmas_'))
     os.chdir(folder)
     if hasattr(signal, 'SIGALRM'):  # a call that hangs says where, and ends the process
-        faulthandler.register(signal.SIGALRM, told, all_threads=False, chain=True)
+        faulthandler.register(signal.SIGALRM, errors, all_threads=False, chain=True)
     limit(script.work.cpu)
 
     def run(connection: Connection) -> None:

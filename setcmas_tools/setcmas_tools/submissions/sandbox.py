@@ -22,7 +22,7 @@ _GRACE_S = 1.0  # a process that is late ends itself, and says where it was
 _START_S = 60.0
 _LOOK_S = 0.05
 _ENDING_S = 2.0
-_MOST_TOLD = 1 << 16
+_MOST_WRITTEN = 1 << 16
 _PROGRAM = (
     'import sys; del sys.path[0]; sys.path += sys.argv[1:]; '
     'from setcmas_tools.submissions.confined_program import main; main()'
@@ -128,10 +128,10 @@ class ConfinedProcess:
             message = self._connection.receive(most)
         except (OSError, EOFError):
             is_late = time.monotonic() > begin + timeout
-            status, told = self._end(_ENDING_S)
+            status, written = self._end(_ENDING_S)
             was_killed = status == -signal.SIGKILL and not is_late
             raise ProcessEndedError(
-                late if is_late else _death(status), told, was_killed
+                late if is_late else _death(status), written, was_killed
             ) from None
         except ValueError:
             self._end()
@@ -166,7 +166,7 @@ class ConfinedProcess:
                 self._process.kill()
 
     def _end(self, seconds: float = 0.0) -> tuple[int | None, str]:
-        """End the process; return its exit status, and what it has told at last.
+        """End the process; return its exit status, and what it has written at last.
 
         Args:
             seconds: How long it may take to end by itself; the status is None if it does not.
@@ -179,18 +179,18 @@ class ConfinedProcess:
             status = self._process.wait(seconds)
         self._kill()  # and what it has started
         self._process.wait()
-        told = b''
+        written = b''
         os.set_blocking(self._errors.fileno(), False)
         with suppress(BlockingIOError):
-            told = self._errors.read(_MOST_TOLD) or b''
+            written = self._errors.read(_MOST_WRITTEN) or b''
         for stream in (self._process.stdin, self._process.stdout, self._errors):
-            with suppress(OSError):  # what nobody reads
+            with suppress(OSError):  # unread requests are lost
                 cast(IO[bytes], stream).close()
         if self._home:
             shutil.rmtree(self._home, ignore_errors=True)
         if status is not None and status > 128:  # of bubblewrap: signal N has killed the program
             status = 128 - status
-        return status, told.decode(errors='replace')
+        return status, written.decode(errors='replace')
 
 
 def _machine_error(reason: str) -> NoProcessError:

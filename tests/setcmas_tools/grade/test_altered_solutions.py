@@ -3,7 +3,7 @@ import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
-from setcmas_tools.offline.altered_solutions import (
+from setcmas_tools.grade.altered_solutions import (
     SOLUTION,
     TypicalMistake,
     altered_solutions,
