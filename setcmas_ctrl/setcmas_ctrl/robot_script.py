@@ -33,11 +33,13 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
 STEP = 'step(state, command, Ts)'
 """The function that a robot script must define."""
 
-_FUNCTIONS = (
-    ('step', STEP, 'x, y, theta'),
-    ('start', 'start(x, y, theta)', 'numbers'),
-    ('command', 'command(velocity, pose)', 'numbers'),
+_FUNCTIONS: tuple[tuple[str, str, str, tuple[int, ...] | range], ...] = (
+    ('step', STEP, 'x, y, theta', (3,)),
+    ('start', 'start(x, y, theta)', 'numbers', range(3, 1000)),
+    ('command', 'command(velocity, pose)', 'numbers', (2, 3)),
 )
+"""Names of functions, their forms, what they return, and how many numbers these are."""
+
 _STOPS = 'stops; the other robots continue'
 _process = ExitStack()
 
@@ -67,9 +69,12 @@ class ScriptRobot(RobotModel):
         functions = vars(load_script(self._path, robot, STEP))
         self._own = {
             name: ScriptFunction(
-                checked_function(functions.get(name), self._path, form, result), self._path, name
+                checked_function(functions.get(name), self._path, form, result),
+                self._path,
+                name,
+                sizes,
             )
-            for name, form, result in _FUNCTIONS
+            for name, form, result, sizes in _FUNCTIONS
             if name in functions or name == 'step'
         }
         if 'command' in self._own:
@@ -92,15 +97,16 @@ class ScriptRobot(RobotModel):
             return state
         try:
             arguments = tuple(poses[:, 0].tolist())
-            own = np.array(self._own['start'].numbers(range(3, 1000), *arguments))
+            own = np.array(self._own['start'](*arguments))
         except ControlError as error:
             raise SetcmasError(str(error)) from error
+        self._own['step'].sizes = (len(own),)
         return np.concatenate([state, own[3:, None]])
 
     def _command(self, velocities: Floats, poses: Floats, _: float) -> Floats:
         """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
         commands = np.zeros((3, 1))
-        result = self._called('command', (velocities[:, 0], poses[:, 0]), (2, 3))
+        result = self._called('command', velocities[:, 0], poses[:, 0])
         if result is not None:
             commands[[0, 2] if len(result) == 2 else [0, 1, 2], 0] = result
         return commands
@@ -110,20 +116,18 @@ class ScriptRobot(RobotModel):
         later: Floats = states.copy()
         later[TWIST] = 0.0
         own = np.concatenate([states[POSE, 0], states[TWIST.stop :, 0]])
-        result = self._called('step', (own, commands[:, 0].copy(), Ts), (len(own),))
+        result = self._called('step', own, commands[:, 0].copy(), Ts)
         self._t += Ts
         if result is not None:
             later[POSE, 0], later[TWIST.stop :, 0] = result[:3], result[3:]
             later[TWIST] = _twist(states[POSE], later[POSE], Ts)
         return later
 
-    def _called(
-        self, name: str, arguments: tuple[Any, ...], sizes: tuple[int, ...]
-    ) -> Floats | None:
+    def _called(self, name: str, *arguments: Any) -> Floats | None:
         """Call a function of the script; return its numbers, or None if it fails."""
         self._on_call(self._robot, self._path)
         try:
-            result = np.array(self._own[name].numbers(sizes, *arguments))
+            result = np.array(self._own[name](*arguments))
         except ControlError as error:
             self.failed = True
             self._reports.failed(self._robot, self._t, error)

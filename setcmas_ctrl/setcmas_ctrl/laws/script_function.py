@@ -248,6 +248,7 @@ class ScriptFunction:
     Attributes:
         path: The script, or the file of the function.
         function: The function itself.
+        sizes: How many numbers it may return.
     """
 
     def __init__(
@@ -255,24 +256,15 @@ class ScriptFunction:
         function: Callable[..., Any],
         path: Path,
         name: str,
-        sizes: tuple[int, ...] = (2,),
+        sizes: tuple[int, ...] | range = (2,),
         expected: str = '',
     ) -> None:
-        """Take a function that returns as many numbers as one of the sizes says.
-
-        `expected` are the words that follow "it must return" in messages.
-        """
+        """Take a function; `expected` are the words that follow "it must return" in messages."""
         self.path = path
         self.function, self._name = function, name
-        self._sizes, self._expected = sizes, expected
+        self.sizes, self._expected = sizes, expected
 
     def __call__(self, *arguments: Any, **keywords: Any) -> tuple[float, ...]:
-        """Call the function; return its numbers, or raise ControlError as `numbers` does."""
-        return self.numbers(self._sizes, *arguments, **keywords)
-
-    def numbers(
-        self, sizes: tuple[int, ...] | range, *arguments: Any, **keywords: Any
-    ) -> tuple[float, ...]:
         """Call the function; return its numbers, as many as one of the sizes says.
 
         Raises:
@@ -286,17 +278,17 @@ class ScriptFunction:
             if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
                 raise
             raise failure_of(error, self.path) from error
-        is_usual = type(result) is tuple and {*map(type, result)} <= _FLOATS
-        if is_usual and len(result) in sizes and all(map(isfinite, result)):
-            return tuple(result)
+        if type(result) is tuple and len(result) == 2 and 2 in self.sizes:  # the usual case
+            one, other = result
+            are_floats = type(one) in _FLOATS and type(other) in _FLOATS
+            if are_floats and isfinite(one) and isfinite(other):
+                return one, other
         try:
-            return tuple(numbers_of(result, sizes, self._name).tolist())
+            return tuple(numbers_of(result, self.sizes, self._name).tolist())
         except WrongResultError as error:
-            raise self._wrong(result, error, sizes) from error
+            raise self._wrong(result, error) from error
 
-    def _wrong(
-        self, result: Any, error: WrongResultError, sizes: tuple[int, ...] | range
-    ) -> ControlError:
+    def _wrong(self, result: Any, error: WrongResultError) -> ControlError:
         """Return the error for a wrong result, with the return that it has just taken."""
         code: Any = getattr(self.function, '__code__', None)
         file, line, text = self.path, None, str(error)
@@ -306,6 +298,7 @@ class ScriptFunction:
                 line = _line
             elif NOTED in code.co_names and result is None:
                 text += ': it reached its end without a return'
+        sizes = self.sizes
         count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
         expected = f'it must return {self._expected or f"{count} finite numbers"}'
         advice = _FINITE if error.is_nan else expected
