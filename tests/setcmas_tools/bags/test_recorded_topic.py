@@ -19,18 +19,6 @@ LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-def test_message_from_before_the_recorder(record, peer, bag):
-    latched = peer.node.create_publisher(UInt16, '/latched', LATCHED)
-    for i in range(5):
-        latched.publish(UInt16(data=i))
-    recorder = record()
-    wait_until_on_disk(peer, bag, '/latched', 5)
-    recorder.end()
-
-    assert [message.data for message in recorded(bag, '/latched')] == list(range(5))
-    assert offered(bag, '/latched')[0]['durability'] == 'transient_local'
-
-
 def test_publishers_that_guarantee_nothing(record, peer, bag):
     recorder = record()
     publisher = peer.publisher(UInt16, '/number', qos=BEST_EFFORT)

@@ -79,18 +79,6 @@ def test_numbers_of_every_kind(make, flatten):
     assert flatten(make('std_msgs/msg/Empty')) == {}
 
 
-def test_arrays_of_numbers_and_strings(make, flatten):
-    joints = {'name': ['left', 'ri,ght'], 'position': np.array([0.5, -1.0])}
-    columns = flatten(make('sensor_msgs/msg/JointState', joints))
-
-    assert columns['name[1]'] == 'ri,ght'
-    assert columns['position[0]'] == '0.5'
-    assert 'velocity[0]' not in columns
-    scan = {'ranges': np.array([0.1, np.inf], np.float32)}
-    columns = flatten(make('sensor_msgs/msg/LaserScan', scan))
-    assert (columns['ranges[0]'], columns['ranges[1]']) == ('0.1', 'inf')
-
-
 def test_arrays_of_messages_with_arrays(make, flatten):
     samples = [
         make('lab_msgs/msg/Sample', {'counts': np.array([1, 2], np.int32), 'labels': ['a']}),

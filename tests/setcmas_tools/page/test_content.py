@@ -13,7 +13,6 @@ from setcmas_tools.page.content import (
     charts_entry,
     common_times,
     curves,
-    difference,
     fleet_entry,
     plane_entry,
 )
@@ -116,17 +115,6 @@ def test_they_equal_the_metrics():
     assert least <= found['Least separation'].values[FLEET].min() < least + 0.01
     np.testing.assert_array_equal(found['Speed'].values[3], run['tb3_3'].v)
     np.testing.assert_allclose(found['Speed'].t, run['tb3_3'].t)
-
-
-def test_the_difference_of_two_runs():
-    run, other = simulate('consensus', 3, 10.0), simulate('consensus', 4, 12.0, vnom=0.3)
-    apart = difference(run, other)
-
-    assert list(apart.values) == [1, 2, 3]
-    assert apart.t[-1] == 10.0
-    xy = run.poses[50, :2, 1] - other.poses[50, :2, 1]
-    assert np.isclose(apart.values[2][50], np.hypot(*xy))
-    assert apart.values[2][0] == 0.0
 
 
 def test_curves_are_those_of_the_plots_with_the_other_run_dashed():

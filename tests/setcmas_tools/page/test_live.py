@@ -68,16 +68,6 @@ def test_silent_robots_are_lost_and_later_forgotten(run):
     assert run.robots == [1]
 
 
-@pytest.mark.parametrize('wrong', [math.nan, math.inf])
-def test_poses_that_are_not_finite_are_ignored_and_large_ones_clipped(run, wrong):
-    run.see(1, (wrong, 0.0, 0.0), 0.0, 0.0)
-    run.see(2, (0.0, 0.0, 0.0), wrong, 0.0)
-    assert run.robots == []
-    run.see(3, (1e300, -1e300, 0.0), 0.0, 0.0)
-
-    assert by_kind(run, 0.0)['frame']['poses'][:2] == [1e6 * SCALE, -1e6 * SCALE]
-
-
 def test_each_frame_has_the_numbers_of_the_charts(run):
     for robot, x in ((1, 0.0), (2, 2.0)):
         run.see(robot, (x, 0.0, 0.0), 0.2, 0.0)
