@@ -32,7 +32,7 @@ from setcmas_ctrl.laws.script_loader import load_script, names_to_set
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
-from setcmas_simu.yaml_entries import Entry
+from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.offline.engine import silent, simulate
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
@@ -47,64 +47,6 @@ earlier.
 SATURATED = 0.98
 """Share of the largest speed from which on a velocity is saturated."""
 _PATH_M = 0.01  # between a run and its repetition
-
-
-@dataclass(frozen=True)
-class TypicalMistake:
-    """A typical mistake: an altered solution, and the hint for those who make it.
-
-    Attributes:
-        hint: Text for the student.
-        change: Parts of the solution's source, and what replaces them.
-        script: A whole script instead; '' for changes.
-        term: What the change leaves out, for hints about its factor; '' for none.
-    """
-
-    hint: str
-    change: Mapping[str, str] = field(default_factory=dict)
-    script: str = ''
-    term: str = ''
-
-    def source(self, solution: Path | None) -> str:
-        """Return the source of the altered solution."""
-        text = self.script or (solution.read_text(encoding='utf-8') if solution else '')
-        for old, new in self.change.items():
-            text = text.replace(old, new)
-        return text
-
-
-def read_mistakes(entry: Entry, solution: Path | None) -> tuple[TypicalMistake, ...]:
-    """Read the mistakes in a list of a rubric, or raise SetcmasError with the line of one."""
-    return tuple(_mistake(item, solution) for item in entry.items())
-
-
-def _mistake(entry: Entry, solution: Path | None) -> TypicalMistake:
-    fields = entry.fields(('change', 'script', 'hint', 'term'))
-    if 'hint' not in fields or ('change' in fields) == ('script' in fields):
-        raise entry.mistake('a mistake with a hint, and with change: {OLD: NEW} or a script')
-    hint = ' '.join(fields['hint'].text().split())
-    if 'script' in fields:
-        mistake = TypicalMistake(hint, script=fields['script'].text())
-    else:
-        term = fields['term'].text() if 'term' in fields else ''
-        mistake = TypicalMistake(hint, _changes(fields['change'], solution), term=term)
-    try:
-        compile(mistake.source(solution), '', 'exec')
-    except (SyntaxError, ValueError) as error:
-        raise entry.error(f'this mistake is not valid Python: {error}') from error
-    return mistake
-
-
-def _changes(changes: Entry, solution: Path | None) -> dict[str, str]:
-    if solution is None:
-        raise changes.error('there is no solution to change; add one, or write script: instead')
-    if not isinstance(changes.value, dict) or not changes.value:
-        raise changes.mistake('parts of the solution with their replacements: {OLD: NEW}')
-    source = solution.read_text(encoding='utf-8')
-    for old in changes.value:
-        if str(old) not in source:
-            raise changes.error(f"the solution, {solution.name}, has no '{old}' to change")
-    return {str(old): one.text() for old, one in changes.value.items()}
 
 
 @dataclass

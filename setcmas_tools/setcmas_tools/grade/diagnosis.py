@@ -19,7 +19,6 @@ from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.grade.altered_solutions import (
     SOLUTION,
     Calls,
-    TypicalMistake,
     altered_solutions,
     calls_of,
     saturated,
@@ -41,6 +40,7 @@ from setcmas_tools.grade.generic_mistakes import (
     tried,
     turned_multiple,
 )
+from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
 

@@ -13,7 +13,6 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.altered_solutions import TypicalMistake, read_mistakes
 from setcmas_tools.grade.criteria import (
     COMPARED,
     OF_ANSWERS,
@@ -85,6 +84,30 @@ class MarkedScenario:
         """The files that it names."""
         named = [Path(text) for name in OF_FILES for text in self.base.named(name)]
         return tuple(path for path in named if path.is_absolute())
+
+
+@dataclass(frozen=True)
+class TypicalMistake:
+    """A typical mistake: an altered solution, and the hint for those who make it.
+
+    Attributes:
+        hint: Text for the student.
+        change: Parts of the solution's source, and what replaces them.
+        script: A whole script instead; '' for changes.
+        term: What the change leaves out, for hints about its factor; '' for none.
+    """
+
+    hint: str
+    change: Mapping[str, str] = field(default_factory=dict)
+    script: str = ''
+    term: str = ''
+
+    def source(self, solution: Path | None) -> str:
+        """Return the source of the altered solution."""
+        text = self.script or (solution.read_text(encoding='utf-8') if solution else '')
+        for old, new in self.change.items():
+            text = text.replace(old, new)
+        return text
 
 
 _KEYS = (
@@ -241,7 +264,7 @@ def read_rubric(path: Path) -> Rubric:
         function=function,
         exercise=exercise,
         solution=solution,
-        mistakes=read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
+        mistakes=_read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
         references=references,
         hidden_points=_POINTS.of(fields['hidden_points']) if 'hidden_points' in fields else 0.0,
     )
@@ -333,3 +356,37 @@ def _read_solution(entry: Entry) -> Path:
             f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "
             'a copy without it, which `setcmas grade --handout` writes'
         ) from None
+
+
+def _read_mistakes(entry: Entry, solution: Path | None) -> tuple[TypicalMistake, ...]:
+    """Read the mistakes in a list of a rubric, or raise SetcmasError with the line of one."""
+    return tuple(_mistake(item, solution) for item in entry.items())
+
+
+def _mistake(entry: Entry, solution: Path | None) -> TypicalMistake:
+    fields = entry.fields(('change', 'script', 'hint', 'term'))
+    if 'hint' not in fields or ('change' in fields) == ('script' in fields):
+        raise entry.mistake('a mistake with a hint, and with change: {OLD: NEW} or a script')
+    hint = ' '.join(fields['hint'].text().split())
+    if 'script' in fields:
+        mistake = TypicalMistake(hint, script=fields['script'].text())
+    else:
+        term = fields['term'].text() if 'term' in fields else ''
+        mistake = TypicalMistake(hint, _changes(fields['change'], solution), term=term)
+    try:
+        compile(mistake.source(solution), '', 'exec')
+    except (SyntaxError, ValueError) as error:
+        raise entry.error(f'this mistake is not valid Python: {error}') from error
+    return mistake
+
+
+def _changes(changes: Entry, solution: Path | None) -> dict[str, str]:
+    if solution is None:
+        raise changes.error('there is no solution to change; add one, or write script: instead')
+    if not isinstance(changes.value, dict) or not changes.value:
+        raise changes.mistake('parts of the solution with their replacements: {OLD: NEW}')
+    source = solution.read_text(encoding='utf-8')
+    for old in changes.value:
+        if str(old) not in source:
+            raise changes.error(f"the solution, {solution.name}, has no '{old}' to change")
+    return {str(old): one.text() for old, one in changes.value.items()}

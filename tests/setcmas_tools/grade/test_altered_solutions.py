@@ -5,10 +5,10 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.grade.altered_solutions import (
     SOLUTION,
-    TypicalMistake,
     altered_solutions,
     calls_of,
 )
+from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.scenario.scenario import Scenario
 
