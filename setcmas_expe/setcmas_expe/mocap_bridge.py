@@ -16,7 +16,7 @@ from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.on_board import DeadReckoning
-from setcmas_expe.mocap.pose_track import SLOWEST_HZ, TOO_SLOW_HZ, PoseTrack
+from setcmas_expe.mocap.pose_track import TOO_SLOW_HZ, PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_simu.fleet import topics
@@ -25,7 +25,6 @@ from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, of_other_nodes
 
 _LOOK_EVERY_S = 0.5
-_REPORT_EVERY_S = 1.0
 
 
 class TrackedRobot:
@@ -79,9 +78,7 @@ class MocapBridge(FleetNode):
         self.receiver = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers)
         self.pause = PauseWatch(self, lab.timeouts.pause_s)
         self.is_paused = True
-        self.warn = fleet.get_logger().warning
-        self._warned: set[int] = set()
-        self._next_look = self._next_report = 0.0
+        self._next_look = 0.0
 
     def take(self, robot: TrackedRobot, sample: Sample) -> None:
         """Judge a measurement (Z-up) that has just come, and publish it if it is good."""
@@ -110,9 +107,6 @@ class MocapBridge(FleetNode):
             self.receiver.look_around()
         for robot in self.robots:
             robot.state.publish(self.state_of(robot))
-        if now >= self._next_report:
-            self._next_report = now + _REPORT_EVERY_S
-            self._report()
 
     def state_of(self, robot: TrackedRobot) -> DiagnosticStatus:
         """Return why poses of a robot are rejected, as a message; OK without text if not."""
@@ -127,16 +121,3 @@ class MocapBridge(FleetNode):
         values = {'height': '' if track.height is None else f'{track.height:.3f}'}
         name = topics.robot_name(robot.number)
         return diagnostic_status(level, name, trouble, robot.odom.topic_name, values)
-
-    def _report(self) -> None:
-        for robot in self.robots:
-            if rejected := robot.track.rejected:
-                reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
-                self.warn(f'robot {robot.number}: poses rejected: {reasons}')
-                rejected.clear()
-            if (rate := robot.track.rate) < SLOWEST_HZ and robot.number not in self._warned:
-                self._warned.add(robot.number)
-                self.warn(
-                    f'motion capture sends robot {robot.number} at {rate:.1f} Hz: it needs '
-                    f'{SLOWEST_HZ:g} Hz'
-                )

@@ -66,15 +66,10 @@ class Deviation:
         wanted, got = abs(self.commanded), abs(self.moved)
         if wanted > _SEEN_M and 0.5 * wanted < got < 2.0 * wanted:
             off = math.degrees(cmath.phase(self.moved / self.commanded))
-            if abs(off) > _BACKWARDS_DEG:
+            if abs(off) > (_BACKWARDS_DEG if proved else _OFF_HEADING_DEG):
                 return (
-                    f'moves {round(off):+d} deg off its heading: is its body turned by 180 deg, '
-                    'or is it another robot?'
-                )
-            if not proved and abs(off) > _OFF_HEADING_DEG:
-                return (
-                    f'moves {round(off):+d} deg off its heading: are the axes of its body or y_up '
-                    'wrong, or is it another robot?'
+                    f'moves {round(off):+d} deg off its heading: is its body turned, are its axes '
+                    'or y_up wrong, or is it another robot?'
                 )
         return self._glides()
 
@@ -87,10 +82,9 @@ class Deviation:
     def _heading(self, proved: bool) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
         check = 'is its body symmetric or loose, or was it turned by hand?'
-        if not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn):
+        stands = not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn)
+        if stands or (self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD):
             check = 'is y_up wrong in the lab file, is it held, or is it another robot?'
-        elif self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
-            check = 'are the axes mirrored (y_up in the lab file), or is it another robot?'
         elif self.turned * self.commanded_turn > _FASTER * self.commanded_turn**2 > 0:
             check = (
                 'is it another model, are its wheels of another size, or was it turned by hand?'

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
-from setcmas_expe.mocap.pose_track import SLOWEST_HZ
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
 
 _PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
 _NEARLY_LOW_PERCENT = 30.0
+_SLOWEST_HZ = 10.0
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,8 @@ class RobotCheck:
         if self.mocap.largest_gap > lab.timeouts.pose_s:
             advice = 'the robot would stop: keep it in view, and check the network'
             yield PROBLEM, 'mocap', f'silent for {self.mocap.largest_gap:.1f} s', advice
-        elif self.mocap.rate < SLOWEST_HZ:
-            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz or more; 50 Hz is better'
+        elif self.mocap.rate < _SLOWEST_HZ:
+            advice = f'let motion capture send at {_SLOWEST_HZ:g} Hz or more; 50 Hz is better'
             yield NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice
 
     def _of_commands(self, lab: Lab) -> Iterator[_Remark]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
-from collections import Counter, deque
+from collections import deque
 
 from setcmas_expe.mocap.sample import Pose, PoseFault, Sample, fault_of, motion_between, text_of
 from setcmas_simu.robots.arena import Arena
@@ -56,9 +56,6 @@ class StampClock:
         self._stamp, self._now = stamp, now
         return offset - self._offset
 
-
-SLOWEST_HZ = 10.0
-"""Rate of measurements below which users are warned, in Hz."""
 
 TOO_SLOW_HZ = 4.0
 """Rate of measurements below which robots stop, in Hz: wrong ones are found too late then."""
@@ -125,7 +122,6 @@ class PoseTrack:
         measured: When it was measured, by arrival and stamp; -inf before the first.
         fault: Why poses are rejected now; None if they are not.
         trouble: The same for people; empty if they are not.
-        rejected: Number of rejected measurements by reason, until a reader clears it.
         height: Height of its body in m, smoothed; None before the first good pose.
     """
 
@@ -135,7 +131,6 @@ class PoseTrack:
         self.measured = -math.inf
         self.fault: PoseFault | None = None
         self.trouble = ''
-        self.rejected: Counter[str] = Counter()
         self.height: float | None = None
         self._arena = arena
         self._may_be_carried = may_be_carried
@@ -180,7 +175,6 @@ class PoseTrack:
         return True
 
     def _reject(self, fault: PoseFault, sample: Sample, now: float) -> None:
-        self.rejected[fault.value.partition(' (')[0]] += 1
         self._bad_since = min(self._bad_since, now)
         if now - self._bad_since < _BAD_FOR_S:
             return
