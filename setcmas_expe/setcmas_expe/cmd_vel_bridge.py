@@ -169,10 +169,8 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
-        if rivals := cmd_vel_topics.rivals(self, self.topic, *self._may_command):
-            return StopReason(Cause.RIVAL, f'{rivals[0]} also commands it')
-        if cmd_vel_topics.twins(self, self.topic):
-            return StopReason(Cause.RIVAL, f'several robots listen to {self.topic}')
+        if contest := cmd_vel_topics.contest(self, self.topic, *self._may_command):
+            return StopReason(Cause.RIVAL, contest)
         for topic, what in self._sole:
             if (found := self.count_publishers(topic)) > 1:
                 return StopReason(Cause.RIVAL, f'{found} {what} ({topic})')

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
-from setcmas_expe.guard.guard_watch import GuardReport
+from setcmas_expe.guard.guard_decision import GuardDecision
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
@@ -78,7 +78,7 @@ class RobotCheck:
     fault: str | None
     kinds: list[str]
     rival: str
-    guard: GuardReport | None
+    guard: GuardDecision | None
     battery: float | None
 
     def row(self) -> list[str]:
@@ -170,7 +170,7 @@ class RobotCheck:
             return
         if self.guard.state.stops:
             advice = 'remove the cause; in an experiment, R twice releases a stop'
-            yield NOTE, 'guard', self.guard.decision.reason, advice
+            yield NOTE, 'guard', self.guard.reason, advice
         if lab.lidar_stop and not self.guard.lidar:
             advice = 'start it with --lidar, or set safety.lidar_stop: false in the lab file'
             yield PROBLEM, 'guard', 'it does not watch the lidar', advice

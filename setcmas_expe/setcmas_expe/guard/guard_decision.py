@@ -50,10 +50,17 @@ _TEXTS = {
 
 @dataclass(frozen=True)
 class GuardDecision:
-    """What a robot may do, and for people, why it is stopped; empty if it is not."""
+    """What a robot may do.
+
+    Attributes:
+        state: What it may do.
+        reason: Why it is stopped, for people; empty if it is not.
+        lidar: Whether its guard stops it when something is in its way.
+    """
 
     state: GuardState
     reason: str = ''
+    lidar: bool = False
 
 
 def stopped(state: GuardState, detail: str = '') -> GuardDecision:

@@ -14,7 +14,7 @@ import math
 import os
 import socket
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -25,7 +25,7 @@ from sensor_msgs.msg import LaserScan
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard import lidar
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, GuardState, StartLatch
-from setcmas_expe.guard.guard_watch import GuardReport
+from setcmas_expe.guard.guard_watch import report_message
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
 from setcmas_expe.mocap.pose_track import StampClock
@@ -92,7 +92,7 @@ class CmdVelGuard(RobotNode):
         self.base = CmdVelPublisher(self, self.robot, topics.CMD_VEL_GUARDED, self._odom)
         self.reports = self.publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self.latch = StartLatch()
-        self.report = GuardReport(GuardDecision(GuardState.IDLE))
+        self.report = GuardDecision(GuardState.IDLE)
         self.sent = self._wanted = _STOP
         self._stamps, self._commanded = StampClock(), -math.inf
         self._trouble: GuardState | None = GuardState.UNCONNECTED
@@ -192,7 +192,7 @@ class CmdVelGuard(RobotNode):
 
     def _publish_report(self, decision: GuardDecision) -> None:
         """Publish the decision, at once if it is new; log it if it stops the robot."""
-        report = GuardReport(decision, self.options.lidar)
+        report = replace(decision, lidar=self.options.lidar)
         if report == self.report and self.time.now - self._reported < _REPORT_EVERY_S:
             return
         was, state = self.report.state, decision.state
@@ -200,7 +200,7 @@ class CmdVelGuard(RobotNode):
         if state.stops and state is not was and is_news:
             self.warn(f'{self._name} is stopped: {decision.reason}')
         self.report, self._reported = report, self.time.now
-        self.reports.publish(report.message(self._name, self._cmd_vel))
+        self.reports.publish(report_message(report, self._name, self._cmd_vel))
 
     @property
     def _name(self) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -40,43 +39,23 @@ def diagnostic_values(status: DiagnosticStatus) -> dict[str, str]:
     return {item.key: item.value for item in status.values}
 
 
-@dataclass(frozen=True)
-class GuardReport:
-    """A report of a guard.
+def report_message(report: GuardDecision, name: str, topic: str) -> DiagnosticStatus:
+    """Return a guard's report on a robot by name, with the topic of its commands."""
+    level = DiagnosticStatus.WARN if report.state.stops else DiagnosticStatus.OK
+    if report.state is GuardState.EMERGENCY:
+        level = DiagnosticStatus.ERROR
+    values = {'state': report.state.value, 'lidar': _YES if report.lidar else _NO}
+    return diagnostic_status(level, name, report.reason, topic, values)
 
-    Attributes:
-        decision: What it lets its robot do, and why.
-        lidar: Whether it stops the robot when something is in its way.
-    """
 
-    decision: GuardDecision
-    lidar: bool = False
-
-    @property
-    def state(self) -> GuardState:
-        """What it lets its robot do."""
-        return self.decision.state
-
-    def message(self, name: str, topic: str) -> DiagnosticStatus:
-        """Return the message of a robot by name, with the topic that its base listens to."""
-        values = {
-            'state': self.state.value,
-            'lidar': _YES if self.lidar else _NO,
-        }
-        level = DiagnosticStatus.WARN if self.state.stops else DiagnosticStatus.OK
-        if self.state is GuardState.EMERGENCY:
-            level = DiagnosticStatus.ERROR
-        return diagnostic_status(level, name, self.decision.reason, topic, values)
-
-    @classmethod
-    def read(cls, message: DiagnosticStatus) -> GuardReport:
-        """Return the report in a message; an invalid one means that the robot is held."""
-        values = diagnostic_values(message)
-        try:
-            decision = GuardDecision(GuardState(values.get('state')), message.message)
-        except ValueError:
-            decision = GuardDecision(GuardState.HELD, 'its report is invalid')
-        return cls(decision, values.get('lidar') == _YES)
+def reported(message: DiagnosticStatus) -> GuardDecision:
+    """Return what a guard has reported; an invalid report means that the robot is held."""
+    values = diagnostic_values(message)
+    try:
+        state = GuardState(values.get('state'))
+    except ValueError:
+        return GuardDecision(GuardState.HELD, 'its report is invalid')
+    return GuardDecision(state, message.message, values.get('lidar') == _YES)
 
 
 class GuardWatch:
@@ -89,7 +68,7 @@ class GuardWatch:
 
     def __init__(self, node: Node, namespace: str) -> None:
         """Listen through a node to the guard in a robot's namespace (without a slash)."""
-        self.report: GuardReport | None = None
+        self.report: GuardDecision | None = None
         self.found_deaf = False
         self._node = node
         self._name = namespace
@@ -113,7 +92,7 @@ class GuardWatch:
     def intruder(self) -> str:
         """Who else publishes to the base, as the guard reports; empty if nobody."""
         report = self.report
-        return report.decision.reason if report and report.state is GuardState.INTRUDED else ''
+        return report.reason if report and report.state is GuardState.INTRUDED else ''
 
     @property
     def doubt(self) -> str:
@@ -141,13 +120,13 @@ class GuardWatch:
             return (_SILENT if is_known else MISSING) if demanded else ''
         assert self.report
         if self.report.state.stops:
-            return f'its guard stops it: {self.report.decision.reason}'
+            return f'its guard stops it: {self.report.reason}'
         return _NO_LIDAR if lidar and not self.report.lidar else ''
 
     def _on_report(self, message: DiagnosticStatus) -> None:
         if self.doubt:
             return
-        report, before = GuardReport.read(message), self.intruder
+        report, before = reported(message), self.intruder
         self.report, self._received = report, self._now
         self.found_deaf |= report.state is GuardState.DEAF
         if self.intruder and not before:  # also while robots are paused

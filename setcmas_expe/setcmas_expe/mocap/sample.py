@@ -56,7 +56,6 @@ class PoseFault(enum.Enum):
 
     NOT_FINITE = 'not a number'
     ZERO = 'exactly zero'
-    FILLER = 'a filler such as 9999999.999999'
     NO_ROTATION = 'orientation that is not a unit quaternion'
     TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
     FAR_AWAY = 'far outside the arena'
@@ -66,7 +65,6 @@ class PoseFault(enum.Enum):
 
 
 _FAR_M = 1.0  # from the arena
-_FILLER = 1e5  # m: no lab is that large
 _MILLIMETRES = 20.0  # m: a room is smaller
 _NORM_TOLERANCE = 0.02
 _LARGEST_TILT = math.radians(45)
@@ -107,8 +105,6 @@ def fault_of(sample: Sample, arena: Arena) -> PoseFault | None:
         return PoseFault.NOT_FINITE
     if not any(sample.position):
         return PoseFault.ZERO
-    if max(map(abs, sample.position)) > _FILLER:
-        return PoseFault.FILLER
     if abs(math.hypot(*sample.orientation) - 1.0) > _NORM_TOLERANCE:
         return PoseFault.NO_ROTATION
     if _tilt(sample.orientation) > _LARGEST_TILT:

@@ -9,10 +9,10 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
 from setcmas_expe.guard.guard_decision import GuardState
-from setcmas_expe.guard.guard_watch import GuardReport
+from setcmas_expe.guard.guard_watch import reported
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -31,10 +31,10 @@ class Stops:
 
 
 class PublicStops:
-    """Listens to /pause, /emergency_stop, services of the same meaning, and the guards."""
+    """Listens to /pause, to /emergency_stop and its service, and to the guards."""
 
     def __init__(self, node: Node, lab: Lab, stops: Stops) -> None:
-        """Listen through a node; the services are in its namespace."""
+        """Listen through a node; the service is in its namespace."""
         self._stops = stops
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
         for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches other publishers
@@ -46,7 +46,6 @@ class PublicStops:
                 partial(self._on_guard, robot.number),
                 qos.STATE,
             )
-        node.create_service(SetBool, '~/pause', self._answer_pause)
         node.create_service(Trigger, '~/emergency_stop', self._answer_stop)
 
     def _on_pause(self, message: Bool) -> None:
@@ -63,17 +62,8 @@ class PublicStops:
             self._stops.hint(f'false on {topics.EMERGENCY_STOP} releases nothing: press R twice')
 
     def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
-        if GuardReport.read(status).state is GuardState.EMERGENCY:
+        if reported(status).state is GuardState.EMERGENCY:
             self._stops.take_over(f'held by the guard of robot {robot}')
-
-    def _answer_pause(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
-        if request.data:
-            self._stops.pause('by service')
-        response.success = request.data
-        response.message = 'paused' if request.data else f'not started: {_WHO_STARTS}'
-        return response
 
     def _answer_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._stops.emergency('by service')

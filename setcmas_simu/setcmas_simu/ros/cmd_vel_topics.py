@@ -137,6 +137,13 @@ def twins(node: Node, topic: str) -> bool:
     return max(names.values(), default=0) > 1
 
 
+def contest(node: Node, topic: str, *allowed: str) -> str:
+    """Return who else commands a robot, or that several robots listen; empty if neither."""
+    if names := rivals(node, topic, *allowed):
+        return f'{names[0]} also commands it'
+    return f'several robots listen to {topic}' if twins(node, topic) else ''
+
+
 def rivals(node: Node, topic: str, *allowed: str) -> list[str]:
     """Return the names of a topic's publishers, but one of each full name that may publish."""
     names = Counter(one.name for one in publishers(node, topic))

@@ -10,7 +10,6 @@ from setcmas_expe.doctor.lab_checks import (
     arrival_statistics,
 )
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardState, stopped
-from setcmas_expe.guard.guard_watch import GuardReport
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 
@@ -35,7 +34,7 @@ def test_rate_gap_and_age_of_messages(arrivals, age, end, expected):
     assert astuple(found) == pytest.approx(expected, abs=1e-4)
 
 
-GUARDED = GuardReport(GuardDecision(GuardState.IDLE))
+GUARDED = GuardDecision(GuardState.IDLE)
 LAB = load_lab(DEFAULT_FILE, 1)
 GOOD = RobotCheck(
     robot=LabRobot.numbered(1),
@@ -68,7 +67,7 @@ def test_a_robot_that_is_well():
         ({'kinds': ['std_msgs/msg/String']}, PROBLEM, 'std_msgs/msg/String'),
         ({'rival': '/joy also commands it'}, PROBLEM, '/joy also commands it'),
         ({'guard': None}, PROBLEM, 'cmd_vel_guard'),
-        ({'guard': replace(GUARDED, decision=stopped(GuardState.EMERGENCY))}, NOTE, 'R twice'),
+        ({'guard': stopped(GuardState.EMERGENCY)}, NOTE, 'R twice'),
         ({'battery': 20.0}, NOTE, '20 %'),
         ({'battery': 5.0}, PROBLEM, '5 %'),
     ],

@@ -17,7 +17,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from setcmas_expe.guard.guard_decision import GuardState
-from setcmas_expe.guard.guard_watch import GuardReport
+from setcmas_expe.guard.guard_watch import reported
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
 
@@ -71,7 +71,7 @@ class Robot:
 
     @property
     def report(self):
-        return GuardReport.read(self.reports[-1]) if self.reports else None
+        return reported(self.reports[-1]) if self.reports else None
 
     def wait_for(self, state, command=None):
         self.peer.wait_for(lambda: self.report and self.report.state is state)
@@ -161,7 +161,7 @@ def test_commands_that_queue_in_the_network_stop_the_robot_until_a_start(start, 
     robot.wait_for(GuardState.PAUSED)
     known, robot.paused = len(robot.reports), False
     robot.wait_for(GuardState.SILENT)
-    states = {GuardReport.read(message).state for message in robot.reports[known:]}
+    states = {reported(message).state for message in robot.reports[known:]}
     assert GuardState.FOLLOWING not in states
 
     peer.node.destroy_timer(growing)

@@ -58,7 +58,7 @@ def sample(x=0.5, y=0.2, yaw=0.3, z=0.1):
         (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), PoseFault.ZERO),
         (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), PoseFault.ZERO),
         (sample(x=0.0, y=0.0), None),  # at the origin, but measured
-        (sample(x=9999999.999999, y=9999999.999999), PoseFault.FILLER),
+        (sample(x=9999999.999999, y=9999999.999999), PoseFault.FAR_AWAY),
         (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.0)), PoseFault.NO_ROTATION),
         (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.9)), PoseFault.NO_ROTATION),
         (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.99)), None),
