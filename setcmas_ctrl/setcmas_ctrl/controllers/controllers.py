@@ -1,61 +1,144 @@
-"""The process of the controllers of a fleet: for each robot a controller and si_to_uni.
+"""The processes of controllers: of a whole fleet, or of one node of a robot.
 
-Start it with `ros2 run setcmas_ctrl controller --algo consensus`; without --algo, that is the
-controller of one robot alone (`single_node.py`).
+ros2 run setcmas_ctrl controller --algo consensus
+ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
+ros2 run setcmas_ctrl si_to_uni --ros-args -r __ns:=/tb3_3 -p komega:=2.0
+ros2 run setcmas_ctrl event_triggered_comm --ros-args -r __ns:=/tb3_3
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers.control_loop import run_controllers
+from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.laws.control_options import ControllerOptions, LawOptions
+from setcmas_ctrl.laws.control_options import (
+    EXTERNAL,
+    ControllerOptions,
+    GainOptions,
+    LawOptions,
+)
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
+from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import check_in_fleet
+from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
-"""The options that are parameters of the node of the process, by parameter name."""
+"""The options that are parameters of the node of a fleet's process, by parameter name."""
+
+Serve = Callable[[RosProcess, argparse.Namespace], int]
+Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Control robots until a signal arrives; return the exit status."""
-    parser = argparse.ArgumentParser(prog='controllers', description=__doc__)
-    LawOptions.add_to(parser)
-    ControllerOptions.add_to(parser)
-    CommunicationOptions.add_to(parser)
-    FilterOptions.add_to(parser)
-    return node_main(parser, _control, argv)
+    """Control a fleet until a signal arrives; return the exit status."""
+    return _run('controllers', LawOptions, _serve_fleet, argv)
 
 
-def _control(process: RosProcess, args: argparse.Namespace) -> int:
-    with seeded_generators(), named_output():
-        node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
-        parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
-        parameters.options = law_of_parameters(node, parameters.options)
-        return run_controllers(
-            process,
-            node,
-            parameters,
-            CommunicationOptions.of(args),
-            FilterOptions.of(args),
-            fleet_of_parameters(node, ControllerOptions.of(args)),
-        )
+def controller(argv: list[str] | None = None) -> int:
+    """Run the controller of one robot, or with --algo all nodes; return the exit status."""
+    words = sys.argv[1:] if argv is None else argv
+    if any(word.partition('=')[0] == '--algo' for word in words):
+        return main(argv)
+    return _run_node('controller', lambda law, _, own: Controller(None, law, own.experiment), argv)
 
 
-def law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
+def si_to_uni(argv: list[str] | None = None) -> int:
+    """Run the si_to_uni of one robot until a signal arrives; return the exit status."""
+
+    def make(law: LawOptions, safety: FilterOptions, options: ControllerOptions) -> RobotNode:
+        return SiToUni(None, law, safety, options, options.limits or IDEAL)
+
+    return _run_node('si_to_uni', make, argv)
+
+
+def event_triggered_comm(argv: list[str] | None = None) -> int:
+    """Run the event-triggered communication of one robot; return the exit status."""
+    return _run_node(
+        'event_triggered_comm', lambda _, __, own: EventTriggeredComm(None, own.experiment), argv
+    )
+
+
+NODES = {
+    'controller': controller,
+    'si_to_uni': si_to_uni,
+    'event_triggered_comm': event_triggered_comm,
+}
+"""What runs one node of a robot, whose other nodes are in other processes."""
+
+
+def _run(name: str, gains: type[GainOptions], serve: Serve, argv: list[str] | None) -> int:
+    parser = argparse.ArgumentParser(
+        prog=name, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for group in (gains, ControllerOptions, CommunicationOptions, FilterOptions):
+        group.add_to(parser)
+
+    def serve_scripts(process: RosProcess, args: argparse.Namespace) -> int:
+        with seeded_generators(), named_output():
+            return serve(process, args)
+
+    return node_main(parser, serve_scripts, argv)
+
+
+def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
+    node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
+    parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
+    parameters.options = _law_of_parameters(node, parameters.options)
+    return run_controllers(
+        process,
+        node,
+        parameters,
+        CommunicationOptions.of(args),
+        FilterOptions.of(args),
+        _fleet_of_parameters(node, ControllerOptions.of(args)),
+    )
+
+
+def _run_node(name: str, make: Make, argv: list[str] | None) -> int:
+    return _run(name, GainOptions, partial(_serve_node, make), argv)
+
+
+def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
+    gains, safety = GainOptions.of(args), FilterOptions.of(args)
+    options = ControllerOptions.of(args)
+    law = LawOptions(algo=EXTERNAL, **gains.values())
+    node = make(law, safety, options)
+    args.event_triggered |= isinstance(node, EventTriggeredComm)
+    communication = CommunicationOptions.of(args)
+    parameters = NodeParameters(node, law, {'rate': 'rate'})
+    options = replace(_fleet_of_parameters(node, options), robots=(node.robot,))
+    check_in_fleet([node.robot], options.nb_robots or node.robot, 'parameter robot_no')
+    if isinstance(node, Controller):
+        default = replace(parameters.options, algo='consensus')
+        parameters.options = _law_of_parameters(node, default)
+    elif isinstance(node, EventTriggeredComm):
+        threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
+        ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
+        communication = replace(communication, threshold=threshold, ctc=ctc or None)
+    return run_controllers(process, node, parameters, communication, safety, options, node)
+
+
+def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
     """Declare parameters that say which law it is; return it, or raise SetcmasError."""
     algo = declare_fixed(node, topics.LAW, str(law.algo), 'the control law')
     exercise = declare_fixed(node, 'exercise', law.exercise, 'whether it is the exercise version')
     return replace(law, algo=algo, exercise=exercise)
 
 
-def fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> ControllerOptions:
+def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> ControllerOptions:
     """Declare a parameter with the size of the fleet; return the options, or raise SetcmasError.
 
     Its value 0 stands for the size that is announced.
@@ -64,10 +147,8 @@ def fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Controll
     return replace(options, nb_robots=size or None)
 
 
-def run_process() -> None:
-    """Run `main` and end the process."""
-    end_process(main())
-
-
 if __name__ == '__main__':
-    run_process()
+    own = NODES.get(sys.argv[1]) if len(sys.argv) > 1 else None
+    if own:
+        del sys.argv[1]
+    end_process((own or main)())
