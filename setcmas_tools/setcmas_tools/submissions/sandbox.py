@@ -89,11 +89,10 @@ class ConfinedProcess:
             )  # fmt: skip
         except OSError as error:
             raise _machine_error(error.strerror or '') from error
-        process = self._process
-        requests, answers, errors = (
-            cast(IO[bytes], stream) for stream in (process.stdin, process.stdout, process.stderr)
-        )
-        self._connection, self._errors = Connection(answers, requests), errors
+        streams = self._process.stdin, self._process.stdout, self._process.stderr
+        self._streams = [cast(IO[bytes], stream) for stream in streams]
+        requests, answers, self._errors = self._streams
+        self._connection = Connection(answers, requests)
         threading.Thread(target=self._watch, daemon=True).start()
         try:
             self._connection.send(work)
@@ -183,9 +182,9 @@ class ConfinedProcess:
         os.set_blocking(self._errors.fileno(), False)
         with suppress(BlockingIOError):
             written = self._errors.read(_MOST_WRITTEN) or b''
-        for stream in (self._process.stdin, self._process.stdout, self._errors):
+        for stream in self._streams:
             with suppress(OSError):  # unread requests are lost
-                cast(IO[bytes], stream).close()
+                stream.close()
         if self._home:
             shutil.rmtree(self._home, ignore_errors=True)
         if status is not None and status > 128:  # of bubblewrap: signal N has killed the program

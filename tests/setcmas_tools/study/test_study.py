@@ -275,11 +275,3 @@ def test_metrics_of_ones_own_are_columns(law, tmp_path):
     ):
         with pytest.raises(SetcmasError, match=told):
             seeded(law, tmp_path / 'other', 1, metrics=metrics)
-
-
-def test_start_poses_are_read_from_a_file(tmp_path):
-    (tmp_path / 'poses.yaml').write_text('1: [1, 2, 0]\n2: [3, 4, 0]\n')
-
-    run = simulate('consensus', 2, 1, poses=str(tmp_path / 'poses.yaml'))
-
-    assert run.poses[0].T.tolist() == [[1, 2, 0], [3, 4, 0]]
