@@ -229,7 +229,7 @@ class RecordedExperiment(RecordedRun):
     def trouble(self) -> str:
         """Which robots did not stop, or why robots were paused; '' if all went well."""
         if runaways := ', '.join(sorted(self._experiment.runaways)):
-            return f'{runaways} did not stop when commanded zero'
+            return f'{runaways} did not stop when commanded zero velocity'
         return self._why_paused + '; nothing can start them again' * self.is_stuck
 
     @property

@@ -128,7 +128,9 @@ def test_a_robot_that_moves_against_a_commanded_zero_is_reported(lab, bridges, V
         return lab.status(1)[1]['runs_away'] == 'True'
 
     lab.peer.wait_for(pushed)
-    bridges.wait_for_output('robot 1 does not obey zero: it has no motor_power: switch it off')
+    bridges.wait_for_output(
+        'robot 1 does not obey zero commands: it has no motor_power: switch it off'
+    )
 
 
 def test_a_robot_that_has_stood_and_then_moves_is_carried(lab, bridges):
@@ -236,7 +238,9 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
 
     wheels.twist.twist.linear.x = 0.1
     peer.wait_for(lambda: False in motors)
-    bridges.wait_for_output('robot 1 does not obey zero: its motors are off until the next start')
+    bridges.wait_for_output(
+        'robot 1 does not obey zero commands: its motors are off until the next start'
+    )
     wheels.twist.twist.linear.x = 0.0
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     assert True not in motors
@@ -257,7 +261,7 @@ def test_a_robot_without_motor_power_is_to_be_switched_off(start, peer):
     bridges = start(*BRIDGES)
     lab.poses[1], lab.paused = (-1.0, 0.0, 0.5), True
 
-    line = 'robot 1 does not obey zero: it has no motor_power: switch it off'
+    line = 'robot 1 does not obey zero commands: it has no motor_power: switch it off'
     peer.wait_for(lambda: line in bridges.output())
     for _ in range(3):  # while it does not stop
         lab.diagnostics.clear()

@@ -84,7 +84,7 @@ def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, tmp_pat
         ):
             experiment.press_until(rolls)
             assert experiment.wait_for_stop(stop()).metres < WAY
-        assert 'robot 1 does not obey zero: its motors are off' in experiment.output()
+        assert 'robot 1 does not obey zero commands: its motors are off' in experiment.output()
 
         peer.wait_for(lambda: 'STOP by Esc' in experiment.output())
         experiment.press_until(lambda: 'the stop is released' in experiment.output(), 'R')

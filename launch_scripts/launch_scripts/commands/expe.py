@@ -270,7 +270,7 @@ def _serve(
         experiment.stop_lab()
         if experiment.runaways:
             names = ', '.join(sorted(experiment.runaways))
-            supervisor.warn(f'setcmas expe: {names} did not stop when commanded zero')
+            supervisor.warn(f'setcmas expe: {names} did not stop when commanded zero velocity')
             return 1
         return status
     except ChildDiedError as death:

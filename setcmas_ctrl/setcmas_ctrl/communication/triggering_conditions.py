@@ -14,7 +14,7 @@ may also have any of these keyword arguments:
 value, last_value: the value that the robot's law gave last to `network.send`, and the one sent
 with the last state; None if there is none. received, measured: poses of the robot's neighbours at
 the last call of its law, as received last, and as they were; rows x, y in m and theta in rad, a
-column for each robot of the fleet, NaN for those that are no neighbours.
+column for each robot of the fleet, NaN for robots that are not neighbours.
 """
 
 from __future__ import annotations

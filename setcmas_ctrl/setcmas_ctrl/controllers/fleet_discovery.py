@@ -85,8 +85,8 @@ def wait_for_fleet(
     if not listener.robots:
         warn(
             f'nothing announces a fleet on {node.full_name(topics.FLEET)}: '
-            f'{robots_in_words(seen[1], "are")} found by odometry, and taken as unicycles unless '
-            '--model says otherwise'
+            f'{robots_in_words(seen[1], "are")} found by odometry, and treated as unicycles '
+            'unless --model says otherwise'
         )
     return nb_robots or listener.nb_robots or max(seen[1])
 

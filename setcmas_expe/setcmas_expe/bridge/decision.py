@@ -52,7 +52,7 @@ class Cause(enum.Enum):
     PAST_GUARD = 'another node commands it past its guard'
     GUARD = 'its guard stops it'
     GUARD_SILENT = 'its guard is silent'
-    DEAF = 'it does not take its commands'
+    DEAF = 'it does not follow its commands'
     IN_OBSTACLE = 'inside an obstacle of the lab; carry it out'
     OTHERS_UNSEEN = 'other robots have not been seen yet'
     NO_COMMAND = 'no command'

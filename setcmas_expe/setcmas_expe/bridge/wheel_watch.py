@@ -88,6 +88,6 @@ class WheelWatch:
         if not self._motors.is_cut:
             off = 'its motors are off until the next start'
             way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
-            self._logger.error(f'robot {self._robot} does not obey zero: {way}')
+            self._logger.error(f'robot {self._robot} does not obey zero commands: {way}')
         self._motors.cut()
         self._disobeys = Disobedience.IGNORES_ZERO.value

@@ -37,7 +37,7 @@ _TEXTS = {
     GuardState.SILENT: 'its commands have ended, or come late',
     GuardState.CONTESTED: '{} command it',
     GuardState.INTRUDED: '{} commands it past its guard',
-    GuardState.DEAF: 'it does not obey zero: its motors are off',
+    GuardState.DEAF: 'it does not obey zero commands: its motors are off',
     GuardState.OBSTRUCTED: 'its lidar sees something {} m ahead',
     GuardState.BLIND: 'its lidar is silent or covered',
     GuardState.OPEN: (

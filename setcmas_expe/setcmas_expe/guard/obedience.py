@@ -1,4 +1,4 @@
-"""Obedience of a robot: whether it moves as commanded, and stops when commanded zero."""
+"""Obedience of a robot: whether it moves as commanded, and stops when commanded zero velocity."""
 
 from __future__ import annotations
 

@@ -214,7 +214,7 @@ def places_from_distances(distances: Mapping[str, float]) -> Places:
     def measured(a: int, b: int) -> float:
         if a != b and frozenset((a, b)) not in lengths:
             raise SetcmasError(
-                f'the distance {a}-{b} is missing; each tag needs those to the first two'
+                f'the distance {a}-{b} is missing; each tag needs its distances to the first two'
             )
         return 0.0 if a == b else lengths[frozenset((a, b))]
 

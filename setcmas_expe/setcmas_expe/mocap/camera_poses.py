@@ -234,7 +234,7 @@ class FloorWatch:
                 f'{1e3 * wrong[tag]:.0f} mm from its place; put it back, or calibrate again'
             )
         is_hidden = t - self._last_seen >= _LONGEST_HIDDEN_S
-        hidden = f'camera {self._camera.name} sees no floor tag; uncover them, or add light'
+        hidden = f'camera {self._camera.name} sees no floor tag; uncover the tags, or add light'
         self.fault = self._moved or (hidden if is_hidden else '')
 
 

@@ -97,7 +97,7 @@ def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
     found = _recorded(bag, warn) if bag else {}
     if not found:
         raise SetcmasError(
-            f"'{path}' has no commands of robots whose motion it has; its bag must hold "
+            f"'{path}' has no robot with both commands and motion; its bag must contain "
             f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
         )
     return found

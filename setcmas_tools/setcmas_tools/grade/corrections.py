@@ -349,9 +349,9 @@ def _change(
     [key] = given
     if (key == 'points') != ('criterion' in fields) and key != 'add':
         raise fields[key].error(
-            'points are those of a criterion: add criterion: NAME, or use add or total'
+            'points belong to a criterion: add criterion: NAME, or use add or total'
             if key == 'points'
-            else 'a total is not that of a criterion; use points'
+            else 'a total belongs to no criterion; use points'
         )
     number = (_CHANGE if key == 'add' else _POINTS).of(fields[key])
     criterion = None

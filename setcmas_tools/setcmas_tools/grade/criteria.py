@@ -29,7 +29,7 @@ COMPARED = {
     'direction_error': (
         '°',
         "angle between a law's velocities and those of the solution in the same places; a robot "
-        'that stands, such as after an error, counts as 180°',
+        'that stands still, such as after an error, counts as 180°',
     ),
 }
 """Comparisons with the model solution: units and descriptions."""

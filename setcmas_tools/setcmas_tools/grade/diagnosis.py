@@ -302,7 +302,7 @@ def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
         text = f'it {does} {calls.heading[call, robot]:.2g} m from the last position sent'
     elif function is Function.SI_TO_UNI:
         right = _command(calls.solution[call, robot])
-        text = f'it returns {_command(own)}; from the same place, right is {right}'
+        text = f'it returns {_command(own)}; from the same place, the right answer is {right}'
     else:
         right = _velocity(saturated(calls.solution[call, robot], calls.limit))
         text = f'its velocity is {_velocity(own)}; from the same place, the right one is {right}'

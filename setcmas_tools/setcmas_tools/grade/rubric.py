@@ -270,7 +270,7 @@ def read_rubric(path: Path) -> Rubric:
     )
     if references and rubric.compares_answers:
         raise fields['references'].error(
-            'references cannot replace the solution, which answers are compared with'
+            'references cannot replace the solution, because answers are compared with it'
         )
     return rubric
 

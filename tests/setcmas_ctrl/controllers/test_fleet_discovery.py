@@ -49,7 +49,9 @@ def test_a_fleet_that_nobody_announces_is_found_by_its_odometry(start, peer, scr
     process = start(*CTRL, '--algo', script(STAND))
 
     peer.wait_for(lambda: 'controlling robots 1-3' in process.output())
-    assert process.output().count('robots 1-3 are found by odometry, and taken as unicycles') == 1
+    assert (
+        process.output().count('robots 1-3 are found by odometry, and treated as unicycles') == 1
+    )
 
 
 @pytest.mark.nightly

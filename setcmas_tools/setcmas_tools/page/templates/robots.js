@@ -49,7 +49,7 @@ function line(...parts) {
 }
 export function fillAbout(now, selected) {
   find('about').replaceChildren();
-  if (!selected) { line(`Select a robot, here or in the picture, to see ${isLive ? 'its pose and speeds' : 'what its law wanted'}.`); return; }
+  if (!selected) { line(`Select a robot, here or in the picture, to see ${isLive ? 'its pose and speeds' : 'the velocity that its law returned'}.`); return; }
   const pose = poseAt(selected, now), call = callAt(selected, now), {kind, words} = stateAt(selected, now);
   line(selected.name).className = 'name';
   if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
@@ -61,7 +61,7 @@ export function fillAbout(now, selected) {
   if (message) line(`Its law sent ${message.text} at t = ${number(message.t, 2)} s.`);
 }
 function aboutCall({calls, place, kind, t, vx, vy}) {
-  if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, wanted (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
+  if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, returned (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
     `a speed of ${number(Math.hypot(vx, vy), 3)} m/s.`);
   if (calls.allowedX) line(`The safety filter allowed (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
 }
