@@ -8,8 +8,6 @@ import pytest
 from ros_domain import reserved_domain
 
 NIGHTLY_TIMEOUT_S = 1800
-SHARED_BY_A_MODULE = {'browser', 'chromium', 'setcmas'}
-"""Fixtures that take long: with `--dist loadgroup`, one worker has all tests of their module."""
 # Processes that tests start are to find compiled modules, as a user's do.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
@@ -49,8 +47,6 @@ def pytest_collection_modifyitems(items, config):
             item.add_marker(pytest.mark.ros)
         if item.get_closest_marker('nightly'):
             item.add_marker(pytest.mark.timeout(NIGHTLY_TIMEOUT_S))
-        if SHARED_BY_A_MODULE.intersection(getattr(item, 'fixturenames', ())):
-            item.add_marker(pytest.mark.xdist_group(item.module.__name__))
         groups[needs_ros].append(item)
     if hasattr(config, 'workerinput'):
         places = [
