@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from ros1_recordings import CONSENSUS, WP_NAV
-from runs import distance
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import PRESETS
@@ -11,6 +10,23 @@ from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools import simulate
 from setcmas_tools.run.run_tables import read_fleet
+
+
+def distance(run, table, largest_shift=0.5):
+    """Return how far (m, RMS per robot) recorded robots are from a simulated run.
+
+    That is after the shift in time, up to the largest (s), at which they are nearest.
+    """
+    tracks = [table.of(robot) for robot in table.robots]
+
+    def rms(shift):
+        t = run.t[(run.t + shift >= table.t[0]) & (run.t + shift <= table.t[-1])]
+        paths = [(np.interp(t + shift, p.t, p.x), np.interp(t + shift, p.t, p.y)) for p in tracks]
+        apart = np.array(paths) - run.poses[np.isin(run.t, t), :2].transpose(2, 1, 0)
+        return np.sqrt(np.mean(np.sum(apart**2, axis=1)))
+
+    return min(rms(shift) for shift in np.linspace(-largest_shift, largest_shift, 101))
+
 
 LAWS = sorted({ALGORITHMS.file(name) for name in ALGORITHMS.plugins()})
 
