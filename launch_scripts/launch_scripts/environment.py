@@ -51,7 +51,7 @@ def check_ros(without: str = '') -> None:
     first, *others = _folders()
     if others:
         raise SetcmasError(
-            f'ROS 2 is installed twice, in  {first} and {others[0]}: use a terminal in which no '
+            f'ROS 2 is installed twice, in {first} and {others[0]}: use a terminal in which no '
             "setup.bash is sourced, or 'pip uninstall ros-jazzy-rclpy'"
         )
     if first.is_relative_to(Path(sys.prefix).resolve()):

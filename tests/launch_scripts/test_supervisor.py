@@ -110,9 +110,7 @@ ENDS = 'launcher.current_call.end()\n'
     [
         ('os._exit(0)', 'unexpectedly with exit status 0.* in control of law.py for', 1, (CALL,)),
         ('os.kill(os.getpid(), 9)', 'by SIGKILL.* in control of law.py for tb3_2', 1, (CALL,)),
-        ('os.abort()', 'was killed by SIGABRT.* in control of law.py for tb3_2', 1, (CALL,)),
         (ENDS, 'status 0 after control of law.py for tb3_2', 0, ()),
-        (f'{ENDS}launcher.report(Ended(()))', 'exit status 0', 0, ()),  # it was not asked to end
     ],
 )
 def test_a_process_that_dies_in_a_call_is_named_with_robot_and_script(
@@ -147,9 +145,8 @@ def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
     assert child.failed == (CALL,)
 
 
-@pytest.mark.parametrize('hang', ['sum(range(10**14))', 'os.kill(os.getpid(), 19)'])
-def test_a_call_that_silences_its_process_is_reported_and_ended(supervisor, hang):
-    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + hang))
+def test_a_call_that_silences_its_process_is_reported_and_ended(supervisor):
+    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + 'os.kill(os.getpid(), 19)'))
     supervisor.run(until=lambda: supervisor.lines)
     supervisor.stop(child)
 
@@ -244,7 +241,7 @@ LAUNCHER = textwrap.dedent(
 )
 
 
-@pytest.mark.parametrize('signum', [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('signum', [signal.SIGKILL, signal.SIGHUP])
 def test_when_the_launcher_dies_nothing_is_left(tmp_path, signum):
     path = tmp_path / 'pid'
     launcher = subprocess.Popen(

@@ -162,7 +162,7 @@ def test_a_terminal_that_does_not_answer_is_refused(side):
         RemoteKeyboard()
 
 
-@pytest.mark.parametrize('name', ['screen', 'mosh-server', 'tmux: server'])
+@pytest.mark.parametrize('name', ['mosh-server', 'tmux: server'])
 def test_a_program_that_answers_in_its_place_is_refused(name, tmp_path):
     (tmp_path / name).symlink_to('/bin/sh')
     code = 'from launch_scripts.terminal import RemoteKeyboard; RemoteKeyboard()'

@@ -1,6 +1,5 @@
 """The page of `setcmas site`, in Chromium with Pyodide."""
 
-import hashlib
 import shutil
 import zipfile
 
@@ -195,19 +194,6 @@ def test_a_damaged_link_is_refused(page, fragment):
 
     assert page.text('#problem')
     assert 'def control' in page.editor()
-
-
-def test_a_law_that_is_too_long_for_a_link_is_refused(page):
-    page.write(
-        LAW
-        + '\n'.join(
-            f'# {hashlib.sha256(bytes([k % 256, k // 256])).hexdigest()}' for k in range(400)
-        )
-    )
-    page.click('#copy-link')
-    wait_for(lambda: page.text('#problem'))
-
-    assert 'too long for a link' in page.text('#problem')
 
 
 def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
