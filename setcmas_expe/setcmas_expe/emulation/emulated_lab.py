@@ -121,7 +121,7 @@ class EmulatedGuards:
         return CmdVelGuard(self._options, namespace=robot.namespace, has_services=False)
 
 
-_STEP_RATE_HZ = 50.0
+_RATE_HZ = 50.0  # of steps, and of motion capture
 _LONGEST_STEP_S = 0.1  # so that robots do not jump after a stall
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
@@ -173,9 +173,9 @@ class EmulatedLab(FleetNode):
             for number in numbers
         ]
         self.create_subscription(String, topics.EMULATED_FAULT, self._on_fault, qos.EVENT)
-        self.period = 1.0 / max(_STEP_RATE_HZ, options.mocap_rate)
+        self.period = 1.0 / _RATE_HZ
         """Time in s from step to step."""
-        self._frames = Schedule(options.mocap_rate)
+        self._frames = Schedule(_RATE_HZ)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
         self._lidars = Schedule(LIDAR_RATE_HZ) if lab.lidar_stop else None

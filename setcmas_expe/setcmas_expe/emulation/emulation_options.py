@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.options.group import option
-from setcmas_simu.options.kinds import RATE, SEEDS, Kind
+from setcmas_simu.options.kinds import SEEDS, Kind
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import (
@@ -41,7 +41,6 @@ class EmulationOptions(StartPoseOptions):
         default_text='at once',
     )
     seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
-    mocap_rate: float = option(RATE, 'rate of the motion capture system', default=50.0)
 
     def robot_model(self, robots: Sequence[int]) -> RobotModel | None:
         """Return how robots of these numbers follow commands; None if at once.

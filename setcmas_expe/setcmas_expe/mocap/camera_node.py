@@ -42,7 +42,7 @@ class CameraNode(FleetNode):
         }
         self._bodies: dict[int, Publisher] = {}
         self._latencies: dict[str, list[float]] = {one.name: [] for one in file.cameras}
-        self._reported = time.monotonic()
+        self._reported, self._fault = time.monotonic(), ''
 
     def step(self, now: float) -> bool:
         """Look at new pictures; return False when all sources have ended. `now` is in s."""
@@ -51,8 +51,9 @@ class CameraNode(FleetNode):
                 for robot, pose in self._poses.look(camera.name, *shot).items():
                     self._publish(robot, shot[0], pose)
                 self._latencies[camera.name].append(time.time() - shot[0])
-        for line in self._poses.news():
-            self.get_logger().warning(line)
+        if self._poses.fault not in ('', self._fault):
+            self.get_logger().error(f'no poses: {self._poses.fault}')
+        self._fault = self._poses.fault
         if now - self._reported > _REPORT_S:
             self._report(now - self._reported)
             self._reported = now
@@ -71,7 +72,7 @@ class CameraNode(FleetNode):
         self._bodies[robot].publish(message)
 
     def _report(self, seconds: float) -> None:
-        """Log rate and latency of each camera, and the fault that lasts."""
+        """Log rate and latency of each camera, and why robots have no poses now."""
         for name, feed in ((one.name, feed) for one, feed in self._feeds.items()):
             times, self._latencies[name] = self._latencies[name], []
             if times:
@@ -81,8 +82,9 @@ class CameraNode(FleetNode):
                 )
             elif not feed.ended:
                 self.get_logger().error(f'{name} sends no pictures: robots have no poses')
-        if self._poses.fault:
-            self.get_logger().error(f'no poses: {self._poses.fault}')
+        for reasons in self._poses.reasons.values():
+            for robot, why in reasons.items():
+                self.get_logger().warning(f'robot {robot} has no pose: {why}')
 
 
 def _watch(process: RosProcess, args: argparse.Namespace) -> None:

@@ -32,7 +32,6 @@ _MOST_APART_M = 0.15
 _LONGEST_HIDDEN_S = 1.0
 """Time without any floor tag after which a camera cannot be trusted."""
 _SURE_AFTER_S = 0.2
-_QUIET_S = 5.0
 _MOST_SIZE_ERROR = 0.04
 _FIRST_BYTE = 0b001000_01  # of tag 0: its first row and the beginning of the second one
 _MOST_SHAPE_ERROR = 0.05
@@ -131,29 +130,17 @@ class CameraPoses:
         self._cameras = {one.name: one for one in file.cameras}
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
         self._views = BestViews()
-        self._now = 0.0
-        self._reported: dict[int | str, float] = {}
 
     @property
     def fault(self) -> str:
         """Why no pose may be used, in words; empty while they may."""
         return next((watch.fault for watch in self._watches.values() if watch.fault), '')
 
-    def news(self) -> list[str]:
-        """Return the fault and the reasons of robots that had none for some seconds."""
-        lines: dict[int | str, str] = {self.fault: self.fault} if self.fault else {}
-        for seen in self.reasons.values():
-            lines |= {robot: f'robot {robot}: {why}' for robot, why in seen.items()}
-        new = [one for one in lines if self._now - self._reported.get(one, -math.inf) > _QUIET_S]
-        self._reported |= dict.fromkeys(lines, self._now)
-        return [lines[one] for one in new]
-
     def look(self, camera: str, t: float, picture: Picture) -> dict[int, Pose]:
         """Return x, y in m and heading in rad of the robots in a picture, grey or in colours.
 
         It was exposed at t in s, on a clock that all cameras share.
         """
-        self._now = t
         corners, twice = self._detector.corners(picture)
         watch = self._watches[camera]
         watch.look(t, corners)

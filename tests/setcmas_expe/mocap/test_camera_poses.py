@@ -93,16 +93,14 @@ def test_robots_are_found_unless_a_camera_was_bumped():
     assert poses.look('left', 0.6, PICTURE) == {}
 
 
-def test_two_equal_tags_are_no_robot_and_reported_once_until_that_was_gone_for_seconds():
+def test_two_equal_tags_are_no_robot():
     twins = with_copy(PICTURE, 1, 0.2, -0.35)
     poses = CameraPoses(FILE, 7)
-    reported = []
-    for t, picture in ((0.0, twins), (0.1, twins), (0.2, PICTURE), (0.3, twins), (9.0, twins)):
-        assert (1 in poses.look('left', t, picture)) == (picture is PICTURE)
-        reported.append(poses.news())
 
-    expected = ['robot 1: two tags have its number; each robot needs its own']
-    assert reported == [expected, [], [], [], expected]
+    assert 1 not in poses.look('left', 0.0, twins)
+    assert poses.reasons['left'] == {1: 'two tags have its number; each robot needs its own'}
+    assert 1 in poses.look('left', 0.1, PICTURE)
+    assert poses.reasons['left'] == {}
 
 
 def test_equal_tags_in_two_cameras_are_no_robot():

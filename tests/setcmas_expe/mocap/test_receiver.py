@@ -100,20 +100,6 @@ def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(start, pee
     assert 'Traceback' not in process.output()
 
 
-def test_the_doctor_shows_bodies_rates_and_missing_poses(see, tmp_path, peer, start):
-    see(('Blue', 0.0, 1.0, 0.0), (NAMES[0], -1.0, 0.5, 0.0))
-    lab = ('--lab', str(write_lab(tmp_path)))
-    doctor = start(*with_markers('setcmas_expe.doctor.doctor_process', *lab))
-    peer.wait_for(lambda: doctor.popen.poll() is not None)
-
-    assert doctor.wait() == 1
-    one, two = (line for line in doctor.output().splitlines() if line.startswith('tb3_'))
-    assert '-1.00, 0.50' in one
-    assert 'silent' in two
-    assert 'nothing on /rigid_bodies' in doctor.output()
-    assert 'motion capture sends 3, Blue' in ' '.join(doctor.output().split())
-
-
 def part(**fields):
     return SimpleNamespace(**fields)
 
