@@ -12,9 +12,9 @@ from setcmas_tools.grade.rubric import rubric_of_exercise
 _HEAD = """# Exercises
 
 Each is a script with blanks: `setcmas new my_law --from NAME --exercise` copies it, and
-`setcmas check my_law` marks it, with one hint at a time. Unfilled, its robots stand still without
-an error. The model solution is the built-in law of the same name; that of `point_ahead` is
-`setcmas_ctrl/exercises/point_ahead_solution.py`. Lecturers
+`setcmas check my_law` marks it, with one hint at a time. Until you fill the blanks in, the robots
+stand still, without an error. The model solution is the built-in law of the same name; that of
+`point_ahead` is `setcmas_ctrl/exercises/point_ahead_solution.py`. Lecturers
 [grade a class](grading.md) with the same rubrics. The [course](course/index.md) uses some of them.
 """
 _GROUPS: dict[str, tuple[str, ...]] = {
@@ -58,7 +58,7 @@ def _section(name: str) -> str:
     title, _ = _title(name)
     parts = dict(_parts(_docstring(name)))
     law = ALGORITHMS.plugins().get(name)
-    solved = f' Its law is `{name}` of the [atlas](atlas.md).' if law else ''
+    solved = f' The solution is the law `{name}` of the [atlas](atlas.md).' if law else ''
     observe = parts.get('What to observe', '')
     lines = [f'### {title} {{ #{name} }}\n', ' '.join(parts['Goal'].split()) + solved + '\n']
     formula = next(body for head, body in parts.items() if head.startswith('Formula'))

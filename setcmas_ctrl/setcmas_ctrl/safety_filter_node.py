@@ -35,7 +35,7 @@ class SafetyFilterNode(FleetNode):
         wanted: For each of them a function that returns the newest velocity, or None.
         allowed: The publishers of the velocities that are allowed.
         velocities: The velocities wanted last, rows vx, vy in m/s, shape (2, R).
-        heard: When they came, in s, shape (R,).
+        received_at: When they came, in s, shape (R,).
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class SafetyFilterNode(FleetNode):
             self.wanted.append(newest(self, Point32, source, qos.COMMAND))
             self.allowed.append(self.create_publisher(Point32, target, qos.COMMAND))
         self.velocities = np.zeros((2, len(robots)))
-        self.heard = np.full(len(robots), -math.inf)
+        self.received_at = np.full(len(robots), -math.inf)
 
     def convert_by(self, scripts: Sequence[Conversion]) -> None:
         """Expect that the robots convert velocities by a user's own scripts, if there are any."""
@@ -96,10 +96,10 @@ class SafetyFilterNode(FleetNode):
         for i, wanted in enumerate(self.wanted):
             if message := wanted():
                 self.velocities[:, i] = message.x, message.y
-                self.heard[i] = now
-        if not (self.heard == now).any():
+                self.received_at[i] = now
+        if not (self.received_at == now).any():
             return
-        robot, silent_for = self.robots[0], now - self.heard
+        robot, silent_for = self.robots[0], now - self.received_at
         rests = silent_for > robot.timeout
         # Silence reaches si_to_uni, too: in an experiment at once, else after a second of rest.
         speaks = silent_for <= (0.0 if robot.in_experiment else robot.timeout + RESTS_S)

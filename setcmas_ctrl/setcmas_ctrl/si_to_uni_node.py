@@ -56,7 +56,7 @@ class SiToUni(RobotNode):
         velocity_topics: Where the velocities come from that move it; with the filter, two topics.
         paused: Whether the robot is kept at rest.
         stopped: Whether it stays so, after a stop.
-        heard: When the last velocity came, in s.
+        received_at: When the last velocity came, in s.
         sent: When the last command was published, in s.
     """
 
@@ -101,7 +101,7 @@ class SiToUni(RobotNode):
         self.convert_by()
         self.paused = self.stopped = False
         self.command: Command | None = None  # before the first velocity
-        self.heard = self.sent = -math.inf
+        self.received_at = self.sent = -math.inf
 
     def use(self, model: RobotModel) -> None:
         """Drive the robot as its model asks for; a unicycle without limits gets the given ones."""
@@ -134,7 +134,7 @@ class SiToUni(RobotNode):
         """Convert a new velocity, or repeat the last command."""
         if message := self.velocity():
             self.take_pause()
-            self.heard, self.command = self.time.now, self.converted(message)
+            self.received_at, self.command = self.time.now, self.converted(message)
             self.send(self.command)
         else:
             self.repeat()
@@ -148,10 +148,10 @@ class SiToUni(RobotNode):
         now = self.time.now
         if self.command is None or self.in_experiment or now - self.sent < REPEAT_S - _JITTER_S:
             return
-        if now - self.heard > self.timeout + RESTS_S:
+        if now - self.received_at > self.timeout + RESTS_S:
             self.command = None  # a joystick may drive the robot now
             return
-        if now - self.heard > self.timeout:
+        if now - self.received_at > self.timeout:
             self.command = REST
         self.send(self.command)
 

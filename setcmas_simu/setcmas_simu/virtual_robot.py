@@ -86,16 +86,16 @@ class VirtualRobot(RobotNode):
     def restart(self) -> None:
         """Return to the start; the robot rests there until the next command."""
         self.state = self.model.start(self.start)
-        self.command, self.heard = _REST, -math.inf
+        self.command, self.received_at = _REST, -math.inf
 
     def step(self) -> None:
         """Follow the newest command for one period, and publish the new state."""
         if message := self.cmd_vel():
-            self.command, self.heard = self.command_in(message), self.time.now
+            self.command, self.received_at = self.command_in(message), self.time.now
         if self.reset():
             self.restart()
         if self.has_started:  # the first step only publishes the start
-            is_new = self.time.now - self.heard <= self.timeout
+            is_new = self.time.now - self.received_at <= self.timeout
             command = self.command if is_new else _REST
             self.state = self.model.step(self.state, command, self.time.period)
         self.has_started = True

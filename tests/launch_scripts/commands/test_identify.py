@@ -54,7 +54,7 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
         (['seen', '-o', 'model.csv'], "--output is 'model.csv'; it must end in .yaml or .yml"),
         (['seen', '-o', 'truth.yaml'], "'truth.yaml' already exists; choose another name"),
         (['nowhere'], "'nowhere'"),
-        (['seen/csv/fleet.csv'], 'has no commands of robots'),
+        (['seen/csv/fleet.csv'], 'has no robot with both commands and motion'),
     ],
 )
 def test_a_mistake_is_reported_in_one_line(folder, arguments, message):
