@@ -2,7 +2,7 @@
 
 Goal
     Robots 1 to 3 are leaders and stand still. Each follower knows only its neighbours. Compute the
-    velocities of the followers, so that they end in the triangle of the leaders.
+    velocities of the followers, so that they end up in the triangle of the leaders.
 
 Formula to implement
     v_i = -K sum_j a_ij (p_i - p_j) for followers, v_i = 0 for leaders
@@ -11,7 +11,7 @@ Formula to implement
     nothing is NaN.
 
 What to observe
-    1. Where do the followers end in the graph ring? Compute -inv(L_FF) L_FL p_L for eight robots.
+    1. Where do the followers end up in the graph ring? Compute -inv(L_FF) L_FL p_L (8 robots).
     2. Which rate do the metrics predict, and which eigenvalue is it?
     3. With one leader (LEADERS = [1]) where do all robots meet? And without leaders?
 

@@ -2,7 +2,7 @@
 
 Goal
     Robot i pursues robot i + 1, the last robot pursues robot 1. Robots that head straight
-    for the next end at one point; at an angle to this direction they end on a circle.
+    for the next end up at one point; at an angle to this direction, on a circle.
 
 Formula to implement
     v_i = K R(ALPHA) (p_(i+1) - p_i), R(ALPHA) = [cos ALPHA, -sin ALPHA; sin ALPHA, cos ALPHA]
@@ -11,7 +11,7 @@ Formula to implement
     robot i stands still.
 
 What to observe
-    1. On which circle do five robots end, and how fast do they drive along it? In theory at
+    1. On which circle do five robots end up, and how fast do they drive along it? In theory at
        2 K sin(pi/N) rad/s.
     2. What happens for ALPHA = 0, and for ALPHA = 1.2 pi/N?
     3. Does it work in the graph directed_ring? And in a graph file with the opposite directions?

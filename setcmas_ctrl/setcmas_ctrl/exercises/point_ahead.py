@@ -2,8 +2,8 @@
 
 Goal
     The axle of a unicycle cannot move sideways, but the point P at a distance L ahead of it can.
-    Drive the robot so that P has the velocity v that the control law wants: the speed V along the
-    heading theta, and the turn rate omega, replace the built-in si_to_uni.
+    Drive the robot so that P has the velocity v that the control law returns: the speed V along
+    the heading theta, and the turn rate omega, replace the built-in si_to_uni.
 
 Formula to implement
     V = vx cos(theta) + vy sin(theta)                       (TODO 1)

@@ -151,7 +151,7 @@ class LinearLaw:
         if komega and (turns := stable_delay(komega, h)) < margin:
             margin, formula = turns, 'pi/(2 komega) - h/2'
         excludes = frozenset({Departure.CHANGES, Departure.EVENTS, Departure.OWN_TURNING})
-        name = 'delay.bearable_delay_of_all_poses_at_most_s'
+        name = 'delay.tolerable_delay_of_all_poses_at_most_s'
         yield Theorem(name, max(margin, 0.0), formula, excludes)
 
     def _event_bound(self, conditions: Conditions) -> Theorem:

@@ -17,7 +17,7 @@ GRAPHS = {
 }
 H, TS, SPEED = 0.2, 0.1, 0.5
 RATE = 'consensus.convergence_rate_1_s'
-BEARABLE = 'delay.bearable_delay_of_all_poses_at_most_s'
+TOLERABLE = 'delay.tolerable_delay_of_all_poses_at_most_s'
 
 
 def conditions(adjacency, **others):
@@ -141,7 +141,7 @@ def test_robots_meet_where_the_equation_ends(graph, own_delay, delay):
 def test_points_bear_the_delay_of_all_poses(graph):
     adjacency, K, h = GRAPHS[graph], 0.3, 0.02
     law = laplacian_law(adjacency, K)
-    margin = theorems(law, conditions(adjacency, period=h))[BEARABLE].value
+    margin = theorems(law, conditions(adjacency, period=h))[TOLERABLE].value
 
     assert growth(adjacency, K, *[round(0.97 * margin / h) * h] * 2, h) < 1.0
     assert growth(adjacency, K, *[round(1.03 * margin / h) * h] * 2, h) > 1.0
@@ -151,14 +151,14 @@ def test_unicycles_bear_less():
     given = conditions(GRAPHS['complete'], komega=1.5)
     found = theorems(laplacian_law(GRAPHS['complete'], 0.5 / 6), given)
 
-    assert found[BEARABLE].value == pytest.approx(0.947, abs=1e-3)
+    assert found[TOLERABLE].value == pytest.approx(0.947, abs=1e-3)
 
 
 def test_no_delay_is_promised_to_unicycles_whose_positions_are_as_fast_as_their_headings():
     given = conditions(GRAPHS['complete'], komega=1.5)
 
     assert disagreement(2.0, 1.5, 0.6, 300.0)[-1] > 1.0  # less than pi/(2 K) - h/2 = 0.685 s
-    assert BEARABLE not in theorems(laplacian_law(GRAPHS['complete'], 2.0 / 6), given)
+    assert TOLERABLE not in theorems(laplacian_law(GRAPHS['complete'], 2.0 / 6), given)
 
 
 def test_no_delay_is_promised_to_points_near_the_limit_of_their_gain():
@@ -167,7 +167,7 @@ def test_no_delay_is_promised_to_points_near_the_limit_of_their_gain():
 
     assert growth(complete, 12.0, h, h, h) > 1.0
     assert growth(complete, 12.0, 0.0, 0.0, h) < 1.0
-    assert BEARABLE not in theorems(law, conditions(complete, period=h))
+    assert TOLERABLE not in theorems(law, conditions(complete, period=h))
 
 
 def test_the_bound_of_events_holds_for_errors_up_to_the_threshold():

@@ -63,7 +63,7 @@ def test_the_delay_that_robots_bear_is_said_only_of_the_built_in_turning(tmp_pat
     found = simulate('consensus', 4, 5.0, **options).metrics()['prediction']
     names = [one.metric for one in found.figures]
 
-    assert ('delay.bearable_delay_of_all_poses_at_most_s' in names) == (not has_own)
+    assert ('delay.tolerable_delay_of_all_poses_at_most_s' in names) == (not has_own)
     assert ('a si_to_uni of its own' in found.differs) == has_own
 
 
