@@ -184,7 +184,7 @@ class SiToUni(RobotNode):
         if command in (REST, NO_COMMAND):  # speeds rise from there
             self.conversion.last = np.zeros((3, 1))
         V, left, omega = command
-        self.cmd_vel.publish(V, omega, left)
+        self.cmd_vel.publish(V, omega, left, self.time.clock.stamp())
         self.sent = self.time.now
 
     def pause(self, paused: bool) -> None:

@@ -23,7 +23,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robot_node import StepTime
-from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
@@ -67,7 +67,7 @@ class Bridges:
         if self._steps % _REPORT_EVERY == 0:
             reports = [bridge.report(decisions[bridge.robot]) for bridge in self.bridges]
             message = DiagnosticArray(status=reports)
-            message.header.stamp = messages.stamp()
+            message.header.stamp = self.time.stamp
             self._diagnostics.publish(message)
         self._steps += 1
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -203,7 +204,7 @@ def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
     state = state_of(odom)
     if isinstance(state, str):
         return view
-    age = max(0.0, 1e-9 * messages.now_ns() - messages.seconds_of(odom.header.stamp))
+    age = max(0.0, time.time() - messages.seconds_of(odom.header.stamp))
     return replace(
         view,
         pose=state.pose,

@@ -92,7 +92,7 @@ class MocapBridge(FleetNode):
         out = robot.message
         # When it was measured, by this machine's clock: a recording has one time.
         age_ns = round(1e9 * (now - robot.track.measured))
-        out.header.stamp = messages.stamp_of(messages.now_ns() - age_ns)
+        out.header.stamp = messages.stamp_of(time.time_ns() - age_ns)
         out.pose.pose.position.x, out.pose.pose.position.y = x, y
         out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
         out.twist.twist.linear.x, out.twist.twist.angular.z = V, omega

@@ -28,7 +28,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
 from setcmas_simu.options.group import Group
 from setcmas_simu.options.kinds import Number
-from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
@@ -59,7 +59,7 @@ class StepTime:
 
     def begin_step(self, now: float) -> None:
         """Let all nodes have this time from now on."""
-        self.now, self.stamp = now, messages.stamp()
+        self.now, self.stamp = now, self.clock.stamp()
 
 
 class RobotNode(FleetNode):

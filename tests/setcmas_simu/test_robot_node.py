@@ -147,9 +147,15 @@ class Noted:
         self.steps.append((self.time.now, self.time.stamp.sec, self.name))
 
 
-def test_nodes_are_stepped_phase_after_phase_at_one_time(monkeypatch):
-    clock, steps = SetClock(), []
-    monkeypatch.setattr(messages, 'now_ns', lambda: round(clock.t * 1e9))
+class StampedClock(SetClock):
+    """A clock that is set, also in the headers of messages."""
+
+    def stamp(self):
+        return messages.stamp_of(round(self.t * 1e9))
+
+
+def test_nodes_are_stepped_phase_after_phase_at_one_time():
+    clock, steps = StampedClock(), []
     time = StepTime(2.0, clock)
     nodes = [Noted(name, time, steps) for name in ('law 1', 'law 2', 'si_to_uni 1')]
     robots = Process(clock, 2)

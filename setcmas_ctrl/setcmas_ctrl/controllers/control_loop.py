@@ -75,9 +75,12 @@ def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
 
     The arguments and errors are those of `prepared_fleet`.
     """
-    with drawn_on(MarkerCanvas(node)):
+    canvas = MarkerCanvas(node)
+    with drawn_on(canvas):
         try:
-            return _control(prepared_fleet(process, node, *given))
+            fleet = prepared_fleet(process, node, *given)
+            canvas.clock = fleet.time.clock
+            return _control(fleet)
         except StopCall:
             return 0
 

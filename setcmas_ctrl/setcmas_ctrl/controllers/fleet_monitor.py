@@ -53,7 +53,7 @@ class FleetMonitor:
             self._is_paused = lambda: fleet_pause.is_on
         self.run_time, self.time_topic = FleetTime(), None
         if len(robots) < poses.poses.shape[1]:  # other processes may control the others
-            self.time_topic = FleetTimeTopic(node, [*robots], self.run_time, time.clock.now)
+            self.time_topic = FleetTimeTopic(node, [*robots], self.run_time, time.clock)
             self.urgent.append(self.time_topic.topic)
         self.note_step()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Callable
 
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
@@ -14,6 +13,7 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.ros.step_loop import SteadyClock
 
 _SAME_S = 0.02  # covers the travel time of messages between machines
 _RECENT_S = 1.0
@@ -84,12 +84,12 @@ class FleetTimeTopic:
     """
 
     def __init__(
-        self, node: Node, robots: list[int], fleet_time: FleetTime, now: Callable[[], float]
+        self, node: Node, robots: list[int], fleet_time: FleetTime, clock: SteadyClock
     ) -> None:
-        """Publish and synchronise a time; `now` returns the time of its clock in s."""
+        """Publish and synchronise a time, which runs by a clock."""
         self._node = node
         self._time = fleet_time
-        self._now = now
+        self._clock = clock
         host = socket.gethostname()
         self._source = f'{robots_in_words(robots)} (process {os.getpid()} on {host})'
         self._publisher = node.create_publisher(TimeReference, topics.FLEET_TIME, qos.EVENT)
@@ -97,17 +97,17 @@ class FleetTimeTopic:
 
     def wait_for_others(self, process: RosProcess) -> None:
         """Wait briefly for t of another process, if there is one."""
-        process.spin_until(lambda: self._time.is_shared(self._now()), _OTHERS_WAIT_S)
+        process.spin_until(lambda: self._time.is_shared(self._clock.now()), _OTHERS_WAIT_S)
 
     def publish(self) -> None:
         """Publish the current t if another process listens."""
         if self._publisher.get_subscription_count() > 1:  # this process is one of them
-            t = self._time.at(self._now())
+            t = self._time.at(self._clock.now())
             time_ref = messages.stamp_of(round(1e9 * t))
             message = TimeReference(time_ref=time_ref, source=self._source)
-            message.header.stamp = messages.stamp()
+            message.header.stamp = self._clock.stamp()
             self._publisher.publish(message)
 
     def _on_time(self, message: TimeReference) -> None:
         if message.source != self._source:
-            self._time.synchronise(messages.seconds_of(message.time_ref), self._now())
+            self._time.synchronise(messages.seconds_of(message.time_ref), self._clock.now())

@@ -19,7 +19,8 @@ from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.arena import Obstacles
-from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.step_loop import SteadyClock
 
 
 class TaskTopic:
@@ -44,9 +45,14 @@ _TRAIL = QoSProfile(depth=TRAIL_LENGTH, durability=DurabilityPolicy.TRANSIENT_LO
 
 
 class MarkerCanvas:
-    """Publishes each drawing on /tb3_i/<name>, latched for displays that start later."""
+    """Publishes each drawing on /tb3_i/<name>, latched for displays that start later.
+
+    Attributes:
+        clock: That of the stamps; a law may draw when it is loaded, before there are robots.
+    """
 
     def __init__(self, node: Node) -> None:
+        self.clock = SteadyClock()
         self.profile = qos.LATCHED
         self._node = node
         self._publishers: dict[tuple[int, str, type], Publisher] = {}
@@ -83,7 +89,7 @@ class MarkerCanvas:
     def _marker(self, robot: int, name: str, sphere: Sphere, number: int) -> Marker:
         marker = Marker(ns=f'{topics.robot_name(robot)}/{name}', id=number)
         marker.header.frame_id = topics.WORLD_FRAME
-        marker.header.stamp = messages.stamp()
+        marker.header.stamp = self.clock.stamp()
         marker.type, marker.action = Marker.SPHERE, Marker.ADD
         position = marker.pose.position
         position.x, position.y, position.z = sphere.x, sphere.y, sphere.z

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -41,12 +42,15 @@ def command(kind: str, frame: str) -> Twist | TwistStamped:
 
 
 def filled(
-    message: Twist | TwistStamped, V: float, omega: float, left: float = 0.0
+    message: Twist | TwistStamped, V: float, omega: float, left: float, stamp: Time | None
 ) -> Twist | TwistStamped:
-    """Set forward speed (m/s), turn rate (rad/s) and speed to the left (m/s) of a command."""
+    """Set forward speed (m/s), turn rate (rad/s) and speed to the left (m/s) of a command.
+
+    `stamp` is its time; by default now.
+    """
     twist = message
     if isinstance(message, TwistStamped):
-        message.header.stamp = messages.stamp()
+        message.header.stamp = stamp or messages.stamp()
         twist = message.twist
     twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
     return message
@@ -238,9 +242,14 @@ class CmdVelPublisher:
         self._profile = profile
         self._create_publisher()
 
-    def publish(self, V: float, omega: float, left: float = 0.0) -> None:
-        """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
-        self._publisher.publish(filled(self._message, V, omega, left))
+    def publish(
+        self, V: float, omega: float, left: float = 0.0, stamp: Time | None = None
+    ) -> None:
+        """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s).
+
+        `stamp` is the time of the command; by default that of the system.
+        """
+        self._publisher.publish(filled(self._message, V, omega, left, stamp))
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""

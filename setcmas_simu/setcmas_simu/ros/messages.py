@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from typing import NamedTuple
 
 from builtin_interfaces.msg import Time
@@ -36,13 +35,9 @@ def state_of(message: Odometry) -> RobotState | str:
     return RobotState((place.x, place.y, theta), message.twist.twist.linear.x, message)
 
 
-now_ns: Callable[[], int] = time.time_ns
-"""Returns the time in ns; a process that follows a simulation replaces it."""
-
-
 def stamp() -> Time:
-    """Return the current time."""
-    return stamp_of(now_ns())
+    """Return the current time of the system."""
+    return stamp_of(time.time_ns())
 
 
 def stamp_of(time_ns: int) -> Time:

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -25,6 +26,10 @@ class SteadyClock:
         """Return the time."""
         return time.monotonic()
 
+    def stamp(self) -> Time:
+        """Return the current time for the headers of messages."""
+        return messages.stamp()
+
     def wait_until(self, t: float, process: RosProcess) -> None:
         """Serve a process until a time or a stop request; at least one callback."""
         process.serve((t - self.now()) / self.rtf)
@@ -41,11 +46,14 @@ class ScaledClock(SteadyClock):
         self.rtf = rtf
         # Read once: later changes of the system clock have no effect.
         self._offset = time.monotonic() - (time.time() - self.begin)
-        messages.now_ns = lambda: round(self.now() * 1e9)
 
     def now(self) -> float:
         """Return the time."""
         return (time.monotonic() - self._offset) * self.rtf
+
+    def stamp(self) -> Time:
+        """Return the current time for the headers of messages."""
+        return messages.stamp_of(round(self.now() * 1e9))
 
 
 class TopicClock(SteadyClock):
@@ -57,7 +65,6 @@ class TopicClock(SteadyClock):
         self._stamp_ns: int | None = None
         self._elapsed_ns = 0
         self._topic = PolledTopic(node, ClockMessage, topics.CLOCK, self._on_clock, qos.CLOCK)
-        messages.now_ns = lambda: self._stamp_ns or 0
 
     def has_begun(self) -> bool:
         """Return whether a message has come."""
@@ -68,6 +75,10 @@ class TopicClock(SteadyClock):
         """Return the time since the first message, without steps back."""
         self._topic.take()
         return 1e-9 * self._elapsed_ns
+
+    def stamp(self) -> Time:
+        """Return the newest time, as the simulator sent it."""
+        return messages.stamp_of(self._stamp_ns or 0)
 
     def wait_until(self, t: float, process: RosProcess) -> None:
         """Serve a process until a time or a stop request."""

@@ -2,8 +2,9 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from setcmas_simu.ros.messages import seconds_of
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
 
 
 class Clock:
@@ -74,3 +75,11 @@ def test_between_steps_it_polls_and_right_before_the_next_one_too():
 
     loop.run()
     assert polls == pytest.approx([0.01, 0.02, 0.03, 0.04])
+
+
+def test_a_scaled_clock_is_that_of_stamps_too():
+    clock = ScaledClock(5.0, begin=0.0)
+    before, stamp, after = clock.now(), seconds_of(clock.stamp()), clock.now()
+
+    assert before - 1e-9 <= stamp <= after + 1e-9
+    assert before > 5e9 / 2  # five times the seconds since 1970, not those of the system
