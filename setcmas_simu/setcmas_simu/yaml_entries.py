@@ -188,7 +188,7 @@ class _Entries:
                 raise own.error(f'a key has more than {_LONGEST_NAME} letters')
             if key in entries:
                 first = entries[key].line
-                raise own.error(f'{own.name} appears twice (first in line  {first}); remove one')
+                raise own.error(f'{own.name} appears twice (first in line {first}); remove one')
             value = self.of(value_node, own.name, depth + 1).value
             entries[key] = replace(own, value=value)
         return entries

@@ -121,7 +121,7 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
         ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
         ('network: {static_peers: [a;b]}\n', 1, 'an address'),
-        ('min_separation: 1\nmin_separation: 2\n', 2, 'there twice'),
+        ('min_separation: 1\nmin_separation: 2\n', 2, 'appears twice'),
         ('robots: [{number: 2}]\n', 1, 'without a gap'),
         ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),
         ('robots:\n- {number: 1}\n- {number: 2, mocap_name: tb3_1}\n', 3, 'mocap_name'),
