@@ -183,7 +183,7 @@ def test_one_robot_by_launch_files(ros2, peer):
 @pytest.mark.parametrize('file', ['expe_ctrl_mono_robot', 'expe_ctrl_multi_robots'])
 def test_an_experiment_by_launch_files_starts_paused(ros2, file):
     expe = ros2.start(
-        *('launch', 'setcmas_expe', f'{file}.launch.py', 'options:=--emulate --no-joystick'),
+        *('launch', 'setcmas_expe', f'{file}.launch.py', 'options:=--emulate'),
         *['nb_robots:=2'] * ('multi' in file),
     )
     expe.wait_for_output('PAUSED')

@@ -122,10 +122,11 @@ def picture(status: Status) -> Group:
             f'{robot.battery} %' if robot.battery else '-',
             f'{abs(float(robot.speed)):.2f} m/s' if robot.speed else '-',
             Text(robot.state.value, style=_STYLES[min(robot.level, 2)]),
-            Text(robot.reason),
+            Text(robot.own_reason),
         )
     headline = _headline(status)
-    head = Text.assemble((f' {headline} ', _COLOURS[headline]), f'  {status.why}')
+    why = '' if headline == 'STOPPED' else status.why  # which is why they were started
+    head = Text.assemble((f' {headline} ', _COLOURS[headline]), f'  {why}')
     keys = Text(RELEASE if status.emergency else KEYS, style='dim')
     for text in (head, keys):
         text.no_wrap, text.overflow = True, 'ellipsis'

@@ -31,7 +31,7 @@ from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
-from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
+from setcmas_simu.ros.cmd_vel_topics import KILLED, CmdVelPublisher, velocities
 from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.process import FleetNode
 
@@ -143,7 +143,7 @@ class CmdVelBridge(RobotNode):
             runs_away=runs_away,
             pose_age=f'{age:.3f}' if math.isfinite(age) else '',
             battery=f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
-            speed=f'{view.velocities[0]:.3f}',
+            speed=f'{view.velocities[0]:.3f}' if age <= self.lab.timeouts.pose_s else '',
         )
         name, text = report.name, report.reason
         message = diagnostic_status(level, name, text, self.topic, report.values)
@@ -174,7 +174,7 @@ class CmdVelBridge(RobotNode):
             return StopReason(Cause.RIVAL, contest)
         for topic, what in self._sole:
             if (found := self.count_publishers(topic)) > 1:
-                return StopReason(Cause.RIVAL, f'{found} {what} ({topic})')
+                return StopReason(Cause.RIVAL, f'{found} {what} ({topic}; {KILLED})')
         if not listens:
             nothing = (
                 f'nothing listens to {self.topic}: is its bringup running in this ROS domain?'
@@ -191,6 +191,8 @@ class CmdVelBridge(RobotNode):
     def _tell(self, decision: Decision) -> None:
         """Show once why the robot stops for a while; the pause node shows what lasts."""
         now, why = self.time.now, decision.why
+        if why and why.cause is Cause.POSE_LATE:  # known only after the pause
+            self.warn_once('late', f'robot {self.robot}: {why.text}')
         if why and not why.cause.lasts and not decision.pause:
             if why.cause is not self._told:
                 self.warn(f'robot {self.robot}: {why.text}')

@@ -77,8 +77,8 @@ def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, s
     pose.orientation.w = 1.0
     peer.wait_for(lambda: 'controlling' in process.output())
     pose.orientation.w = 0.0
-    peer.wait_for(lambda: f'robot 1: no valid odometry ({zero}) for' in process.output())
+    peer.wait_for(lambda: f'robot 1: no valid pose ({zero}) for' in process.output())
 
     pose.orientation.w = 1.0
     driver.restart(qos.SENSOR)
-    peer.wait_for(lambda: 'robot 1: odometry is back' in process.output())
+    peer.wait_for(lambda: 'robot 1: its poses are back' in process.output())

@@ -108,6 +108,10 @@ def main(args: argparse.Namespace) -> int:
         ) as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):
+        if not keyboard.there and not joystick:
+            raise SetcmasError(
+                'there is no terminal and no joystick: nothing could start the robots'
+            )
         display = StatusDisplay(supervisor.stdout)
         supervisor.write = lambda line, _: display.write(line)
 
@@ -281,9 +285,8 @@ def _serve(
 
 
 def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool) -> None:
-    starts = 'starts the robots, for as long as it is held' if hold else 'starts the robots'
+    starts = 'starts the robots once all are ready' + ', for as long as it is held' * hold
     if ways:
         supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')
     if not has_keys:
-        nothing = '' if ways else ': only a joystick could start the robots'
-        supervisor.warn(f'no terminal to read keys from{nothing}')
+        supervisor.warn('no terminal to read keys from')

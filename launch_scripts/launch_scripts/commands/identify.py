@@ -3,9 +3,10 @@
 Use an experiment whose robots start, stop and turn often.
 
 Examples:
-  setcmas identify out                           into model.yaml
+  setcmas identify out                           a run, into model.yaml
+  setcmas offline --from out --model model.yaml  simulate that run with that model
   setcmas identify bag_20261121-160211 -o lab_a.yaml
-  setcmas offline --from out --model model.yaml  simulate the experiment with that model
+  setcmas offline --algo consensus --pose 1:1,0 --model lab_a.yaml   a recording names no law
 """
 
 from __future__ import annotations

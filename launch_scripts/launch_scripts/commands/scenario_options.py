@@ -126,7 +126,8 @@ def _earlier_scenario(folder: Path) -> Scenario:
         return located_in(folder.parent, kept)
     raise SetcmasError(
         f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
-        'of a study and the number of a run, such as study/417'
+        'of a study and the number of a run, such as study/417; to simulate a recording, give '
+        'its law and start poses (--algo, --pose) in place of --from'
     )
 
 

@@ -142,11 +142,14 @@ class LostRobots:
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
                 fault = self._poses.fault(robot)
-                missing = f'no valid odometry ({fault})' if fault else 'no odometry'
-                self._warn(f'robot {robot}: {missing} for {age:.1f} s; it gets zero velocity')
+                missing = f'no valid pose ({fault})' if fault else 'no pose'
+                topic = self._poses.topic_of(robot)
+                self._warn(
+                    f'robot {robot}: {missing} for {age:.1f} s on {topic}; it gets zero velocity'
+                )
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
-                self._warn(f'robot {robot}: odometry is back')
+                self._warn(f'robot {robot}: its poses are back')
 
 
 def go_on(found: object) -> None:

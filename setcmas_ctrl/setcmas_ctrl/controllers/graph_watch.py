@@ -180,4 +180,6 @@ def _in_words(problem: Problem, robots: list[int], about: str) -> str:
             'them'
         )
     more = f' (and that of {robots_in_words(others)})' if others else ''
-    return f'{about}{more}; the robot follows all of them: stop all but one'
+    return (
+        f'{about}{more}; the robot follows all of them: stop all but one ({cmd_vel_topics.KILLED})'
+    )

@@ -140,6 +140,8 @@ class LawOptions(GainOptions):
         laws = self.algo.values() if isinstance(self.algo, Mapping) else [self.algo]
         if self.set and all(map(callable, laws)):
             raise SetcmasError('set is for scripts; a function takes none')
+        if self.set and self.is_external:
+            raise SetcmasError(f'--set is for control laws; --algo {EXTERNAL} has none')
 
     def check_laws(self, nb_robots: int | None) -> None:
         """Raise SetcmasError if a robot has no script, or one that cannot be compiled."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -72,6 +73,12 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
         """Its key-value pairs."""
         fields = msgspec.to_builtins(self).items()
         return {key: str(one) for key, one in fields if key not in ('name', 'level', 'reason')}
+
+    @property
+    def own_reason(self) -> str:
+        """The reason without the robot's state and number, which its row in a table shows."""
+        number = self.name.rpartition('_')[2]
+        return re.sub(rf'^paused[:;] (robot {number}: )?', '', self.reason)
 
     @property
     def is_intruded(self) -> bool:

@@ -14,6 +14,7 @@ from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.topics import CMD_CART_VEL, robot_topic
 
 RATE_HZ = 20.0
 """Rate of decisions and of commands to the robots, in Hz."""
@@ -47,6 +48,7 @@ class Cause(enum.Enum):
     POSE_REJECTED = 'pose rejected'
     FROZEN = 'pose rejected: frozen'
     POSE_OLD = 'no good pose'
+    POSE_LATE = 'poses come late'
     DEVIATES = 'it does not move as commanded'
     RIVAL = 'another node also commands it'
     PAST_GUARD = 'another node commands it past its guard'
@@ -68,8 +70,8 @@ class Cause(enum.Enum):
     @property
     def is_blind(self) -> bool:
         """Whether it is unknown where the robot is."""
-        first = (Cause.UNSEEN, Cause.POSE_REJECTED, Cause.FROZEN, Cause.POSE_OLD, Cause.DEVIATES)
-        return self in first
+        poses = (Cause.POSE_REJECTED, Cause.FROZEN, Cause.POSE_OLD, Cause.POSE_LATE)
+        return self in (Cause.UNSEEN, *poses, Cause.DEVIATES)
 
     @property
     def is_contest(self) -> bool:
@@ -234,14 +236,15 @@ def _blindness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> Stop
     # The decision holds for a period. A comparison with NaN is false: the pose is unknown then.
     longest_s = lab.timeouts.pose_s
     if not now - robot.measured + 1.0 / RATE_HZ <= longest_s:
-        text, late = f'no good pose for {longest_s:g} s', robot.received - robot.measured
+        late = robot.received - robot.measured
         if late > _LATE_SHARE * longest_s:
-            text += (
-                f': they come {late:.1f} s late by their stamps (a slow network, or a motion '
-                'capture clock that was changed: if a pause of 10 s does not help, and the '
+            text = (
+                f'poses come {late:.1f} s late by their stamps (a slow network, or a clock of '
+                'motion capture that was changed: if a pause of 10 s does not help, and the '
                 'network is fast, restart setcmas expe)'
             )
-        return StopReason(Cause.POSE_OLD, text)
+            return StopReason(Cause.POSE_LATE, text)
+        return StopReason(Cause.POSE_OLD, f'no good pose for {longest_s:g} s')
     if not now - robot.judged <= longest_s:
         return StopReason(Cause.POSE_REJECTED, 'pose rejected: the mocap bridge is silent')
     same_for, driven_for = robot.received - robot.same_since, now - robot.driven_since
@@ -263,7 +266,9 @@ def _unreadiness(robot: RobotView, fleet: FleetView, lab: Lab, now: float) -> St
         text = f'{robots_in_words(unseen, "have")} not been seen yet'
         return StopReason(Cause.OTHERS_UNSEEN, text)
     if not now - robot.commanded <= lab.timeouts.command_s:
-        return StopReason(Cause.NO_COMMAND, f'no command for {lab.timeouts.command_s:g} s')
+        topic = robot_topic(robot.robot, CMD_CART_VEL)
+        text = f'no command for {lab.timeouts.command_s:g} s: does a law publish {topic}?'
+        return StopReason(Cause.NO_COMMAND, text)
     is_number = all(map(math.isfinite, fleet.allowed[robot.robot]))
     return None if is_number else StopReason(Cause.NOT_A_NUMBER)
 

@@ -95,7 +95,10 @@ class Deviation:
         speed, commanded = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
         check = 'does motion capture drift, or was it pushed?'
         if self.commanded and (self.moved / self.commanded).real > _FASTER:
-            check = 'is it another model, are its wheels of another size, or was it pushed?'
+            check = (
+                'is it another model, are its wheels of another size, does motion capture drift, '
+                'or was it pushed?'
+            )
         return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}: {check}'
 
 

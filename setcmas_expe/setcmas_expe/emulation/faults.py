@@ -32,8 +32,10 @@ class FaultKind(enum.Enum):
     STALLED = 'its wheels do not turn'
     OFF = 'the robot is switched off, then switched on again'
     UNGUARDED = 'its cmd_vel_guard hangs'
-    DEAF = 'its base ignores new commands and keeps following the last one'
-    PERSON = 'a person steps in front of it; its lidar sees the person if the lab has a lidar stop'
+    DEAF = 'its base ignores new commands and keeps following the last one; space shows it'
+    PERSON = (
+        'a person steps in front of it; its lidar stops it if lidar_stop is true in the lab file'
+    )
 
     @property
     def word(self) -> str:

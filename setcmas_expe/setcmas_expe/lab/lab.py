@@ -38,6 +38,11 @@ _TYRE_M = 0.02  # a robot is wider than the distance between its wheels by this
 _FILTER_MARGIN_M = 0.05  # between robots, beyond the distance at which they stop
 
 
+def robot_width(limits: VelocityLimits) -> float:
+    """Return the width in m of a robot with these limits."""
+    return limits.wheel_separation + _TYRE_M
+
+
 @dataclass(frozen=True)
 class LabRobot:
     """A real robot.
@@ -166,7 +171,7 @@ class Lab:
                 raise SetcmasError(
                     f'{name} is {written}; it must be in m, within {_LARGEST_M:g} m of the origin'
                 )
-        width = self.limits.wheel_separation + _TYRE_M
+        width = robot_width(self.limits)
         if self.min_separation < width:
             raise SetcmasError(
                 f'min_separation is {self.min_separation:g} m; it must be at least the width of a '

@@ -91,6 +91,11 @@ class Emergency:
         late = now - self._released < _LETS_GO_WITHIN_S
         return not (self.why or late) and self.stop(why)
 
+    @property
+    def is_half_released(self) -> bool:
+        """Whether the first of the two presses counts."""
+        return self._asked > -math.inf
+
     def release(self, now: float) -> bool:
         """Note a press of the releasing key; return whether it was the second and released.
 

@@ -171,10 +171,14 @@ class Pause(FleetNode):
             )
         elif self._emergency.release(time.monotonic()):
             self.set(True, 'the stop is released')
-        else:
+        elif self._emergency.is_half_released:
             self._once(
                 f'press R again after 1 to {RELEASES_WITHIN_S:g} s to release it; robots stay '
                 'paused until you start them'
+            )
+        else:
+            self._once(
+                'not released: the second R came too soon; wait 1 s and press R twice again'
             )
 
     def _once(self, warning: str) -> None:

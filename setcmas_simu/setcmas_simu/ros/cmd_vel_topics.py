@@ -56,6 +56,9 @@ def filled(
     return message
 
 
+KILLED = 'a killed one is listed for up to 20 s'
+"""Why more publishers may be found than there are: the default lease of Fast DDS."""
+
 _GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
 
 _NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name

@@ -156,8 +156,8 @@ def limits_of(run: Run) -> str | None:
     return next(iter(known - {'ideal'}), None if run.tables.safety else 'ideal')
 
 
-_HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)', 'measured with')
-_ALIGNED = (*['left'] * 2, *['right'] * 4, 'left')
+_HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'way (s)', 'fit (%)', 'measured with')
+_ALIGNED = (*['left'] * 2, *['right'] * 5, 'left')
 _UNKNOWN = '?'
 _GOOD_FIT = 70.0
 
@@ -165,7 +165,7 @@ _GOOD_FIT = 70.0
 def identified_table(found: Mapping[int, Identified]) -> str:
     """Return a row for each speed of each robot, with standard errors; ? where unknown."""
     rows = [
-        [robot_name(robot), name, *_cells(channel)]
+        [robot_name(robot), name, *_cells(channel, one.way)]
         for robot, one in found.items()
         for name, channel in one.channels.items()
     ]
@@ -173,12 +173,12 @@ def identified_table(found: Mapping[int, Identified]) -> str:
     return table
 
 
-def _cells(channel: SpeedResponse) -> list[str]:
+def _cells(channel: SpeedResponse, way: float) -> list[str]:
     fit, response, errors = channel.fit, channel.fit.response, channel.fit.errors
     gain = f'{response.gain:.3f} ± {errors.gain:.3f}' if fit.gain_known else _UNKNOWN
     times = [(response.lag, errors.lag), (response.delay, errors.delay)]
     shown = [f'{t:.3f} ± {e:.3f}' if fit.times_known else _UNKNOWN for t, e in times]
-    return [gain, *shown, f'{max(0.0, fit.quality):.0f}', channel.measured_with]
+    return [gain, *shown, f'{way:.3f}', f'{max(0.0, fit.quality):.0f}', channel.measured_with]
 
 
 def identified_notes(found: Mapping[int, Identified]) -> Iterator[str]:

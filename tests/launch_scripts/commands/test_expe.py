@@ -123,7 +123,7 @@ def test_a_recording_that_is_stopped_keeps_its_bag(domain, tmp_path):
 
 @pytest.mark.nightly
 def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
-    process = start(*SETCMAS, 'expe', *ALGO)
+    process = start(*SETCMAS, 'expe', *PATIENT_LAB, '--algo', 'nav_wp')
     process.wait_for_output('no terminal to read keys from')
     process.wait_for_output('PAUSED; tb3_1 paused\n')
 
@@ -168,6 +168,8 @@ def test_start_poses_that_wheels_cannot_measure_are_confirmed(domain, tmp_path):
         (('--joystick-button=-1',), '--joystick-button is -1'),
         (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
+        (('--no-joystick',), 'no terminal and no joystick: nothing could start the robots'),
+        (('--algo', 'external', '--set', 'K=3'), '--set is for control laws; --algo external has'),
         (('--rate', '2'), '--rate is 2; it must be above 2 Hz in this lab'),
         (('--duration', '9'), 'which only emulated robots may do: add --emulate'),
         (('--output', 'out'), 'or record real robots with setcmas record'),

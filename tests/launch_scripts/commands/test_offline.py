@@ -97,6 +97,7 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
         (f'{NAV} --output=', "--output is ''; it must be a path"),
         (f'{NAV} --output {"a" * 300}', 'cannot be written: File name too'),
         ('--from nowhere', "there is no run.yaml in 'nowhere'"),
+        ('--from nowhere', 'to simulate a recording, give its law and start poses'),
         ('--from old', "there is no key 'parameters'"),
         ('--from empty', 'there is no control law; add algo'),
         ('', 'add --algo, or a scenario file, or --from'),

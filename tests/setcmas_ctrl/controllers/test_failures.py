@@ -16,7 +16,7 @@ def test_a_slow_fleet_is_reported_as_slow_and_not_as_lost(start, script):
 
     process.wait_for_output('longer than the control period of 0.20 s')
     process.wait_for_output('s for 5 robots')
-    assert 'no odometry' not in process.output()
+    assert 'no pose' not in process.output()
 
 
 @pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -167,7 +167,7 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
     first.end(signal.SIGKILL)
 
     peer.wait_for(lambda: velocity(commands[0][-1]) == (0.0, 0.0))
-    process.wait_for_output('robot 1: no odometry for')
+    process.wait_for_output('robot 1: no pose for')
     peer.wait_for_new(commands[1], 2)
     peer.wait_for(lambda: velocity(commands[1][-1])[0] == pytest.approx(0.3))
 
