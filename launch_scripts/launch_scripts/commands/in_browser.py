@@ -321,10 +321,11 @@ def _plotted(_: Answer, page: _Page) -> Answer:
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.report_file import Cover, loaded_pair, report_page
+    from setcmas_tools.page.report_file import Cover, report_page
+    from setcmas_tools.page.run_facts import Pair
 
     cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
-    return {'html': report_page(loaded_pair([_saved()], page.warn), cover)}
+    return {'html': report_page(Pair('run', _run_made(), warn=page.warn), cover)}
 
 
 def _run_made() -> Run:
