@@ -13,6 +13,7 @@ import time
 import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ from setcmas_tools.offline.run_progress import LateCallError, limited_calls
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import OfflineOptions
-from setcmas_tools.run.run_info import RunState
+from setcmas_tools.run.run_info import RunState, this_origin
 from setcmas_tools.scenario.scenario import Scenario, options
 
 Say = Callable[[str], object]
@@ -325,7 +326,9 @@ def _reported(asked: Answer, page: _Page) -> Answer:
     from setcmas_tools.page.run_facts import Pair
 
     cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
-    return {'html': report_page(Pair('run', _run_made(), warn=page.warn), cover)}
+    run = _run_made()
+    made_here = replace(run, info=replace(run.info, origin=this_origin()))
+    return {'html': report_page(Pair('run', made_here, warn=page.warn), cover)}
 
 
 def _run_made() -> Run:
