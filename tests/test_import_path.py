@@ -89,3 +89,19 @@ def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
 
 def test_a_page_shows_a_run_without_a_task_before_it_has_matplotlib():
     assert output_of(PAGE).splitlines() == ['True None', 'False matplotlib']
+
+
+REPORT = f"""
+{REFUSE.format(names=OTHERS)}
+import json
+from launch_scripts.commands import in_browser
+
+in_browser.run(json.dumps({{'algo': 'consensus', 'scenario': {{'duration': 1}}}}), str)
+print('<html' in json.loads(in_browser.report_html(json.dumps({{'title': ''}})))['html'])
+"""
+
+
+def test_a_page_in_a_browser_makes_the_report_of_its_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    assert output_of(REPORT).splitlines()[-1] == 'True'
