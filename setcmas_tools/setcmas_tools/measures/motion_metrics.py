@@ -101,7 +101,9 @@ def largest_speed(run: Run) -> float:
     if isinstance(limits, Mapping):  # those of a lab
         own = limits.get('V_max')
     else:
-        own = fastest(run.parameters.get('model'), max(run.robots), str(limits))
+        model = run.parameters.get('model')
+        files = (str(one.path) for one in run.inputs if one.option == 'model' and not one.robots)
+        own = fastest(model and next(files, model), max(run.robots), str(limits))
     speed = min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
     if not _is_number(speed) or not speed > 0:
         raise SetcmasError(f"vnom is '{speed}'; it must be a speed above 0 in m/s")

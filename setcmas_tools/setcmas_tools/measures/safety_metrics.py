@@ -230,7 +230,7 @@ class Safety(Measured):
         stops = f'{self.stops} stop{"s" if self.stops != 1 else ""}'
         times = {
             'stopped': self.stopped_s,
-            'overruled': self.overruled_s,
+            'limited or paused': self.overruled_s,
             'outside the arena': self.outside_arena_s,
             'too near': self.too_near_s,
         }

@@ -207,7 +207,7 @@ SAFETY = CsvFile(
     (
         *_T_ROBOT,
         *_columns(TEXT, state='`moving`, `paused` or `stopped`'),
-        *_columns(COUNT, overruled='1 if safety limited its command, else 0'),
+        *_columns(COUNT, overruled='1 if safety limited or paused it, else 0'),
     ),
 )
 DRAWINGS = CsvFile(

@@ -114,7 +114,7 @@ class SafetyRecord:
         t: Times in s from the start, shape (rows,).
         robot: Numbers of the robots, from 1, shape (rows,).
         state: Their states, such as MOVING.
-        overruled: Whether safety limited the command, shape (rows,).
+        overruled: Whether safety limited or paused the robot, shape (rows,).
     """
 
     t: Floats

@@ -1,4 +1,5 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,6 +86,15 @@ def test_vnom_is_what_robots_can_reach_at_most(tmp_path, values, vnom):
     run = write_run(tmp_path, table((T, 0, 0, 0.2)), vnom=0.5, **values)
 
     assert compute(run).vnom_m_s == vnom
+
+
+def test_a_model_file_that_a_run_keeps_has_the_limits_of_its_robots(tmp_path):
+    model = Path('inputs', 'model', 'model.yaml')
+    run = write_run(tmp_path, table((T, 0, 0, 0.2)), limits='ideal', model=str(model))
+    (tmp_path / model).parent.mkdir(parents=True)
+    (tmp_path / model).write_text('limits: burger\nothers: {way: 0.1}\n')
+
+    assert compute(run).vnom_m_s == 0.2108
 
 
 def test_rows_before_the_first_command_do_not_count():

@@ -63,7 +63,9 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
     assert (measured.stops, measured.stopped_s, measured.overruled_s) == (2, 1.0, 2.0)
     assert measured.outside_arena_s == pytest.approx(3.0, abs=0.15)
     assert measured.too_near_s == pytest.approx(0.8, abs=0.15)
-    assert measured.lines()[0].startswith('safety: 2 stops, stopped 1.0 s, overruled 2.0 s, ')
+    assert measured.lines()[0].startswith(
+        'safety: 2 stops, stopped 1.0 s, limited or paused 2.0 s, '
+    )
 
 
 def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
