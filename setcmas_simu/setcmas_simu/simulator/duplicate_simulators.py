@@ -48,3 +48,33 @@ def refuse_second_simulator(
             f'{os.environ.get("ROS_DOMAIN_ID", "0")} (node {names[0]} publishes odometry): '
             'stop the other simulator, or set another ROS_DOMAIN_ID'
         )
+
+
+class SecondPublishers:
+    """Warns, once per robot, of a second publisher of its odometry that has come to stay."""
+
+    def __init__(self, node: FleetNode, robots: Sequence[int]) -> None:
+        """Watch robots of this process, which have topics by now."""
+        self._node = node
+        self._robots = robots
+        self._suspects: set[int] = set()
+        self._reported: set[int] = set()
+
+    def look(self) -> None:
+        """Look at the graph; to be called every 2 s or so."""
+        contested = {
+            robot
+            for robot in self._robots
+            if self._node.count_publishers(topics.odometry_topic(robot)) > 1
+        }
+        # A second simulator that starts at the same time is seen before it ends.
+        staying = (contested & self._suspects) - self._reported
+        self._suspects = contested
+        self._reported |= staying
+        if staying:
+            topic = topics.odometry_topic(min(staying))
+            names = [one.name for one in cmd_vel_topics.publishers(self._node, topic)]
+            self._node.get_logger().warning(
+                f'the odometry of {robots_in_words(sorted(staying))} has two publishers '
+                f'({" and ".join(names)}): two simulators move each; stop one of them'
+            )

@@ -29,7 +29,7 @@ from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
 from setcmas_simu.ros.step_loop import ScaledClock
 from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_simu.simulator.duplicate_simulators import refuse_second_simulator
+from setcmas_simu.simulator.duplicate_simulators import SecondPublishers, refuse_second_simulator
 from setcmas_simu.virtual_robot import VirtualRobot
 
 _LOOK_EVERY_S = 2.0
@@ -128,6 +128,7 @@ class Simulator:
         if clock:
             self._clock = node.create_publisher(Clock, topics.CLOCK, qos.STATE)
         numbers = [robot.robot for robot in robots]
+        self._others = SecondPublishers(node, numbers)
         self.announcement = Announcement(
             max(options.fleet_size, *numbers),
             tuple(numbers),
@@ -174,6 +175,7 @@ class Simulator:
             self._missed, self._last_warning = 0, real
             self._next_warning = real + 2 * seconds  # a busy machine stays busy
         self._unread.look()
+        self._others.look()
 
     def _check(self, options: SimulationOptions) -> None:
         names = [robot.model_name for robot in self._robots]
