@@ -248,10 +248,10 @@ def grade(
     The marks are kept in the folder of the grades; `again` grades those that are there, too.
 
     A submission that the machine has kept from running, or that has made setcmas fail, is not
-    marked; the next grading tries again, also after a grading process has died.
+    marked; the next grading tries again.
 
     Raises:
-        SetcmasError: The rubric's solution fails, or a grading process has died.
+        SetcmasError: The rubric's solution fails.
         OSError: The marks cannot be written.
     """
     rubric = grader.rubric
@@ -283,18 +283,38 @@ def _made(
 ) -> Iterator[tuple[str, Marks | None]]:
     """Yield names and marks of submissions as they finish; None for what the machine cannot run.
 
+    If a grading process dies, what is left is graded again, one submission at a time.
+    """
+    left = {one.name: one for one in submissions}
+    if jobs > 1:
+        try:
+            for name, made in _graded(submissions, grader, jobs):
+                del left[name]
+                yield name, made
+        except BrokenProcessPool:
+            _logger.warning('a grading process has died: the rest is graded one at a time')
+    for one in left.values():
+        try:
+            # Two workers, for joblib makes one of this process, which would die with it.
+            yield from _graded([one], grader, jobs=2)
+        except BrokenProcessPool:
+            yield one.name, None
+
+
+def _graded(
+    submissions: Sequence[Submission], grader: Grader, jobs: int
+) -> Iterator[tuple[str, Marks | None]]:
+    """Yield what `Grader.tried` returns, from several processes.
+
     Raises:
-        SetcmasError: A grading process has died.
+        BrokenProcessPool: One of them has died.
     """
     with needs('grade'):
         import joblib
     parallel = joblib.Parallel(
         jobs, 'loky', return_as='generator_unordered', initializer=_end_with_parent
     )
-    try:
-        yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)
-    except BrokenProcessPool as error:
-        raise SetcmasError(f'a grading process has died: {_NOT_RUN}') from error
+    yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)
 
 
 _PR_SET_PDEATHSIG = 1
