@@ -41,6 +41,13 @@ def test_a_narrow_terminal_cuts_the_reason_and_nothing_else(width):
     assert (REASON in lines[3]) == (width == 130)
 
 
+def test_robots_that_stop_by_themselves_are_not_said_to_be_stopped_by_a_key():
+    text = io.StringIO()
+    Console(file=text).print(picture(status(state=BridgeState.STOPPED)))
+
+    assert text.getvalue().splitlines()[0].strip() == 'STOPPED'
+
+
 def test_the_headline_says_what_robots_do_and_only_when_it_changes():
     text = io.StringIO()
     display = StatusDisplay(text)

@@ -32,7 +32,7 @@ class FaultKind(enum.Enum):
     STALLED = 'its wheels do not turn'
     OFF = 'the robot is switched off, then switched on again'
     UNGUARDED = 'its cmd_vel_guard hangs'
-    DEAF = 'its base ignores new commands and keeps following the last one; space shows it'
+    DEAF = 'its base ignores new commands and keeps following the last one: pause to see it'
     PERSON = (
         'a person steps in front of it; its lidar stops it if lidar_stop is true in the lab file'
     )

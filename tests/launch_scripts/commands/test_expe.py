@@ -46,6 +46,8 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     terminal.press('\x1b')
     terminal.wait_for('STOP HELD.*by Esc.*R twice: release it')
     terminal.press_until('not started: stop by Esc; R twice releases it', 's')
+    terminal.press('RR')
+    terminal.wait_for('the second R came too soon')
     released = 'R again after 1 to 3 s to release it.*paused: the stop is released.*PAUSED'
     terminal.press_until(released, 'R')
     terminal.press('q')
