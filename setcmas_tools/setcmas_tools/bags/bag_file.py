@@ -1,8 +1,9 @@
-"""Files of a bag: found in its folder, and made whole where they were cut short."""
+"""Files of a bag: found in its folder, decompressed, and made whole where they were cut short."""
 
 from __future__ import annotations
 
 import re
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+import zstandard
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2.storage_mcap import McapReader
@@ -20,6 +22,7 @@ from setcmas_simu.limited_file import read_limited
 BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
 _PACKED = '.zstd'
 _JOURNALS = ('-wal', '-journal')
+_ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # no message in CDR begins with it
 _LONGEST_REASON = 120
 _MOST_METADATA_BYTES = 1_000_000
 _TOTAL = re.compile(rb'^ {2}message_count: (\d+)', re.MULTILINE)
@@ -74,6 +77,9 @@ class BagFile:
         reason = 'some are missing'
         try:
             for connection, time_ns, data in self.reader.messages(own) if own else ():
+                # Of a bag that is compressed message by message, which only metadata.yaml tells.
+                if data[:4] == _ZSTD_MAGIC and isinstance(self.reader, Ros2Reader):
+                    data = zstandard.decompress(data)
                 if not isinstance(time_ns, int):  # a text in a damaged database
                     raise TypeError(f'time {time_ns!r}')
                 count += 1
@@ -90,7 +96,7 @@ def open_files(path: Path, stack: ExitStack) -> tuple[list[BagFile], list[str]]:
     Args:
         path: A rosbag2 folder with or without its metadata.yaml, one of its files, a ROS 1 .bag
             file, or the folder of a run that holds a folder `bag`.
-        stack: Closes the files, and removes copies of damaged ones, in the end.
+        stack: Closes the files, and removes copies of compressed and damaged ones, in the end.
 
     Returns:
         The files, and a line for each one that cannot be read, and for missing messages.
@@ -120,12 +126,17 @@ def open_files(path: Path, stack: ExitStack) -> tuple[list[BagFile], list[str]]:
 
 def _files(folder: Path) -> list[Path]:
     """Return the files of a bag: all in its folder, for a killed recorder leaves no list."""
-    found = [file for file in sorted(folder.iterdir()) if file.suffix in (*_ROS2, _PACKED)]
+    found: dict[str, Path] = {}
+    for file in sorted(folder.iterdir()):
+        name = file.name.removesuffix(_PACKED)
+        if Path(name).suffix in _ROS2:
+            # Who kills rosbag2 while it compresses a file leaves both, the whole one first here.
+            found.setdefault(name, file)
     if not found and (folder / 'bag').is_dir():
         return _files(folder / 'bag')
     if not found:
         raise SetcmasError(f"folder '{folder}' is not a bag; it must be {BAGS}")
-    return found
+    return list(found.values())
 
 
 def _nb_listed(file: Path) -> int:
@@ -138,22 +149,24 @@ def _nb_listed(file: Path) -> int:
 
 
 def _opened(file: Path, stack: ExitStack) -> BagFile:
-    if file.suffix == _PACKED:
-        raise SetcmasError(f"bag '{file}' is compressed; unpack it first: unzstd '{file}'")
-    if file.suffix not in _READERS:
+    kind = Path(file.name.removesuffix(_PACKED)).suffix
+    if kind not in _READERS:
         raise SetcmasError(f"'{file}' is not a bag; it must be {BAGS}")
     if not file.stat().st_size:
         raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
-    if file.suffix == '.db3' and any(Path(f'{file}{ending}').exists() for ending in _JOURNALS):
+    source = file
+    if file.suffix == _PACKED:
+        source = _decompressed(file, _place(stack) / file.stem)
+    if kind == '.db3' and any(Path(f'{source}{ending}').exists() for ending in _JOURNALS):
         # The file was not closed: its journal, which rosbags ignores, has some of its content.
-        return _copied(file, stack)
+        return _copied(file, source, stack)
     try:
-        reader = _reader(file, stack)
+        reader = _reader(source, stack)
     except Exception as error:  # a damaged file makes any of several libraries fail
-        if file.suffix not in _ROS2:
+        if kind not in _ROS2:
             raise _unreadable(file, error) from error
-        return _copied(file, stack)
-    return _bag_file(file, reader) if _is_indexed(reader) else _copied(file, stack)
+        return _copied(file, source, stack)
+    return _bag_file(file, reader) if _is_indexed(reader) else _copied(file, source, stack)
 
 
 def _is_indexed(reader: Ros1Reader | Ros2Reader) -> bool:
@@ -165,14 +178,13 @@ def _is_indexed(reader: Ros1Reader | Ros2Reader) -> bool:
     return indexed == reader.message_count
 
 
-def _copied(file: Path, stack: ExitStack) -> BagFile:
+def _copied(file: Path, source: Path, stack: ExitStack) -> BagFile:
     """Open a copy of what can be read of a damaged or unusual file."""
     from setcmas_tools.bags.damaged_file import copy_of  # late: whole files need no mcap
 
-    place = stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_'))
-    copy = Path(place, f'copy{file.suffix}')
+    copy = _place(stack) / f'copy{source.suffix}'
     try:
-        loss = copy_of(file, copy)
+        loss = copy_of(source, copy)
         reader = _reader(copy, stack)
     except OSError:
         raise
@@ -207,3 +219,20 @@ def _unreadable(file: Path, error: Exception) -> SetcmasError:
         f"bag '{file}' cannot be read ({one_line(error)}); it must be whole"
         f'{_REPAIRS.get(file.suffix, "")}'
     )
+
+
+def _place(stack: ExitStack) -> Path:
+    return Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
+
+
+def _decompressed(packed: Path, target: Path) -> Path:
+    """Write the content of a compressed file, as far as it goes, into another; return it."""
+    error = zstandard.ZstdError('it was cut before the end of its first block')
+    with packed.open('rb') as source, target.open('wb') as file:
+        try:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(source), file)
+        except zstandard.ZstdError as reason:
+            error = reason
+        if not file.tell():
+            raise _unreadable(packed, error) from error
+    return target
