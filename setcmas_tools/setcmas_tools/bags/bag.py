@@ -23,6 +23,9 @@ from setcmas_tools.bags.message_types import (
     UnresolvedTypeError,
 )
 
+_LONGEST_NS = 10**15
+"""A recording lasts less than these 11 days, unless the clock was set during it."""
+
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
 class BagTopic:
@@ -78,6 +81,9 @@ class Bag:
         self.count = sum(topic.count for topic in self.topics)
         self.start_ns = min(reader.start_time for reader in full)
         self.end_ns = max(reader.end_time for reader in full) - 1  # rosbags counts a ns more
+        self._of_one_clock: range | None = None
+        if self.end_ns - self.start_ns > _LONGEST_NS:
+            self._keep_one_clock()
 
     @property
     def notices(self) -> list[str]:
@@ -89,7 +95,25 @@ class Bag:
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message in the order of time."""
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        return heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
+        merged = heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
+        kept = self._of_one_clock
+        return merged if kept is None else (one for one in merged if one[1] in kept)
+
+    def _keep_one_clock(self) -> None:
+        """Leave out the messages before a clock was set, or after, whichever are fewer."""
+        times = [time_ns for _, time_ns, _ in self.messages()]
+        early = [time_ns for time_ns in times if time_ns - times[0] <= _LONGEST_NS]
+        late = [time_ns for time_ns in times if times[-1] - time_ns <= _LONGEST_NS]
+        kept = max(early, late, key=len)
+        if len(kept) == len(times):  # the others are of topics that are left out
+            return
+        self.start_ns, self.end_ns = kept[0], kept[-1]
+        self._of_one_clock = range(self.start_ns, self.end_ns + 1)
+        self.count = len(kept)
+        self._notices.append(
+            f'{len(times) - len(kept):,} of {len(times):,} messages are left out: the clock was '
+            f'set during the recording, by {(late[0] - early[-1]) / 1e9:,.0f} s'
+        )
 
     def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]], zero_ns: int) -> None:
         """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.

@@ -171,3 +171,18 @@ def test_topics_of_ros1_without_a_slash_have_the_same_names(tmp_path, make):
 
     with open_bag(tmp_path / 'old.bag') as bag:
         assert [topic.name for topic in bag.topics] == ['/tb3_1/point']
+
+
+@pytest.mark.parametrize('other', [-1.7e9, -2e6, 2e6])
+def test_messages_from_before_or_after_the_clock_was_set_are_left_out(
+    tmp_path, write_bag, points, make, other
+):
+    lost = [('/other', other, make(POINT))]
+    bag = write_bag(tmp_path / 'bag', lost + points if other < 0 else points + lost)
+
+    x, (notice,) = read(bag)
+
+    assert x == list(range(200))
+    assert notice.startswith('1 of 201 messages are left out: the clock was set during the ')
+    with open_bag(bag) as opened:
+        assert (opened.end_ns - opened.start_ns) / 1e9 == pytest.approx(199 / 40)
