@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Explain; return the exit status."""
-    from setcmas_tools.compare.ladder import ladder, ladder_table
+    from setcmas_tools.compare.explanation import explanation, explanation_table
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
     from setcmas_tools.run.run_info import INFO_FILE
@@ -48,5 +48,5 @@ def main(args: argparse.Namespace) -> int:
     if args.model:
         scenario = scenario.replace(model=str(args.model))
     run = Run.load(args.run, _warn)
-    print(ladder_table(ladder(run, scenario, _warn)))
+    print(explanation_table(explanation(run, scenario, _warn)))
     return 0

@@ -1,8 +1,8 @@
-"""Ladder: the law and the starts of a run, from single integrators to what was recorded.
+"""Explanation of a run, step by step, from single integrators to what was recorded.
 
-Each rung adds one thing that the run has and the theory of its law leaves out. So the distance
-of a rung from the one before says what that thing changes, given those before: in another order
-it may be more or less.
+Each step simulates the law of the run from its starts, and adds one thing that the run has and
+the theory of its law leaves out. So the distance of a step from the one before says what that
+thing changes, given those before: in another order it may be more or less.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario
 
 CONTINUOUS_HZ = 100.0
-"""Rate of laws and robots on the first rung, which is as good as continuous for these robots."""
+"""Rate of laws and robots in the first step, which is as good as continuous for these robots."""
 
 DEAD_BAND = 'SLOW'
 """The name in a law of the speed in m/s below which its robots stop."""
@@ -46,19 +46,19 @@ _MESSAGES = {
 
 
 @dataclass(frozen=True)
-class Rung:
+class ExplainedStep:
     """A run with some of what the recorded run has.
 
     Attributes:
-        name: What it adds to the rung before.
+        name: What it adds to the step before.
         run: The run.
-        step: Distance in m of its robots from those of the rung before, as root mean square;
-            None on the first rung.
+        distance: Root mean square distance in m of its robots from those of the step before; None
+            in the first step.
     """
 
     name: str
     run: Run
-    step: float | None = None
+    distance: float | None = None
 
     @property
     def end(self) -> tuple[float, float]:
@@ -84,8 +84,10 @@ class Rung:
         return None, None
 
 
-def ladder(run: Run, scenario: Scenario, warn: Callable[[str], None] = print) -> list[Rung]:
-    """Return the rungs below a run, on which its law is simulated, and the run itself.
+def explanation(
+    run: Run, scenario: Scenario, warn: Callable[[str], None] = print
+) -> list[ExplainedStep]:
+    """Return the steps up to a run, in which its law is simulated, and the run itself.
 
     Raises:
         SetcmasError: A robot of the scenario is not in the run, or the law fails.
@@ -96,24 +98,24 @@ def ladder(run: Run, scenario: Scenario, warn: Callable[[str], None] = print) ->
         poses=_starts(run, scenario.nb_robots), pose=(), random_poses=None,
         duration=float(np.ptp(run.counted.t)), rtf=1.0,
     )  # fmt: skip
-    runs = {name: _simulated(rung, warn) for name, rung in _scenarios(scenario.found())}
+    runs = {name: _simulated(step, warn) for name, step in _scenarios(scenario.found())}
     runs['as recorded'] = run
-    steps = [rms([*best_shift(*pair).rms.values()]) for pair in pairwise(runs.values())]
-    return [*map(Rung, runs, runs.values(), [None, *steps])]
+    distances = [rms([*best_shift(*pair).rms.values()]) for pair in pairwise(runs.values())]
+    return [*map(ExplainedStep, runs, runs.values(), [None, *distances])]
 
 
 def _scenarios(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
-    """Yield the name and the scenario of each rung that adds something, the simplest first."""
+    """Yield the name and the scenario of each step that adds something, the simplest first."""
     steps, before = _steps(scenario), None
     for number, (name, _) in enumerate(steps):
-        rung = scenario.replace(**ChainMap(*(ideal for _, ideal in steps[number + 1 :])))
-        if rung != before:
-            yield name, rung
-        before = rung
+        step = scenario.replace(**ChainMap(*(ideal for _, ideal in steps[number + 1 :])))
+        if step != before:
+            yield name, step
+        before = step
 
 
 def _steps(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
-    """Return the name of each rung, and the values that the rungs below it have instead."""
+    """Return the name of each step, and the values that the steps before it have instead."""
     law, model = scenario.law, str(scenario.robots.model or UNICYCLE)
     messages, perfect = scenario.communication.values(), CommunicationOptions().values()
     imperfections = [text for name, text in _MESSAGES.items() if text and messages[name]]
@@ -152,10 +154,10 @@ def _starts(run: Run, nb_robots: int) -> Floats:
     return starts
 
 
-def ladder_table(rungs: list[Rung]) -> str:
-    """Return a row for each rung: its end, error, rate, and distance from the one before."""
+def explanation_table(steps: list[ExplainedStep]) -> str:
+    """Return a row for each step: its end, error, rate, and distance from the one before."""
     heads = 'step|end x\n(m)|end y\n(m)|error at\nthe end|rate\n(1/s)|from the step\nbefore (m)'
-    rows = [[rung.name, *rung.end, *rung.error_and_rate, rung.step] for rung in rungs]
+    rows = [[step.name, *step.end, *step.error_and_rate, step.distance] for step in steps]
     table: str = tabulate(
         rows, heads.split('|'), floatfmt='.3f', missingval='-', colglobalalign='right',
         colalign=('left',),
