@@ -43,7 +43,10 @@ _TEXTS = {
     GuardState.OPEN: (
         'its base listens to cmd_vel directly: remap it to cmd_vel_guarded (docs/lab_setup.md)'
     ),
-    GuardState.UNCONNECTED: 'its base does not listen; is its bringup running?',
+    GuardState.UNCONNECTED: (
+        'its base does not listen; is its bringup running? If another process sends odom, nothing '
+        'else may listen to cmd_vel_guarded'
+    ),
     GuardState.EMERGENCY: 'a stop is held; R twice releases it',
 }
 

@@ -135,21 +135,28 @@ class CmdVelGuard(RobotNode):
     def _trouble_of_base(self) -> GuardState | None:
         """Return how the base does not listen to its guard alone; None if it does.
 
-        The base is in the process that sends odometry.
+        The base is in the process that sends odometry; if no listener is, it may be any listener.
         """
         listens, own = self.base.follow_listeners(), self.get_fully_qualified_name()
         robot = cmd_vel_topics.participants(self, self._odom)
-        to_all = cmd_vel_topics.listeners(self, self._cmd_vel)
-        if any(one.participant in robot and one.full_name != own for one in to_all):
+        to_guard = cmd_vel_topics.listeners(self, self.base.topic)
+        everyone = cmd_vel_topics.listeners(self, self._cmd_vel)
+        to_all = [one for one in everyone if one.full_name != own]
+        found = [*to_all, *to_guard]
+        base = [one for one in found if one.participant in robot]
+        if any(one in to_all for one in base or found):
             return GuardState.OPEN
-        return None if listens else GuardState.UNCONNECTED
+        is_known = base or len(found) == 1
+        return None if listens and is_known else GuardState.UNCONNECTED
 
     def _take_messages(self) -> None:
         """Take the newest command, if it is one, and what the wheels do."""
         if message := self.cmd_vel():
             sent, wanted = message.header.stamp, velocities(message)
             late = self._stamps.lateness(messages.seconds_of(sent), self.time.now)
-            if late <= LATEST_S and all(map(math.isfinite, wanted)):
+            if not all(map(math.isfinite, wanted)):
+                self._commanded = -math.inf  # as silence, at once
+            elif late <= LATEST_S:
                 # It came after the last step, and counts as that old: this process may stall.
                 self._wanted, self._commanded = wanted, self._stepped
         if message := self.wheels():

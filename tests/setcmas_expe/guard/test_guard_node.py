@@ -2,6 +2,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+import itertools
 import math
 import signal
 import sys
@@ -29,7 +30,7 @@ COMMAND, STOP = (0.1, 0.5), (0.0, 0.0)
 class Robot:
     """Base, bridge and pause node of a guarded robot; sends 20 times a second what is set here."""
 
-    def __init__(self, peer, operator, kind=TwistStamped):
+    def __init__(self, peer, operator, kind=TwistStamped, odometry_from=None):
         self.peer = peer
         self.wanted = self.paused = self.stopped = None
         self.delay = 0.0  # of its commands, in s
@@ -38,7 +39,8 @@ class Robot:
         self.received = peer.listen(kind, '/tb3_1/cmd_vel_guarded')
         self.reports = peer.listen(DiagnosticStatus, '/tb3_1/guard_state')
         node = peer.node
-        self._odometry = node.create_publisher(Odometry, '/tb3_1/odom', 1)
+        sender = odometry_from or peer
+        self._odometry = sender.node.create_publisher(Odometry, '/tb3_1/odom', 1)
         node.create_service(SetBool, '/tb3_1/motor_power', self._switch)
         create = operator.node.create_publisher
         self._bool = {
@@ -127,6 +129,23 @@ def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(
     process.popen.send_signal(signal.SIGTERM)
     peer.wait_for(lambda: velocities(robot.received[-1]) == STOP)
     assert process.wait() == 0
+
+
+def test_a_command_that_is_no_number_stops_the_robot_though_good_ones_come_too(
+    start, peer, operator
+):
+    robot = Robot(peer, operator)
+    start(*GUARD, *NAMESPACE)
+    robot.start(COMMAND)
+    good_and_bad = itertools.cycle([COMMAND, (math.nan, 0.0), (0.0, math.inf)])
+
+    def mix():
+        robot.wanted = next(good_and_bad)
+
+    peer.node.create_timer(0.05, mix)
+    peer.wait_for(lambda: robot.report.state.stops)
+    peer.wait_for_new(robot.received, 20)
+    assert {velocities(message) for message in robot.received[-15:]} == {STOP}
 
 
 def test_a_guard_that_stalls_does_not_follow_the_command_that_came_before(start, peer, operator):
@@ -230,3 +249,18 @@ def test_a_base_that_listens_to_cmd_vel_is_stopped(start, peer, operator, was_re
     peer.wait_for_new(robot.reports, 10)
     assert robot.report.state is GuardState.OPEN
     assert False not in robot.motors
+
+
+@pytest.mark.parametrize(
+    ('topic', 'state'),
+    [('cmd_vel', GuardState.OPEN), ('cmd_vel_guarded', GuardState.UNCONNECTED)],
+)
+def test_without_odometry_of_its_own_a_base_must_be_the_only_listener(
+    start, peer, operator, other, topic, state
+):
+    robot = Robot(peer, operator, odometry_from=other)
+    start(*GUARD, *NAMESPACE)
+    robot.start(COMMAND)
+
+    operator.listen(TwistStamped, f'/tb3_1/{topic}')  # it may be the base
+    robot.wait_for(state, STOP)
