@@ -1,9 +1,9 @@
-"""Poses of robots from pictures: their tags, the best of several cameras, watch on the floor."""
+"""Poses of robots from pictures: tags, cameras fused without a jump, watch on the floor tags."""
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -32,6 +32,9 @@ _MOST_APART_M = 0.15
 _LONGEST_HIDDEN_S = 1.0
 """Time without any floor tag after which a camera cannot be trusted."""
 _SURE_AFTER_S = 0.2
+_EDGE_PX = 100.0
+"""Distance from the picture's edge up to which a camera's weight falls."""
+_LEAST_WEIGHT = 1e-3
 _MOST_SIZE_ERROR = 0.04
 _FIRST_BYTE = 0b001000_01  # of tag 0: its first row and the beginning of the second one
 _MOST_SHAPE_ERROR = 0.05
@@ -129,7 +132,8 @@ class CameraPoses:
         self._detector = TagDetector()
         self._cameras = {one.name: one for one in file.cameras}
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
-        self._views = BestViews()
+        self._fused = FusedPoses()
+        self._newest: dict[int, float] = {}
 
     @property
     def fault(self) -> str:
@@ -156,36 +160,65 @@ class CameraPoses:
             if isinstance(pose, str):
                 reasons[robot] = pose
                 continue
-            self._views.add(robot, camera, t, pose)
-            best = self._views.best(robot, t)
-            if not best:
+            self._fused.add(robot, camera, t, pose)
+            fused = self._fused.pose(robot, t)
+            if fused is None:
                 reasons[robot] = 'two cameras see its number at different places'
-            elif camera == best:
-                found[robot] = pose.x, pose.y, pose.heading
+            elif t >= self._newest.get(robot, -math.inf):
+                self._newest[robot] = t
+                found[robot] = fused
         return found
 
 
-class BestViews:
-    """Chooses for each robot the camera that sees it farthest from the edge of its picture."""
+class FusedPoses:
+    """Weighs the poses that cameras see, each extrapolated to the same time.
+
+    A camera's weight falls to nearly 0 towards the edge of its picture and as its pose becomes
+    old, so that a robot that leaves one camera, or a camera that stops, moves the mean gradually.
+    """
 
     def __init__(self) -> None:
-        self._seen: dict[int, dict[str, tuple[float, TagPose]]] = {}
+        self._seen: dict[int, dict[str, deque[tuple[float, TagPose]]]] = {}
 
     def add(self, robot: int, camera: str, t: float, pose: TagPose) -> None:
-        """Note what a camera sees, exposed at t in s."""
-        self._seen.setdefault(robot, {})[camera] = t, pose
+        """Add a pose exposed at t in s, unless it is not newer than the camera's last one."""
+        seen = self._seen.setdefault(robot, {}).setdefault(camera, deque(maxlen=2))
+        if not seen or t > seen[-1][0]:
+            seen.append((t, pose))
 
-    def best(self, robot: int, t: float) -> str:
-        """Return the camera whose pose is to be used at t in s.
+    def pose(self, robot: int, t: float) -> Pose | None:
+        """Return x, y in m and heading in rad of a robot at t in s.
 
-        It is empty if two cameras see the robot far apart: two tags have its number.
+        None if no camera sees it, or if two see it far apart: two tags with its number.
         """
-        views = self._seen.get(robot, {}).items()
-        fresh = {camera: pose for camera, (at, pose) in views if abs(t - at) < OLDEST_S}
-        for one, other in itertools.combinations(fresh.values(), 2):
-            if math.dist((one.x, one.y), (other.x, other.y)) > _MOST_APART_M:
-                return ''
-        return max(fresh, key=lambda camera: fresh[camera].edge)
+        tracks = self._seen.get(robot, {}).values()
+        weights = np.array([_weight(*seen[-1], t) for seen in tracks])
+        if not weights.any():
+            return None
+        x, y, heading = np.array([_extrapolated(seen, t) for seen in tracks]).T
+        places = (x + 1j * y)[weights > 0]
+        if np.ptp(places.real) > _MOST_APART_M or np.ptp(places.imag) > _MOST_APART_M:
+            return None
+        turn = np.average(np.exp(1j * heading), weights=weights)
+        x, y = np.average([x, y], axis=1, weights=weights)
+        return float(x), float(y), float(np.angle(turn))
+
+
+def _weight(seen_at: float, pose: TagPose, t: float) -> float:
+    """Return the weight of a camera's last pose at a time t in s; 0 if it is too old."""
+    freshness = max(0.0, 1 - abs(t - seen_at) / OLDEST_S)
+    return freshness * max(_LEAST_WEIGHT, min(1.0, pose.edge / _EDGE_PX))
+
+
+def _extrapolated(seen: deque[tuple[float, TagPose]], t: float) -> Pose:
+    """Return x, y and heading at a time t in s, with the velocity between the last two poses."""
+    (former_at, former), (last_at, last) = seen[0], seen[-1]
+    if not 0 < last_at - former_at <= OLDEST_S:
+        return last.x, last.y, last.heading
+    ahead = (t - last_at) / (last_at - former_at)
+    turned = math.remainder(last.heading - former.heading, math.tau)
+    x, y = last.x + ahead * (last.x - former.x), last.y + ahead * (last.y - former.y)
+    return x, y, math.remainder(last.heading + ahead * turned, math.tau)
 
 
 class FloorWatch:
