@@ -20,7 +20,6 @@ from setcmas_expe.mocap.pose_track import TOO_SLOW_HZ, PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, of_other_nodes
 
@@ -88,14 +87,11 @@ class MocapBridge(FleetNode):
         if not robot.track.take(sample, now, self.is_paused):
             return
         V, omega = robot.velocities.update(sample, now)
-        x, y, theta = sample.planar()
         out = robot.message
         # When it was measured, by this machine's clock: a recording has one time.
         age_ns = round(1e9 * (now - robot.track.measured))
         out.header.stamp = messages.stamp_of(time.time_ns() - age_ns)
-        out.pose.pose.position.x, out.pose.pose.position.y = x, y
-        out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
-        out.twist.twist.linear.x, out.twist.twist.angular.z = V, omega
+        messages.fill_odometry(out, sample.planar(), V, omega)
         robot.odom.publish(out)
 
     def step(self, now: float) -> None:

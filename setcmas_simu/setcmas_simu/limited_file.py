@@ -6,8 +6,9 @@ import os
 import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, BinaryIO
+from typing import BinaryIO
 
 from setcmas_simu.errors import SetcmasError
 
@@ -40,7 +41,7 @@ def read_limited(path: Path, most: int) -> bytes:
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[IO[str]]:
+def written_whole(path: Path) -> Iterator[TextIOWrapper]:
     """Open a text file (UTF-8) for writing; it replaces `path` at the end, if all went well.
 
     Raises:

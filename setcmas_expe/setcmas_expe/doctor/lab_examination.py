@@ -87,10 +87,6 @@ class LabWatch(FleetNode):
         for watch in self.robots:
             watch.guard.take(time.monotonic())
 
-    def runs_experiment(self) -> bool:
-        """Return whether another process pauses and starts the robots."""
-        return self.count_publishers(topics.PAUSED) > 0
-
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who receives a robot's commands, except recorders and displays."""
         return cmd_vel_topics.listeners(self, robot.topic(topics.CMD_VEL))
@@ -144,6 +140,6 @@ def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Findin
     checks = [watch.check(one) for one in watch.robots]
     bodies = watch.mocap.bodies()
     findings = [found for check in checks for found in check.findings(lab, bodies)]
-    if watch.runs_experiment():
+    if watch.count_publishers(topics.PAUSED):
         findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
     return [check.row() for check in checks], findings

@@ -67,10 +67,9 @@ class EmulatedFleet:
         self._torque = np.ones(nb_robots)
         self._left = {
             kind: np.zeros(nb_robots)
-            for kind in (FaultKind.BLOCKED, FaultKind.STALLED, FaultKind.DEAF)
+            for kind in (FaultKind.BLOCKED, FaultKind.STALLED, FaultKind.DEAF, FaultKind.PUSH)
         }
         self._pushes = np.zeros((2, nb_robots))
-        self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
@@ -88,10 +87,10 @@ class EmulatedFleet:
         distance = float(np.hypot(*away))
         direction = away / distance if distance > 0 else np.array([1.0, 0.0])
         self._pushes[:, index] = _PUSH_SPEED * direction
-        self._pushed_for[index] = duration
+        self.fail(FaultKind.PUSH, index, duration)
 
     def fail(self, kind: FaultKind, index: int, duration: float) -> None:
-        """Begin a fault (BLOCKED, STALLED or DEAF) of a robot that lasts for a time (s)."""
+        """Begin a fault (BLOCKED, STALLED, DEAF or PUSH) of a robot that lasts for a time (s)."""
         self._left[kind][index] = duration
 
     def step(self, Ts: float) -> None:
@@ -102,10 +101,9 @@ class EmulatedFleet:
         self.V, self.omega = self._states[TWIST][[0, 2]] * turns
         free = self._left[FaultKind.BLOCKED] <= 0.0
         self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
+        self.poses[:2] += np.minimum(Ts, self._left[FaultKind.PUSH]) * self._pushes
         for left in self._left.values():
-            left -= Ts
-        self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
-        self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)
+            np.maximum(0.0, left - Ts, out=left)
         self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
 

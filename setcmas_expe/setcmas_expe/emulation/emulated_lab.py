@@ -21,8 +21,8 @@ from std_msgs.msg import String
 
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
 from setcmas_expe.emulation.emulated_lidar import LIDAR_RATE_HZ, ranges
-from setcmas_expe.emulation.emulated_mocap import EmulatedMocap, Sighting
-from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3, fill_odometry
+from setcmas_expe.emulation.emulated_mocap import EmulatedMocap
+from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,
@@ -32,10 +32,11 @@ from setcmas_expe.emulation.faults import Fault, FaultKind, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import ROBOT_LIMITS
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.duplicate_simulators import refuse_second_simulator
@@ -59,7 +60,7 @@ class Schedule:
 
 
 class EmulatedMocapDriver(FleetNode):
-    """Publishes sightings, best effort as real drivers do."""
+    """Publishes measurements, best effort as real drivers do."""
 
     def __init__(self, lab: Lab) -> None:
         super().__init__(f'{lab.mocap.preset}_driver')
@@ -69,12 +70,12 @@ class EmulatedMocapDriver(FleetNode):
             for robot in lab.robots
         ]
 
-    def publish(self, sighting: Sighting, stamp: float) -> None:
-        """Publish a sighting under the name of its body, with a stamp in s since 1970."""
-        x, y, z = sighting.position
-        rotation = Quaternion(**dict(zip('xyzw', sighting.quaternion, strict=True)))
+    def publish(self, body: int, sample: Sample, stamp: float) -> None:
+        """Publish a measurement under the name of its body, with a stamp in s since 1970."""
+        x, y, z = sample.position
+        rotation = Quaternion(**dict(zip('xyzw', sample.orientation, strict=True)))
         message = self._type()
-        message.header.stamp = Time(sec=int(stamp), nanosec=int(1e9 * (stamp % 1)))
+        message.header.stamp = messages.stamp_of(round(1e9 * stamp))
         message.header.frame_id = 'mocap'
         if isinstance(message, TransformStamped):
             message.transform.translation = Vector3(x=x, y=y, z=z)
@@ -82,7 +83,7 @@ class EmulatedMocapDriver(FleetNode):
         else:
             pose = message.pose.pose if isinstance(message, Odometry) else message.pose
             pose.position, pose.orientation = Point(x=x, y=y, z=z), rotation
-        self._bodies[sighting.body].publish(message)
+        self._bodies[body].publish(message)
 
 
 class EmulatedGuards:
@@ -175,7 +176,6 @@ class EmulatedLab(FleetNode):
         self.create_subscription(String, topics.EMULATED_FAULT, self._on_fault, qos.EVENT)
         self.period = 1.0 / _RATE_HZ
         """Time in s from step to step."""
-        self._frames = Schedule(_RATE_HZ)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
         self._lidars = Schedule(LIDAR_RATE_HZ) if lab.lidar_stop else None
@@ -209,16 +209,15 @@ class EmulatedLab(FleetNode):
         poses = map(tuple, self._fleet.poses.T.tolist())
         speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
         for publisher, pose, (V, omega) in zip(self._truth_publishers, poses, speeds, strict=True):
-            fill_odometry(self._truth, pose, V, omega)
+            messages.fill_odometry(self._truth, pose, V, omega)
             publisher.publish(self._truth)
 
     def _publish_frames(self, now: float) -> None:
         # Stamps are of the system's clock, as a driver's are.
         offset = time.time() - now
-        if self._frames.due(now):
-            self._mocap.capture(self._fleet.poses, now)
-        for sighting in self._mocap.due(now):
-            self.driver.publish(sighting, sighting.stamp + offset)
+        self._mocap.capture(self._fleet.poses, now)
+        for body, sample in self._mocap.due(now):
+            self.driver.publish(body, sample, sample.stamp + offset)
 
     def _publish_robots(self, now: float) -> None:
         stamp = self.get_clock().now().to_msg()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from setcmas_expe.emulation.faults import Fault, FaultKind
+from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
@@ -27,25 +28,8 @@ _LIFTED = 0.15  # m
 _LIFTING = 0.3  # m/s
 
 
-@dataclass(frozen=True)
-class Sighting:
-    """One body in one frame.
-
-    Attributes:
-        body: Index of the body, as the system names it.
-        stamp: Time of the frame in s, on the clock of `capture`.
-        position: x, y, z in m, in the axes of the system.
-        quaternion: x, y, z, w.
-    """
-
-    body: int
-    stamp: float
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-
-
 class EmulatedMocap:
-    """Sees robots, and delays each sighting by its latency."""
+    """Sees robots, and delays each measurement by its latency."""
 
     def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
         """Prepare for a number of bodies; `y_up`: the y axis points upwards, not the z axis."""
@@ -55,8 +39,8 @@ class EmulatedMocap:
         self._faults: dict[tuple[FaultKind, int], tuple[float, float]] = {}  # since, until
         self._fallen: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
         self._seen: dict[int, float] = {}
-        self._last: dict[int, Sighting] = {}
-        self._waiting: list[tuple[float, Sighting]] = []
+        self._last: dict[int, Sample] = {}
+        self._waiting: list[tuple[float, int, Sample]] = []
         self._last_due: dict[int, float] = {}
 
     def begin(self, fault: Fault, now: float) -> None:
@@ -70,18 +54,21 @@ class EmulatedMocap:
         sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (_HEADING_NOISE,))
         seen = self._misplaced(poses, now) + self._rng.normal(0.0, sigmas, poses.shape)
         for index, (x, y, theta) in enumerate(seen.T.tolist()):
-            sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)
-            if sighting and not self._skips(index, now):
-                self._last[index] = sighting
+            sample = self._spoilt(self._sample(index, now, x, y, theta), index)
+            if sample and not self._skips(index, now):
+                self._last[index] = sample
                 delay = LATENCY_S + _LATE_S * self._has(FaultKind.LATE, index)
-                # In order: a late sighting delays those that follow.
+                # In order: a late measurement delays those that follow.
                 self._last_due[index] = max(now + delay, self._last_due.get(index, now))
-                self._waiting.append((self._last_due[index], sighting))
+                self._waiting.append((self._last_due[index], self._name(index), sample))
 
-    def due(self, now: float) -> list[Sighting]:
-        """Return and forget the sightings whose latency is over at time now (s)."""
-        ready = [sighting for at, sighting in self._waiting if at <= now]
-        self._waiting = [(at, sighting) for at, sighting in self._waiting if at > now]
+    def due(self, now: float) -> list[tuple[int, Sample]]:
+        """Return and forget the measurements whose latency is over at time now (s).
+
+        Each has the index of its body, as the system names it, and is in the system's axes.
+        """
+        ready = [(body, sample) for at, body, sample in self._waiting if at <= now]
+        self._waiting = [waiting for waiting in self._waiting if waiting[0] > now]
         return ready
 
     def _has(self, kind: FaultKind, index: int) -> bool:
@@ -109,7 +96,7 @@ class EmulatedMocap:
         self._seen[index] = now
         return False
 
-    def _sighting(self, index: int, now: float, x: float, y: float, theta: float) -> Sighting:
+    def _sample(self, index: int, now: float, x: float, y: float, theta: float) -> Sample:
         if self._has(FaultKind.JUMP, index):
             x -= math.copysign(_JUMP, x)
         z, w = quaternion_of_yaw(theta)
@@ -118,8 +105,8 @@ class EmulatedMocap:
             since, _ = self._faults[FaultKind.LIFT, index]
             height += min(_LIFTED, _LIFTING * (now - since))
         if self._y_up:
-            return Sighting(self._name(index), now, (x, height, -y), (0.0, z, 0.0, w))
-        return Sighting(self._name(index), now, (x, y, height), (0.0, 0.0, z, w))
+            return Sample((x, height, -y), (0.0, z, 0.0, w), now)
+        return Sample((x, y, height), (0.0, 0.0, z, w), now)
 
     def _name(self, index: int) -> int:
         """Return the body for which the system mistakes a robot."""
@@ -128,13 +115,13 @@ class EmulatedMocap:
             return following
         return previous if self._has(FaultKind.SWAP, previous) else index
 
-    def _spoilt(self, sighting: Sighting, index: int) -> Sighting | None:
-        """Return a sighting under the faults of its robot; None if it is not sent."""
+    def _spoilt(self, sample: Sample, index: int) -> Sample | None:
+        """Return a measurement under the faults of its robot; None if it is not sent."""
         if self._has(FaultKind.DROPOUT, index):
             return None
         if self._has(FaultKind.FROZEN, index) and index in self._last:
-            return replace(self._last[index], stamp=sighting.stamp)
+            return replace(self._last[index], stamp=sample.stamp)
         for kind, value in ((FaultKind.ZERO, 0.0), (FaultKind.NAN, math.nan)):
             if self._has(kind, index):
-                return replace(sighting, position=(value,) * 3, quaternion=(value,) * 4)
-        return sighting
+                return replace(sample, position=(value,) * 3, orientation=(value,) * 4)
+        return sample

@@ -16,8 +16,7 @@ from setcmas_expe.emulation.emulated_lidar import NB_POINTS
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
 from setcmas_simu.ros.process import FleetNode
@@ -26,8 +25,6 @@ NODE_NAME = 'turtlebot3_node'
 _QOS = QoSProfile(depth=10)  # as turtlebot3_node: reliable, keep last 10
 _NOMINAL_V = 12.0
 _EMPTY_V = 11.0
-
-Pose = tuple[float, float, float]
 
 
 class EmulatedTurtleBot3(FleetNode):
@@ -65,10 +62,10 @@ class EmulatedTurtleBot3(FleetNode):
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
         self.requests = PolledServices(self)
 
-    def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
+    def publish_odometry(self, stamp: Time, pose: messages.Pose, V: float, omega: float) -> None:
         """Publish the pose by the wheels (m, rad) and their speeds."""
         self._odom.header.stamp = stamp
-        fill_odometry(self._odom, pose, V, omega)
+        messages.fill_odometry(self._odom, pose, V, omega)
         self._odom_publisher.publish(self._odom)
 
     def publish_scan(self, stamp: Time, ranges: Floats) -> None:
@@ -90,11 +87,3 @@ class EmulatedTurtleBot3(FleetNode):
         self._on_torque(request.data)
         response.success = True
         return response
-
-
-def fill_odometry(message: Odometry, pose: Pose, V: float, omega: float) -> None:
-    """Write a pose (m, rad), forward speed (m/s) and turn rate (rad/s) into a message."""
-    message.pose.pose.position.x, message.pose.pose.position.y = pose[0], pose[1]
-    orientation = message.pose.pose.orientation
-    orientation.z, orientation.w = quaternion_of_yaw(pose[2])
-    message.twist.twist.linear.x, message.twist.twist.angular.z = V, omega

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import enum
-import math
 import re
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import DURATION
 
 
 class FaultKind(enum.Enum):
@@ -81,14 +81,6 @@ def parse_fault(text: str) -> Fault:
     if not 2 <= len(words) <= 3 or words[0] not in PURPOSES or not _ROBOT.fullmatch(words[1]):
         raise SetcmasError(f"fault '{text}' is not understood; {_FORM}")
     kind = FaultKind[words[0].upper()]
-    return Fault(kind, int(words[1]), _seconds(words[2], text) if words[2:] else DEFAULT_S)
-
-
-def _seconds(text: str, fault: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not 0 < seconds < math.inf:
-        raise SetcmasError(f"fault '{fault}' lasts '{text}'; it must be a time in s above 0")
-    return seconds
+    seconds = DURATION.parse(words[2]) if words[2:] else DEFAULT_S
+    DURATION.check(f"the duration of fault '{text}'", seconds)
+    return Fault(kind, int(words[1]), float(seconds))

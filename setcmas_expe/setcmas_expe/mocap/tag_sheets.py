@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 
 from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG
 from setcmas_expe.mocap.camera_poses import Picture, tag_family
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import file_errors, needs
+from setcmas_simu.limited_file import written_whole
 
 with needs('camera'):
     import cv2
@@ -45,17 +46,14 @@ def largest_size(paper: str) -> float:
 
 def write_sheets(path: Path, pages: Iterator[Figure]) -> int:
     """Write a PDF file, whole or not at all; return the number of pages, or raise SetcmasError."""
-    part = path.with_name(f'.{path.name}.part')
-    try:
-        with PdfPages(part) as pdf:
-            for page in pages:
-                pdf.savefig(page)
-            count: int = pdf.get_pagecount()
-        part.replace(path)
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
-    finally:
-        part.unlink(missing_ok=True)
+    with (
+        file_errors(f"'{path}' cannot be written"),
+        written_whole(path) as file,
+        PdfPages(file.buffer) as pdf,
+    ):
+        for page in pages:
+            pdf.savefig(page)
+        count: int = pdf.get_pagecount()
     return count
 
 

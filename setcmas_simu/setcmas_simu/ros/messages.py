@@ -9,7 +9,7 @@ from typing import NamedTuple
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, yaw_of_quaternion
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
@@ -33,6 +33,14 @@ def state_of(message: Odometry) -> RobotState | str:
         return 'its orientation is a zero quaternion'
     theta = float(yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w))
     return RobotState((place.x, place.y, theta), message.twist.twist.linear.x, message)
+
+
+def fill_odometry(message: Odometry, pose: Pose, V: float, omega: float) -> None:
+    """Write a pose, forward speed (m/s) and turn rate (rad/s) into an odometry."""
+    message.pose.pose.position.x, message.pose.pose.position.y, theta = pose
+    orientation = message.pose.pose.orientation
+    orientation.z, orientation.w = quaternion_of_yaw(theta)
+    message.twist.twist.linear.x, message.twist.twist.angular.z = V, omega
 
 
 def stamp() -> Time:

@@ -18,9 +18,9 @@ def test_every_fault_is_understood_as_it_is_written(kind):
         ('nan 0', 'KIND ROBOT'),
         ('nan one', 'KIND ROBOT'),
         ('nan 1 2 3', 'KIND ROBOT'),
-        ('nan 1 soon', "'soon'; it must be a time"),
-        ('nan 1 -1', 'it must be a time'),
-        ('nan 1 inf', 'it must be a time'),
+        ('nan 1 soon', "is 'soon'; it must be a number above 0 s"),
+        ('nan 1 -1', 'is -1; it must be above 0 s'),
+        ('nan 1 inf', 'above 0 s and finite'),
     ],
 )
 def test_other_texts_are_mistakes(text, expected):
