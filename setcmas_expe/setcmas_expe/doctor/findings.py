@@ -40,24 +40,21 @@ def table(findings: Iterable[Finding]) -> str:
 
 def advice_lines(findings: Iterable[Finding]) -> list[str]:
     """Return the advice, problems first, each once, wrapped to the width of a terminal."""
-    ordered = sorted(findings, key=lambda finding: finding.level != PROBLEM)
-    subjects: dict[tuple[bool, str], list[str]] = {}
-    for finding in ordered:
+    subjects: dict[str, list[str]] = {}
+    for finding in sorted(findings, key=lambda finding: finding.level != PROBLEM):
         if finding.advice:
-            key = (finding.level == PROBLEM, finding.advice)
-            subjects.setdefault(key, []).append(finding.what)
-    return [
-        line
-        for (_, advice), whats in subjects.items()
-        for line in textwrap.wrap(
-            f'{", ".join(dict.fromkeys(whats))}: {advice}',
-            _WIDTH,
-            initial_indent='- ',
-            subsequent_indent='  ',
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-    ]
+            subjects.setdefault(finding.advice, []).append(finding.what)
+    wrapper = textwrap.TextWrapper(
+        _WIDTH,
+        initial_indent='- ',
+        subsequent_indent='  ',
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    lines = []
+    for advice, whats in subjects.items():
+        lines += wrapper.wrap(f'{", ".join(dict.fromkeys(whats))}: {advice}')
+    return lines
 
 
 def verdict(findings: Iterable[Finding]) -> str:

@@ -15,7 +15,6 @@ from setcmas_simu.robots.unicycle import Unicycle
 _RESOLUTION = 100  # 1/(m/s), 1/(rad/s): the robot's computer sends whole hundredths to OpenCR
 _INT32_MAX = 2**31 - 1
 _PUSH_SPEED = 0.4  # m/s
-_WHEEL_ERROR = 0.01  # standard deviation of a wheel's relative error in radius
 _FULL = 100.0  # percent
 _ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
 
@@ -52,7 +51,7 @@ class EmulatedFleet:
         """Place the robots at poses with rows x, y in m and theta in rad, shape (3, N).
 
         They follow commands as the model does, at once by default, within the limits of their
-        firmware. `rng` draws the errors of their wheels.
+        firmware. `rng` draws the charge of their batteries.
         """
         nb_robots = start_poses.shape[1]
         self.poses = np.array(start_poses, dtype=float)
@@ -70,7 +69,6 @@ class EmulatedFleet:
             for kind in (FaultKind.BLOCKED, FaultKind.STALLED, FaultKind.DEAF, FaultKind.PUSH)
         }
         self._pushes = np.zeros((2, nb_robots))
-        self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
         """Have a robot follow a command (m/s, rad/s) from now on, unless it takes none."""
@@ -104,17 +102,5 @@ class EmulatedFleet:
         self.poses[:2] += np.minimum(Ts, self._left[FaultKind.PUSH]) * self._pushes
         for left in self._left.values():
             np.maximum(0.0, left - Ts, out=left)
-        self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)
+        self.odometry = unicycle.step(self.odometry, self.V, self.omega, Ts)
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
-
-    def wheel_velocities(self) -> tuple[Floats, Floats]:
-        """Return forward speeds (m/s) and turn rates (rad/s) as the wheels measure them.
-
-        Each wheel has a small error in radius, the main systematic error of odometry (Borenstein
-        and Feng, 1996).
-        """
-        separation = self._limits.wheel_separation
-        half = 0.5 * separation * self.omega
-        left = (self.V - half) * (1.0 + self._wheel_errors[0])
-        right = (self.V + half) * (1.0 + self._wheel_errors[1])
-        return 0.5 * (left + right), (right - left) / separation

@@ -9,7 +9,7 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -33,6 +33,7 @@ from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.sample import Sample
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import ROBOT_LIMITS
@@ -174,8 +175,6 @@ class EmulatedLab(FleetNode):
             for number in numbers
         ]
         self.create_subscription(String, topics.EMULATED_FAULT, self._on_fault, qos.EVENT)
-        self.period = 1.0 / _RATE_HZ
-        """Time in s from step to step."""
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
         self._lidars = Schedule(LIDAR_RATE_HZ) if lab.lidar_stop else None
@@ -206,11 +205,15 @@ class EmulatedLab(FleetNode):
 
     def _publish_truth(self) -> None:
         self._truth.header.stamp = self.get_clock().now().to_msg()
-        poses = map(tuple, self._fleet.poses.T.tolist())
-        speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
-        for publisher, pose, (V, omega) in zip(self._truth_publishers, poses, speeds, strict=True):
-            messages.fill_odometry(self._truth, pose, V, omega)
+        motions = self._motions(self._fleet.poses)
+        for publisher, motion in zip(self._truth_publishers, motions, strict=True):
+            messages.fill_odometry(self._truth, *motion)
             publisher.publish(self._truth)
+
+    def _motions(self, poses: Floats) -> Iterator[tuple[messages.Pose, float, float]]:
+        """Return the pose of each robot, and the speeds of its wheels."""
+        speeds = self._fleet.V.tolist(), self._fleet.omega.tolist()
+        return zip(poses.T.tolist(), *speeds, strict=True)
 
     def _publish_frames(self, now: float) -> None:
         # Stamps are of the system's clock, as a driver's are.
@@ -222,13 +225,10 @@ class EmulatedLab(FleetNode):
     def _publish_robots(self, now: float) -> None:
         stamp = self.get_clock().now().to_msg()
         if self._wheel_odometry.due(now):
-            speeds = np.array(self._fleet.wheel_velocities()).T.tolist()
-            poses = map(tuple, self._fleet.odometry.T.tolist())
-            for robot, off, pose, (V, omega) in zip(
-                self._robots, self._off_until, poses, speeds, strict=True
-            ):
+            motions = self._motions(self._fleet.odometry)
+            for robot, off, motion in zip(self._robots, self._off_until, motions, strict=True):
                 if not off:
-                    robot.publish_odometry(stamp, pose, V, omega)
+                    robot.publish_odometry(stamp, *motion)
         if self._lidars and self._lidars.due(now):
             self._publish_scans(stamp, now)
         if self._batteries.due(now):
@@ -292,7 +292,7 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(lab, lab.driver)
     process.launcher.report_ready()
-    StepLoop(process, lab.period, lab.step).run()
+    StepLoop(process, 1.0 / _RATE_HZ, lab.step).run()
 
 
 if __name__ == '__main__':
