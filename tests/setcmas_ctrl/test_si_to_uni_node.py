@@ -272,3 +272,12 @@ def test_an_edit_of_si_to_uni_is_seen_in_the_node(driven, send, monkeypatch):
     send(0.25)
 
     assert robot.steps(PERIOD_S, 1) == [(-0.25, 0.0)]
+
+
+def test_its_last_word_is_zero(peer, driven, send):
+    robot = driven()
+    send(0.5)
+    robot.steps(PERIOD_S, 1)
+    robot.node.stop()
+
+    peer.wait_for(lambda: velocity(robot.commands[-1]) == (0.0, 0.0))

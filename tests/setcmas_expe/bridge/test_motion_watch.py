@@ -145,6 +145,16 @@ def test_a_body_that_settles_elsewhere_is_proved_again():
     assert fleet.proved == [2]
 
 
+def test_a_robot_that_has_proved_its_way_is_not_judged_as_one_that_crawls():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.drive(1.0, V=0.0)
+    fleet.x[1] += 0.025
+    fleet.drive(1.0, V=0.0)
+
+    assert 1 not in fleet.watch.deviations()
+
+
 def test_half_a_proof_ends_too():
     fleet = Fleet()
     fleet.drive(4.0)  # robot 2 is proved, robot 1 has 2 cm left

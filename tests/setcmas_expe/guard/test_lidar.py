@@ -72,3 +72,8 @@ def test_a_lidar_that_falls_silent_is_noticed_within_what_the_braking_distance_a
     V = 0.26
     rolls = V * SILENT_AFTER_S + V * V / (2.0 * BRAKING_M_S2)
     assert braking_distance(V) - rolls >= FRONT_M
+
+
+@pytest.mark.parametrize(('V', 'metres'), [(0.0, 0.19), (0.2, 0.278), (-0.2, 0.278)])
+def test_a_fast_robot_needs_more_room(V, metres):
+    assert braking_distance(V) == pytest.approx(metres)

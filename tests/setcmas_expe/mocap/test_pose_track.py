@@ -195,6 +195,14 @@ def test_poses_of_a_lifted_robot_are_rejected_until_it_is_set_down(tracker):
     assert tracker.track.fault is None
 
 
+def test_a_robot_whose_body_is_usually_at_height_0_is_lifted_too(tracker):
+    tracker.z = 0.0
+    tracker.feed(1.0)
+    tracker.z = 0.1
+
+    assert tracker.feed(0.5) == 0
+
+
 def test_a_robot_that_was_in_a_hand_when_it_was_seen_first_may_be_set_down(tracker):
     tracker.z, tracker.paused = 0.8, True
     tracker.feed(1.0)
