@@ -261,8 +261,7 @@ class EmulatedLab(FleetNode):
         self._begin(fault, fault.robot - 1, time.monotonic())
 
     def _begin(self, fault: Fault, index: int, now: float) -> None:
-        if fault.kind.is_of_mocap:
-            self._mocap.begin(fault, now)
+        self._mocap.begin(fault, now)
         if fault.kind in (FaultKind.OFF, FaultKind.UNGUARDED):
             self._robot_guards.hang(index, now + fault.duration)
         if fault.kind == FaultKind.OFF:

@@ -44,9 +44,10 @@ class EmulatedMocap:
         self._last_due: dict[int, float] = {}
 
     def begin(self, fault: Fault, now: float) -> None:
-        """Start a fault at time now (s)."""
+        """Start a fault at time now (s); those of the robot itself change nothing here."""
         self._faults[fault.kind, fault.robot - 1] = now, now + fault.duration
-        self._fallen.pop(fault.robot - 1, None)
+        if fault.kind is FaultKind.FALLEN:
+            self._fallen.pop(fault.robot - 1, None)
 
     def capture(self, poses: Floats, now: float) -> None:
         """Take a frame at a time (s) of true poses: rows x, y in m, theta in rad, shape (3, N)."""

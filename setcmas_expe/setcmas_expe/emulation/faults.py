@@ -42,16 +42,7 @@ class FaultKind(enum.Enum):
         """Its name in messages and on the command line."""
         return self.name.lower()
 
-    @property
-    def is_of_mocap(self) -> bool:
-        """Whether it is one of motion capture; the others are of the robot itself."""
-        return self not in _OF_ROBOT
 
-
-_OF_ROBOT = (
-    FaultKind.PUSH, FaultKind.BLOCKED, FaultKind.STALLED, FaultKind.OFF, FaultKind.UNGUARDED,
-    FaultKind.DEAF, FaultKind.PERSON,
-)  # fmt: skip
 PURPOSES = {kind.word: kind.value for kind in FaultKind}
 """What happens in each fault, by its word."""
 

@@ -127,9 +127,7 @@ def _draw_tag(page: Axes, x: float, y: float, size: float, tag: int) -> None:
 
 
 def _draw(page: Axes, pixels: Picture, x: float, y: float, width: float) -> None:
-    """Draw a picture without changing the page's axes."""
+    """Draw a picture; the page has limits, so that it keeps its axes."""
     rows, columns = pixels.shape
     extent = (x, x + width, y, y + width * rows / columns)
-    limits = page.get_xlim(), page.get_ylim()
-    page.imshow(pixels, cmap='gray', extent=extent, interpolation='none')
-    page.set(xlim=limits[0], ylim=limits[1], aspect='auto')
+    page.imshow(pixels, cmap='gray', extent=extent, interpolation='none', aspect='auto')
