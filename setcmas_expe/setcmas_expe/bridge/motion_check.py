@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
@@ -102,6 +101,8 @@ class Deviation:
             )
         return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}: {check}'
 
+
+Floats = NDArray[np.float64]
 
 DELAYS_S = np.array([0.0, 0.1, 0.2, 0.3])
 """Possible delays from a command to its effect in motion capture, in s."""
