@@ -49,6 +49,11 @@ class Bridges:
         Raises:
             SetcmasError: The package of the messages of motion capture is not installed.
         """
+        if not lab.guarded:
+            node.get_logger().warning(
+                'without guards, robots keep their last velocity if this computer or the network '
+                'dies'
+            )
         self.time = StepTime(1.0 / RATE_HZ)
         self.mocap = MocapBridge(lab, node)
         self.bridges = [CmdVelBridge(robot, lab, node, self.time) for robot in lab.robots]

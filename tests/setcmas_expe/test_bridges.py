@@ -34,6 +34,7 @@ def wait_until_paused_by(lab, reason):
 
 def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     process = start(*BRIDGES, '--nb-robots', '2')
+    process.wait_for_output('without guards, robots keep their last velocity')
     process.wait_for_output('bridging robots 1-2: poses from /qualisys/tb3_1/odom')
     lab.wanted = {1: (0.1, 0.2), 2: (0.05, 0.0)}
     lab.poses[1] = (-1.0, 0.0, 0.5)

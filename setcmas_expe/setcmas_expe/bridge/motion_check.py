@@ -82,9 +82,10 @@ class Deviation:
     def _heading(self, proved: bool) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
         check = 'is its body symmetric or loose, or was it turned by hand?'
-        stands = not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn)
-        if stands or (self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD):
+        if not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn):
             check = 'is y_up wrong in the lab file, is it held, or is it another robot?'
+        elif self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
+            check = 'are its axes mirrored (y_up in the lab file), or is it another robot?'
         elif self.turned * self.commanded_turn > _FASTER * self.commanded_turn**2 > 0:
             check = (
                 'is it another model, are its wheels of another size, or was it turned by hand?'

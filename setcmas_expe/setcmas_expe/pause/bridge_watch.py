@@ -64,16 +64,20 @@ class BridgeWatch:
             return 'the bridge process has died; the pause node commands zero'
         if self.ending:
             return ''
-        if self._reports and self._is_silent(now):
+        if self._reports and self.is_silent(now):
             return self._conflict() or 'the bridge process is silent; the pause node commands zero'
         return self._conflict()
+
+    def is_silent(self, now: float) -> bool:
+        """Return whether a bridge sends no reports at a time (s)."""
+        return any(now - received > _SILENT_AFTER_S for received in self._received.values())
 
     def unreadiness(self) -> str:
         """Return why robots cannot start now; empty if they can.
 
         They must start at once or not at all, never by themselves some time later.
         """
-        if self._is_silent(time.monotonic()):
+        if self.is_silent(time.monotonic()):
             return 'the bridge process is silent'
         if conflict := self._conflict():
             return conflict
@@ -91,9 +95,6 @@ class BridgeWatch:
             return ()
         self._is_new = False
         return tuple(report for _, report in sorted(self._reports.items()))
-
-    def _is_silent(self, now: float) -> bool:
-        return any(now - received > _SILENT_AFTER_S for received in self._received.values())
 
     def _conflict(self) -> str:
         """Return why the reports may not be the bridges'; empty if they are."""

@@ -17,13 +17,18 @@ from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.decision import BridgeState, Cause, Decision, StopReason
-from setcmas_expe.bridge.machine_load import time_since_boot
+from setcmas_expe.bridge.machine_load import OVERLOADED, time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.operator_joystick import REACTION_S
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import qos
 
 PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.pause_node']
+UNDER_LOAD = [
+    sys.executable, '-c',
+    'import os, sys; os.getloadavg = lambda: (999.0, 999.0, 999.0);'
+    'from setcmas_expe.pause.pause_node import main; sys.exit(main())',
+]  # fmt: skip
 
 
 class Bridge:
@@ -124,8 +129,8 @@ def operate(domain, peer):
     """Return a function that starts the pause node as setcmas expe does."""
     with Supervisor(dict(os.environ)) as supervisor:
 
-        def begin(*options):
-            child = supervisor.start('pause', [*PAUSE, '--console', *options], listens=True)
+        def begin(*options, command=PAUSE):
+            child = supervisor.start('pause', [*command, '--console', *options], listens=True)
             return Operator(peer, child)
 
         yield begin
@@ -273,6 +278,29 @@ def test_robots_that_the_bridge_holds_stay_paused_and_a_silent_bridge_is_replace
     operator.wait_for('the bridge process is silent; the pause node commands zero')
     peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
     assert all(c.twist.linear.x == c.twist.angular.z == 0.0 for c in commands)
+
+
+def test_load_is_named_only_where_it_may_be_the_cause(operate, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    operator = operate(command=UNDER_LOAD)
+    operator.press_until('start', lambda: goes(paused))
+    bridge.held = 'robot 1: pose rejected: it was lifted'
+    said = ''
+
+    def says(text):
+        nonlocal said
+        said += operator.warnings()
+        return text in said
+
+    operator.press_until('start', lambda: says(f'paused: {bridge.held}'))
+    peer.wait_for_new(paused, 3)
+    says('')
+    assert OVERLOADED not in said.rpartition(bridge.held)[2]
+
+    bridge.held, said = '', ''
+    operator.press_until('start', lambda: goes(paused))
+    bridge.silent = True
+    peer.wait_for(lambda: says(OVERLOADED))
 
 
 def test_a_press_that_waited_while_the_pause_node_hung_starts_nothing(start, peer, bridge):
