@@ -37,6 +37,13 @@ def lab(peer, bridges):
     return lab
 
 
+@pytest.fixture
+def base(domain):
+    """Take part as the process of a robot's base."""
+    with Peer(domain) as base:
+        yield base
+
+
 def see_it_stand(lab, reason):
     lab.peer.wait_for(lambda: reason in lab.status(1)[0].message)
     lab.commands[1].clear()
@@ -150,11 +157,12 @@ def test_a_robot_that_has_stood_and_then_moves_is_carried(lab, bridges):
     assert told == {'False'}
 
 
-def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
+def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer, base):
     lab = LabPeer(peer, ('tb3_1',))
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     lab.paused = True
-    peer.listen(TwistStamped, '/tb3_1/cmd_vel_guarded')
+    base.listen(TwistStamped, '/tb3_1/cmd_vel_guarded')
+    base.node.create_publisher(Odometry, '/tb3_1/odom', 1)
     # A machine that holds this process up is not to stop the robot before its guard does.
     start(
         *[word for word in BRIDGES if word != '--without-guard'], *PATIENT_LAB[1:]
