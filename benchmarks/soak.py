@@ -31,7 +31,7 @@ from std_msgs.msg import Bool, Empty
 
 from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.process import FleetNode
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 VIEW = [sys.executable, '-m', 'setcmas_tools.page.viewer']
 MEMORY_MB = 4.0  # by how much a process may differ from itself in the beginning

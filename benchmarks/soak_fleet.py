@@ -16,7 +16,7 @@ from soak_watch import Holding, Observer, Stream, holding
 from std_msgs.msg import Bool, Empty
 
 from setcmas_simu.ros.process import FleetNode
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 NB_ROBOTS = 8
 LIVING, MORTAL = '1-4', '5-8'

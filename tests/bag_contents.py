@@ -2,7 +2,7 @@
 
 from rosbags.rosbag2 import CompressionFormat, Writer
 
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 
 def read(path):

@@ -16,7 +16,7 @@ from sensor_msgs.msg import TimeReference
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 LEFT, RIGHT = range(1, 5), range(5, 9)
 FLEET = [*LEFT, *RIGHT]

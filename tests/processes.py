@@ -16,7 +16,7 @@ from launch_scripts.cli import main
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.simulator']
-CTRL = [sys.executable, '-m', 'setcmas_ctrl.controllers.controllers']
+CTRL = [sys.executable, '-m', 'setcmas_ctrl.controllers.controller_processes']
 PATIENT_LAB = ('--emulate', '--lab', str(Path(__file__).parent / 'data' / 'patient_lab.yaml'))
 TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
 NO_WINDOWS = {'CI': 'true'}

@@ -6,7 +6,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 RECORDER = [sys.executable, '-m', 'setcmas_tools.bags.recorder']
 

@@ -23,7 +23,7 @@ from setcmas_simu.fleet.topics import truth_topic
 
 LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
 POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
-CTRL = 'setcmas_ctrl.controllers.controllers'
+CTRL = 'setcmas_ctrl.controllers.controller_processes'
 BRIDGES = 'setcmas_expe.bridges'
 PAUSE = 'setcmas_expe.pause.pause_node'
 STANDS_S = 0.4  # zero for this long is a stop

@@ -8,8 +8,8 @@ import rclpy
 from stepped_alone import SetClock
 
 from setcmas_ctrl import network
-from setcmas_ctrl.controllers.control_loop import prepared_fleet
-from setcmas_ctrl.controllers.controllers import PARAMETERS
+from setcmas_ctrl.controllers.controller_processes import PARAMETERS
+from setcmas_ctrl.controllers.fleet_control import prepared_fleet
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_simu.fleet import topics
@@ -23,7 +23,7 @@ from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.simulator import simulator
-from setcmas_tools.offline.engine import _calls
+from setcmas_tools.offline.offline_simulation import _calls
 
 
 class SteppedRun:

@@ -29,11 +29,12 @@ ADDED_FREELY = tuple(
 
 MAY_IMPORT_ROS = {
     'setcmas_ctrl': (
-        'controller event_triggered_comm experiment_pause fleet_poses network_links '
+        'controller event_triggered_comm experiment_pause fleet_poses fleet_network '
         'safety_filter_node script_outcomes si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
-        'fleet_discovery fleet_pause fleet_scripts fleet_time graph_watch markers script_reloader'
+        'fleet_discovery fleet_scripts fleet_time graph_watch markers script_reloader '
+        'simulation_pause'
     ),
     'setcmas_expe.doctor': 'lab_examination',
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 inject_fault',

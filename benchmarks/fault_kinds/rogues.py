@@ -15,7 +15,8 @@ from std_msgs.msg import Bool
 from fault_kinds.kind import Kind, falls_silent, sends
 from setcmas_simu.ros import qos
 
-_CTRL = [sys.executable, '-m', 'setcmas_ctrl.controllers.controllers', '--algo', 'consensus']
+_MODULE = 'setcmas_ctrl.controllers.controller_processes'
+_CTRL = [sys.executable, '-m', _MODULE, '--algo', 'consensus']
 
 
 def _drive(V: float = 0.2) -> TwistStamped:

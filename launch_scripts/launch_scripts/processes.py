@@ -17,7 +17,7 @@ from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
 
 SIMULATOR = 'setcmas_simu.simulator.simulator'
-CONTROLLER = 'setcmas_ctrl.controllers.controllers'
+CONTROLLER = 'setcmas_ctrl.controllers.controller_processes'
 CAMERA = 'setcmas_expe.mocap.camera_node'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'
 BRIDGES = 'setcmas_expe.bridges'

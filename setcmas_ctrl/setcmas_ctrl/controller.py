@@ -13,10 +13,10 @@ from typing import Any
 from geometry_msgs.msg import Point32
 
 from setcmas_ctrl import network
+from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_errors import ControlError
-from setcmas_ctrl.network_links import FleetNetwork
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_simu.fleet import topics

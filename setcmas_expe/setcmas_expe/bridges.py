@@ -13,8 +13,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker, MarkerArray
 
+from setcmas_expe.bridge.bridge_decision import RATE_HZ
 from setcmas_expe.bridge.bridged_fleet import BridgedFleet
-from setcmas_expe.bridge.decision import RATE_HZ
 from setcmas_expe.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions

@@ -14,8 +14,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 
-from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import (
+from setcmas_expe.bridge.bridge_decision import (
     ZERO,
     BridgeState,
     Cause,
@@ -25,6 +24,7 @@ from setcmas_expe.bridge.decision import (
     StopReason,
     decide,
 )
+from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.wheel_watch import WheelWatch
 from setcmas_expe.guard.guard_watch import GuardWatch, diagnostic_status, diagnostic_values
 from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot

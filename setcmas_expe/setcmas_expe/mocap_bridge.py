@@ -16,7 +16,7 @@ from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.on_board import DeadReckoning
-from setcmas_expe.mocap.pose_track import TOO_SLOW_HZ, PoseTrack
+from setcmas_expe.mocap.pose_judge import TOO_SLOW_HZ, PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_simu.fleet import topics

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.check import check
-    from setcmas_tools.offline.engine import simulate
+    from setcmas_tools.offline.offline_simulation import simulate
     from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
     from setcmas_tools.scenario.scenario import Scenario
@@ -21,7 +21,7 @@ _HOMES = {
     'Study': 'setcmas_tools.study.study',
     'check': 'setcmas_tools.grade.check',
     'evaluate': 'setcmas_tools.plots.evaluation',
-    'simulate': 'setcmas_tools.offline.engine',
+    'simulate': 'setcmas_tools.offline.offline_simulation',
     'sweep': 'setcmas_tools.study.study',
 }
 

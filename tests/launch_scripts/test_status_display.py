@@ -4,8 +4,8 @@ import pytest
 from rich.console import Console
 
 from launch_scripts.status_display import StatusDisplay, picture
+from setcmas_expe.bridge.bridge_decision import BridgeState
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import BridgeState
 from setcmas_expe.pause.console import Status
 
 REASON = 'closer than 0.35 m to robots 2-4; only motion apart is let through'

@@ -29,7 +29,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.run_progress import LateCallError, limited_calls
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run

@@ -15,11 +15,11 @@ from setcmas_ctrl.controllers.robot_models import DrivenModels
 from setcmas_ctrl.controllers.script_reloader import ScriptReloader
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions, LawOptions
-from setcmas_ctrl.laws.conversion_script import ScriptConversion
-from setcmas_ctrl.network_links import FleetNetwork
+from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import REPEAT_S, SiToUni
 from setcmas_simu.errors import SetcmasError

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from setcmas_ctrl.controllers.fleet_discovery import LostRobots
-from setcmas_ctrl.controllers.fleet_pause import FleetPause
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
+from setcmas_ctrl.controllers.simulation_pause import FleetPause
 from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions

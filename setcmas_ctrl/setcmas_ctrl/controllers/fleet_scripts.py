@@ -17,8 +17,8 @@ from setcmas_ctrl.controllers.markers import TaskTopic
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_law import ControlLaw, LawScripts
 from setcmas_ctrl.laws.control_options import LawOptions
-from setcmas_ctrl.laws.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.laws.script_seeds import seed_scripts
+from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_simu.errors import SetcmasError

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
-from setcmas_expe.bridge.decision import BridgeState, Cause, Decision
+from setcmas_expe.bridge.bridge_decision import BridgeState, Cause, Decision
 
 
 class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
-from setcmas_expe.bridge.decision import Decision, FleetView, RobotView, StopReason
+from setcmas_expe.bridge.bridge_decision import Decision, FleetView, RobotView, StopReason
 from setcmas_expe.bridge.machine_load import (
     OVERLOADED,
     StallDetector,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping
 
 from setcmas_expe.bridge.body_identity import CRAWL_M_S, PROOF_M, Proving
-from setcmas_expe.bridge.decision import RobotView
+from setcmas_expe.bridge.bridge_decision import RobotView
 from setcmas_expe.bridge.motion_check import Deviation, MotionCheck
 from setcmas_expe.mocap.sample import Pose, motion_between
 from setcmas_simu.fleet.fleet import robots_in_words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_expe.bridge.decision import BridgeState, Decision, RobotView, Velocities
+from setcmas_expe.bridge.bridge_decision import BridgeState, Decision, RobotView, Velocities
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import (

@@ -13,7 +13,7 @@ from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
-from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.mocap.pose_judge import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, fault_of, text_of
 from setcmas_simu.fleet import topics

@@ -28,7 +28,7 @@ from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, Gua
 from setcmas_expe.guard.guard_watch import report_message
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
-from setcmas_expe.mocap.pose_track import StampClock
+from setcmas_expe.mocap.pose_judge import StampClock
 from setcmas_simu.fleet import topics
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
+from setcmas_expe.bridge.bridge_decision import BridgeState
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import BridgeState
 from setcmas_expe.bridge.machine_load import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder, ProcessMessage
 

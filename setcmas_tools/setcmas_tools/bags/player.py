@@ -26,7 +26,7 @@ from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_simu.ros.messages import stamp_of
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
+from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
 
 _COMMANDS = (

@@ -19,7 +19,7 @@ from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_samples import FleetSamples
 
 if TYPE_CHECKING:
-    from setcmas_tools.bags.bag import BagTopic, Taker
+    from setcmas_tools.bags.bag_reader import BagTopic, Taker
 
 WINDOW_S = 0.2
 """Time over which speeds are means: poses that are a little wrong make speeds very wrong."""
@@ -104,7 +104,7 @@ def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
 
 
 def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
-    from setcmas_tools.bags.bag import open_bag  # CSV files are read without rosbags
+    from setcmas_tools.bags.bag_reader import open_bag  # CSV files are read without rosbags
 
     with open_bag(path) as bag:
         named = [(topic.name, topic.type.name) for topic in bag.topics]

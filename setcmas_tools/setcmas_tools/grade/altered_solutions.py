@@ -26,14 +26,14 @@ from setcmas_ctrl.communication.triggering_conditions import (
     takes_velocities,
 )
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.conversion_script import load_conversion
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import load_script, names_to_set
+from setcmas_ctrl.laws.si_to_uni_script import load_conversion
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.grade.rubric import TypicalMistake
-from setcmas_tools.offline.engine import silent, simulate
+from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario

@@ -35,7 +35,7 @@ from setcmas_tools.grade.rubric import (
     read_rubric,
     rubric_of_exercise,
 )
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.run_info import RunState
 from setcmas_tools.submissions.student import Student
 

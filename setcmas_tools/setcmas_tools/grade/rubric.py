@@ -21,7 +21,7 @@ from setcmas_tools.grade.criteria import (
     figures_of,
     read_criteria,
 )
-from setcmas_tools.offline.engine import silent, simulate
+from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import read_tables

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from setcmas_simu.reports.script_calls import ScriptFailure
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.loaded_scenario import checked_steps, motion
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
-from setcmas_tools.offline.simulation import checked_steps, motion
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.run_tables import RunTables

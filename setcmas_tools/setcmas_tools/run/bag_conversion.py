@@ -11,7 +11,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import TRIG_ODOM
-from setcmas_tools.bags.bag import Bag, open_bag
+from setcmas_tools.bags.bag_reader import Bag, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, row_of
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_samples import RunSamples

@@ -31,7 +31,7 @@ from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.run_tables import RunTables
 
 if TYPE_CHECKING:
-    from setcmas_tools.bags.bag import BagTopic, Taker
+    from setcmas_tools.bags.bag_reader import BagTopic, Taker
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
@@ -274,7 +274,7 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
     Raises:
         SetcmasError: The bag cannot be read, or holds no odometry of robots.
     """
-    from setcmas_tools.bags.bag import open_bag  # CSV files are read without rosbags
+    from setcmas_tools.bags.bag_reader import open_bag  # CSV files are read without rosbags
 
     with open_bag(path) as bag:
         samples = RunSamples(bag.topics)

@@ -20,7 +20,7 @@ from tqdm import tqdm
 from setcmas_ctrl.laws.control_options import Algo
 from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_tools.measures.metric import Metric
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
 from setcmas_tools.scenario.scenario import Scenario

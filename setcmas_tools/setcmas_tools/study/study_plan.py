@@ -14,7 +14,7 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import plain as plain_value
 from setcmas_tools.measures.metric import Metric
-from setcmas_tools.offline.simulation import Simulation
+from setcmas_tools.offline.loaded_scenario import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.scenario.scenario_files import ScenarioFolder
 from setcmas_tools.study import variation

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.control_law import ControlLaw
-from setcmas_ctrl.laws.conversion_script import load_conversion
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_function import WrongResultError, checked_function, numbers_of
+from setcmas_ctrl.laws.si_to_uni_script import load_conversion
 from setcmas_simu.errors import SetcmasError
 
 

@@ -4,8 +4,8 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from setcmas_expe.bridge.bridge_decision import BridgeState, Cause, Decision, StopReason
 from setcmas_expe.bridge.bridged_fleet import BridgedFleet
-from setcmas_expe.bridge.decision import BridgeState, Cause, Decision, StopReason
 from setcmas_expe.bridge.machine_load import OVERLOADED
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 

@@ -2,10 +2,10 @@ import math
 
 import pytest
 
-from setcmas_expe.bridge.decision import RobotView
+from setcmas_expe.bridge.bridge_decision import RobotView
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
-from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.mocap.pose_judge import PoseTrack
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 

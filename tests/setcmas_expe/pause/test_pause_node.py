@@ -15,8 +15,8 @@ from std_srvs.srv import Trigger
 
 from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
+from setcmas_expe.bridge.bridge_decision import BridgeState, Cause, Decision, StopReason
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.decision import BridgeState, Cause, Decision, StopReason
 from setcmas_expe.bridge.machine_load import OVERLOADED, time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
 from setcmas_expe.pause.operator_joystick import REACTION_S

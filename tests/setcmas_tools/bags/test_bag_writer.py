@@ -11,7 +11,7 @@ from rosbags.interfaces import (
 )
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 from setcmas_tools.bags.bag_writer import BagWriter
 from setcmas_tools.bags.message_types import MessageDefinitions
 

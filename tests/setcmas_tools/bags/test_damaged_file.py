@@ -12,7 +12,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 from setcmas_tools.bags.message_types import UndecodableError
 
 POINT = 'geometry_msgs/msg/Point32'

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros import qos
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 from setcmas_tools.bags.player import is_command, played_topics, restored_qos, robots_in_use
 from setcmas_tools.bags.recorded_topic import stored_qos
 

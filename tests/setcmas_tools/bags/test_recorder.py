@@ -5,7 +5,7 @@ import pytest
 from recordings import RECORDER, recorded, wait_until_on_disk
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 pytest.importorskip('rclpy')
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from setcmas_tools.compare.differences import differences
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 

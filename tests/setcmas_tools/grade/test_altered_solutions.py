@@ -9,7 +9,7 @@ from setcmas_tools.grade.altered_solutions import (
     calls_of,
 )
 from setcmas_tools.grade.rubric import TypicalMistake
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.scenario.scenario import Scenario
 
 LAW = ALGORITHMS.file('leader_election')

@@ -11,7 +11,7 @@ from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.marking import compared, frechet_distance, mark
 from setcmas_tools.grade.marks import Marks, ScenarioRun
 from setcmas_tools.grade.rubric import read_rubric
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.submissions.student import Student
 

@@ -1,7 +1,7 @@
 import pytest
 from report_pages import LAW
 
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.run import Run
 
 

@@ -7,7 +7,7 @@ from runs import run_of
 
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.content import (
     FLEET,
     charts_entry,

@@ -2,7 +2,7 @@ import numpy as np
 from report_pages import HOSTILE, unpacked
 
 from setcmas_ctrl import network
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.law_calls import calls_entry, failure_at, states_at
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import safety_record

@@ -8,7 +8,7 @@ import pytest
 from report_pages import HOSTILE, Page
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.document import document, element
 from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.report_file import (

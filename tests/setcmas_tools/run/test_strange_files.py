@@ -11,7 +11,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import read_entries
-from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.run_facts import listings
 from setcmas_tools.run.bag_conversion import convert

@@ -16,7 +16,7 @@ from functools import partial
 
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controller import Controller
-from setcmas_ctrl.controllers.control_loop import run_controllers
+from setcmas_ctrl.controllers.fleet_control import run_controllers
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import (

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.mocap.pose_judge import PoseTrack
 from setcmas_expe.mocap.sample import PoseFault, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.arena import Arena

@@ -19,8 +19,8 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.message_content import Content, checked_value
+from setcmas_ctrl.fleet_network import FleetNetwork, encoded
 from setcmas_ctrl.fleet_poses import FleetPoses
-from setcmas_ctrl.network_links import FleetNetwork, encoded
 
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')

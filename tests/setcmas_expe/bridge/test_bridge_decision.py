@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
-from setcmas_expe.bridge.decision import (
+from setcmas_expe.bridge.bridge_decision import (
     HOLD_S,
     BridgeState,
     Cause,

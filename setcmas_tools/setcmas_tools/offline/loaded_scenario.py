@@ -17,9 +17,9 @@ from setcmas_ctrl.communication.communication_settings import chosen_communicati
 from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.laws.control_law import ControlLaw, LawScripts
 from setcmas_ctrl.laws.control_options import Algo, LawOptions
-from setcmas_ctrl.laws.conversion_script import ScriptConversion, script_conversions
 from setcmas_ctrl.laws.references import References, references_of_fleet
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError

@@ -21,14 +21,14 @@ from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.model import POSE
 from setcmas_simu.robots.models import fleet_model
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.offline_commands import Commander
-from setcmas_tools.offline.offline_communication import OfflineCommunication
-from setcmas_tools.offline.simulation import (
+from setcmas_tools.offline.loaded_scenario import (
     FleetLaws,
     Simulation,
     commands,
     motion,
 )
+from setcmas_tools.offline.offline_commands import Commander
+from setcmas_tools.offline.offline_communication import OfflineCommunication
 from setcmas_tools.run.law_output import DrawingRecord, recorded_drawings
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables

@@ -8,7 +8,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.bag_reader import open_bag
 
 POINT = 'geometry_msgs/msg/Point32'
 
