@@ -36,6 +36,7 @@ from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.process import FleetNode
 
 _LOOK_EVERY_S = 0.5
+_NAMED_AFTER_S = 0.2  # a ROS node is seen first, and its name a moment later
 _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
 
 
@@ -82,6 +83,7 @@ class CmdVelBridge(RobotNode):
         self._battery_scale = Battery()
         self.view = RobotView(self.robot)
         self.trouble_in_graph: StopReason | None = None
+        self._unnamed_since = math.inf
         self.sent = (0.0, 0.0)
         self._next_look, self._looked = 0.0, -math.inf
         self._told: Cause | None = None  # why it stopped for a while
@@ -170,6 +172,11 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
+        now, is_unnamed = self.time.now, cmd_vel_topics.has_unnamed(self, self.topic)
+        self._unnamed_since = min(self._unnamed_since, now) if is_unnamed else math.inf
+        if is_unnamed and now - self._unnamed_since < _NAMED_AFTER_S:
+            self._next_look = now  # the operator is to read who it is
+            return self.trouble_in_graph
         if contest := cmd_vel_topics.contest(self, self.topic, *self._may_command):
             return StopReason(Cause.RIVAL, contest)
         for topic, what in self._sole:

@@ -97,6 +97,11 @@ def publishers(node: Node, topic: str) -> list[Endpoint]:
     return [_endpoint(info) for info in node.get_publishers_info_by_topic(topic)]
 
 
+def has_unnamed(node: Node, topic: str) -> bool:
+    """Return whether the node of a publisher has no name: it is not ROS's, or not known yet."""
+    return not all(one.is_known for one in publishers(node, topic))
+
+
 def participants(node: Node, topic: str) -> set[bytes]:
     """Return the processes that publish a topic (full name)."""
     return {endpoint.participant for endpoint in publishers(node, topic)}
