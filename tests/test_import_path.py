@@ -7,6 +7,8 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
+import pytest
+
 IMPORTS = """
 from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
@@ -101,6 +103,7 @@ print('<html' in json.loads(in_browser.report_html(json.dumps({{'title': ''}})))
 """
 
 
+@pytest.mark.nightly
 def test_a_page_in_a_browser_makes_the_report_of_its_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 

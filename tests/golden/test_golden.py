@@ -51,5 +51,6 @@ def test_the_table_of_a_sweep_is_the_golden_one(tmp_path):
 
 
 @needs_sandbox
+@pytest.mark.nightly
 def test_marks_of_a_class_are_the_golden_ones(tmp_path):
     compare(store.marks(tmp_path), 'marks')

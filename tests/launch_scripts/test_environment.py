@@ -96,6 +96,7 @@ def test_a_domain_whose_ports_other_programs_may_hold_is_taken_with_a_warning(mo
     assert told == [0, 1, 0]
 
 
+@pytest.mark.nightly
 def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environment(tmp_path):
     name = '共识 é a$b$c_$.py'
     (tmp_path / name).write_text(

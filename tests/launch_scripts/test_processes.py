@@ -19,6 +19,7 @@ def commanders(peer, topic):
     }
 
 
+@pytest.mark.nightly
 def test_a_second_run_commands_nothing(start, peer, tmp_path):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     commands = peer.cmd_vel(1)
@@ -32,6 +33,7 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['law.py']
 
 
+@pytest.mark.nightly
 def test_a_recorded_experiment_that_cannot_be_restarted_ends_and_says_so(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
     run = ('expe', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')

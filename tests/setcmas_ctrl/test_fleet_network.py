@@ -140,6 +140,7 @@ def counts(message):
     return np.array(message.data).reshape(sizes)
 
 
+@pytest.mark.nightly
 def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(start, peer):
     places = [
         f'--pose={i}:{x},{y}' for i, (x, y) in enumerate([(1, 1), (1, -1), (-1, -1), (-1, 1)], 1)
@@ -230,6 +231,7 @@ def test_a_repeated_state_is_received_once(peer):
     assert counts(links[-1])[1, :2].tolist() == [2, 2]
 
 
+@pytest.mark.nightly
 def test_a_process_reports_the_links_of_its_own_robots(start, peer):
     start(*SIMU, '--nb-robots', '3', '--robot-rate', '50').wait_for_output('simulating')
     options = ['--graph', 'directed_ring', '--loss', '0.3', '--nb-robots', '3', '--robots', '2-3']

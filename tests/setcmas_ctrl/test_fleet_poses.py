@@ -61,6 +61,7 @@ def test_the_newest_poses_of_a_fleet_are_shared(peer):
     assert (poses.age(3), poses.poses[0, 2]) == (0.0, 4.0)
 
 
+@pytest.mark.nightly
 def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, script):
     driver = Driver(peer)
     pose = driver.odometry.pose.pose

@@ -27,6 +27,7 @@ NIGHTLY = pytest.mark.nightly
 
 
 @pytest.mark.parametrize('kind', ['TwistStamped', pytest.param('Twist', marks=NIGHTLY)])
+@pytest.mark.nightly
 def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
     terminal = Terminal(*EXPE)
@@ -49,6 +50,7 @@ def test_a_control_law_of_another_maker_drives_a_robot_while_it_speaks(start, pe
     assert position(still[-1]) == position(still[0])
 
 
+@pytest.mark.nightly
 def test_a_law_of_another_maker_drives_a_robot_of_the_lab_with_every_stop(
     start, peer, domain, tmp_path
 ):

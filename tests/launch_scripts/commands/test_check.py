@@ -102,6 +102,7 @@ def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, sco
         ('def control(', 0, "SyntaxError: '(' was never closed"),
     ],
 )
+@pytest.mark.nightly
 def test_the_autograder_of_the_guide_writes_what_gradescope_reads(tmp_path, law, score, output):
     text = re.search(r'^`run_autograder`:.*?^```python\n(.*?)^```', GUIDE.read_text(), re.S | re.M)
     files = {

@@ -111,6 +111,7 @@ def test_with_a_duration_it_starts_records_and_ends_by_itself(start, tmp_path):
     assert 'safety: ' in measured.stdout
 
 
+@pytest.mark.nightly
 def test_a_recording_that_is_stopped_keeps_its_bag(domain, tmp_path):
     terminal = Terminal('expe', *ALGO, '--duration', '600', '--no-plots', '-o', tmp_path / 'out')
     terminal.wait_for('started: by command.*running: ')

@@ -63,6 +63,7 @@ def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeyp
     assert not (tmp_path / 'touched').exists()
 
 
+@pytest.mark.nightly
 def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
     tmp_path, monkeypatch, capsys
 ):
@@ -90,6 +91,7 @@ def test_what_a_person_has_changed_is_not_overwritten_without_a_question(
     assert 'by hand' not in table.read_text()
 
 
+@pytest.mark.nightly
 def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_class(tmp_path / 'class', ada='no = law\n')
@@ -106,6 +108,7 @@ def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monk
     assert rows[2].startswith('bob,,,bob,,,10,a.py and b.py both')
 
 
+@pytest.mark.nightly
 def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_class(tmp_path / 'class', ada='no = law\n', bob='')
@@ -135,6 +138,7 @@ def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsy
 
 
 @needs_sandbox
+@pytest.mark.nightly
 def test_grades_are_written_by_a_script_on_stdin_whose_output_is_read_no_further(tmp_path):
     write_class(tmp_path / 'class', ada=LAW)
     reader, writer = os.pipe()

@@ -121,6 +121,7 @@ def test_a_triggering_condition_is_run(page):
     assert answer['page']['plane']['sent']
 
 
+@pytest.mark.nightly
 def test_a_law_is_checked(page):
     script = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
     answer = page.call('check', script=script, exercise='consensus')
@@ -132,6 +133,7 @@ def test_a_law_is_checked(page):
     assert {'scenario': 'eight robots'} in page.said
 
 
+@pytest.mark.nightly
 def test_the_run_is_handed_in_as_a_folder_and_as_a_page(page, tmp_path):
     answer = page.run(script=LAW)
     zipfile.ZipFile(io.BytesIO(in_browser.run_zip())).extractall(tmp_path / 'zip')

@@ -19,6 +19,7 @@ def offline(tmp_path, *arguments, plots=False):
     return result
 
 
+@pytest.mark.nightly
 def test_the_layout_is_that_of_run_and_other_commands_take_it_from_there(tmp_path):
     options = ('--algo', 'nav_wp', '--nb-robots', '2', '--output', 'out')
     result = offline(tmp_path, *options, plots=True)

@@ -37,6 +37,7 @@ def folder(runs):
     return runs
 
 
+@pytest.mark.nightly
 def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, capsys):
     monkeypatch.chdir(runs)
 
@@ -49,6 +50,7 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, 
     assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
 
 
+@pytest.mark.nightly
 def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
     pytest.importorskip('markdown_it')
     page, answers = tmp_path / 'page.html', tmp_path / 'answers.md'
@@ -122,6 +124,7 @@ def numbers(browser):
     return [row.replace('\N{MINUS SIGN}', '-').split() for row in rows]
 
 
+@pytest.mark.nightly
 def test_a_browser_shows_the_run_at_any_time(folder, browser):
     text = (folder / 'failed' / 'csv' / 'fleet.csv').read_text()
     table = list(csv.DictReader(text.splitlines()))

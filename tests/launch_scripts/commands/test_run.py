@@ -30,6 +30,7 @@ def all_gone(pids):
     return psutil.wait_procs(there, TIMEOUT_S)[1] == []
 
 
+@pytest.mark.nightly
 def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start, tmp_path):
     (tmp_path / 'sitecustomize.py').write_text(DELAYED.format('setcmas_tools.bags.recorder', 2))
     process = start(
@@ -148,6 +149,7 @@ def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, t
     assert not (tmp_path / 'out').exists()
 
 
+@pytest.mark.nightly
 def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path, domain):
     law = 'def control(i, n, poses, t):\n    return 1 / (i < 2 or not 0.5 < t < 1.3), 0.0\n'
     (tmp_path / 'law.py').write_text(law)

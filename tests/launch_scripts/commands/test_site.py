@@ -115,6 +115,7 @@ def test_invalid_input_is_refused_in_a_line(arguments, message, tmp_path, monkey
     assert (tmp_path / 'full' / 'thesis.txt').read_text() == 'mine'
 
 
+@pytest.mark.nightly
 def test_a_page_is_replaced_when_asked(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(['site', 'web']) == 0

@@ -12,6 +12,7 @@ SWEEP = ('sweep', '--algo', 'consensus', '--nb-robots', '3', '--duration', '4', 
 HANGING = 'def control(robotNo, nbRobots, poses, t):\n    while True:\n        pass\n'
 
 
+@pytest.mark.nightly
 def test_a_study_and_one_of_its_runs(tmp_path):
     varied = ('--vary', 'graph=ring,path', '--vary', 'vnom=0.2:0.4:2', '--random-poses')
     done = run_here(*SWEEP, *varied, cwd=tmp_path)

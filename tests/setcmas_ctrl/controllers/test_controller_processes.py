@@ -238,6 +238,7 @@ def test_single_nodes_make_up_a_fleet_with_those_of_others(start, start_alone, p
     assert 'Traceback' not in converter.output()
 
 
+@pytest.mark.nightly
 def test_a_single_node_waits_for_its_robot_beside_others(start, start_alone, peer):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     converter = start_alone('si_to_uni', '/tb3_2')

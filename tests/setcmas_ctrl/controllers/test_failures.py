@@ -207,6 +207,7 @@ def control(robotNo, nbRobots, poses, t):
 """
 
 
+@pytest.mark.nightly
 def test_nothing_of_this_disturbs_the_others(start, peer, script):
     start(*SIMU, '--nb-robots', '11').wait_for_output('simulating')
     odometry = [peer.odometry(robot) for robot in range(1, 12)]

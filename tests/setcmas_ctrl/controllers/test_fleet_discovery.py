@@ -67,6 +67,7 @@ def test_a_fleet_with_something_else_on_the_topic_is_found_too(start, peer, scri
     assert 'robots 1-2 are found by odometry' in process.output()
 
 
+@pytest.mark.nightly
 def test_robots_that_are_announced_later_are_named(start, script):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', script(STAND))

@@ -25,6 +25,7 @@ def test_it_says_when_nothing_listens_to_the_commands(start, peer):
     peer.wait_for(lambda: 'nothing listens to cmd_vel of robot 1' in process.output())
 
 
+@pytest.mark.nightly
 def test_a_second_controller_of_a_robot_is_noticed(start):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     first = start(*CTRL, '--algo', 'nav_wp')
@@ -34,6 +35,7 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('another controller also commands robot 1 (/tb3_1/si_to_uni)')
 
 
+@pytest.mark.nightly
 def test_several_publishers_of_a_velocity_are_named_in_one_line(start, peer):
     start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
     for robot in (2, 3):
@@ -45,6 +47,7 @@ def test_several_publishers_of_a_velocity_are_named_in_one_line(start, peer):
     )
 
 
+@pytest.mark.nightly
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     killed = start(*CTRL, '--algo', 'nav_wp')

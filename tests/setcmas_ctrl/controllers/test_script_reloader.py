@@ -107,6 +107,7 @@ def save(path: Path, text: str) -> None:
     other.replace(path)
 
 
+@pytest.mark.nightly
 def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
     law, helper = tmp_path / 'law.py', tmp_path / 'gain_of_watched.py'
     helper.write_text('V = 0.1\n')

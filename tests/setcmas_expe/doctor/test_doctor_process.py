@@ -83,6 +83,7 @@ def test_this_machine(start):
         assert what in output
 
 
+@pytest.mark.nightly
 def test_the_bodies_and_the_experiment_of_an_emulated_lab(start, peer, tmp_path):
     start(*LAB)
     truth = peer.odometry(1)

@@ -36,6 +36,7 @@ def test_poses_of_a_folder_of_pictures(start, peer, tmp_path):
     assert 'the pictures have ended' in node.output()
 
 
+@pytest.mark.nightly
 def test_there_are_no_poses_once_the_camera_is_bumped(start, peer, tmp_path):
     folder = tmp_path / 'pictures'
     folder.mkdir()

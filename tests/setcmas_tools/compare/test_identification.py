@@ -66,6 +66,7 @@ def record(make, write_bag):
     return record
 
 
+@pytest.mark.nightly
 def test_the_next_simulation_is_nearer_to_what_was_measured(folder, record, capsys):
     run = noisy(simulate('nav_wp', 2, 60.0, model='truth.yaml', robot_rate=50.0, **SLOW))
     record(run, folder / 'bag')

@@ -80,6 +80,7 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
 
 
+@pytest.mark.nightly
 def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_command(
     tmp_path, monkeypatch
 ):

@@ -60,6 +60,7 @@ def handed_in(entries, folder):
         pytest.param(None, id='all', marks=pytest.mark.nightly),
     ],
 )
+@pytest.mark.nightly
 def test_a_class_gets_the_points_that_a_lecturer_would_give(tmp_path, wanted):
     entries = {entry['student'].split('_')[0]: entry for entry in yaml.safe_load(DATA.read_text())}
     assert len(entries) == 30

@@ -2,6 +2,7 @@ import base64
 import io
 import re
 
+import pytest
 from PIL import Image
 from report_pages import HOSTILE, LAW
 
@@ -56,6 +57,7 @@ def test_two_runs_are_measured_and_drawn_together():
     assert pair.headline.startswith('fast is 0.')
 
 
+@pytest.mark.nightly
 def test_each_plot_is_there_and_small(failed_run):
     pictures = list(plot_pictures(Pair('failed', failed_run)))
 

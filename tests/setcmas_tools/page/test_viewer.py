@@ -61,6 +61,7 @@ def all_stand(commands):
 
 
 @NEEDS_CHROMIUM
+@pytest.mark.nightly
 def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
     from browser import open_browser, open_window, wait_for
 

@@ -48,6 +48,7 @@ def count(picture, colour):
     return int((np.abs(inside - colour).max(axis=2) < 20).sum())
 
 
+@pytest.mark.nightly
 def test_a_gif_shows_robots_that_leave_trails(run, no_ffmpeg):
     path = animate(run(2))
 

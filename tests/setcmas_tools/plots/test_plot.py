@@ -105,6 +105,7 @@ def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
     assert len(plot(tmp_path / 'fleet.csv')) == 6
 
 
+@pytest.mark.nightly
 def test_without_a_screen_nothing_can_be_shown():
     code = (
         'import sys; from pathlib import Path; from runs import plot\n'

@@ -81,6 +81,7 @@ def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
         assert (tmp_path / 'two' / name).read_bytes() == (study.folder / name).read_bytes()
 
 
+@pytest.mark.nightly
 def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
     script = tmp_path / 'study.py'
     arguments = f'{str(law)!r}, 3, 8, output="half", jobs=1, **{STUDY!r}'
