@@ -15,7 +15,7 @@ from forked_modules import CLI, ForkedProcess, ForkServer, die_with_parent
 from launch_scripts.cli import main
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
-SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.simulator']
+SIMU = [sys.executable, '-m', 'setcmas_simu.simulator']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.controllers.controller_processes']
 PATIENT_LAB = ('--emulate', '--lab', str(Path(__file__).parent / 'data' / 'patient_lab.yaml'))
 TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests

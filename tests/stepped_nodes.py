@@ -12,9 +12,10 @@ from setcmas_ctrl.controllers.controller_processes import PARAMETERS
 from setcmas_ctrl.controllers.fleet_control import prepared_fleet
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_ctrl.laws.script_seeds import seeded_generators
+from setcmas_simu import simulator
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import through_quaternion
-from setcmas_simu.reports.reports import connected_launcher
+from setcmas_simu.reports import connected_launcher
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.ros.dds_setup import dds_setup
@@ -22,7 +23,6 @@ from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_simu.simulator import simulator
 from setcmas_tools.offline.offline_simulation import _calls
 
 

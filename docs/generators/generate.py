@@ -28,7 +28,7 @@ from msgspec.json import schema
 from setcmas_ctrl.laws.references import TaskMessage
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Announcement
-from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_simu.fleet.rviz_config import rviz_config
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent

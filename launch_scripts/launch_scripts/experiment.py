@@ -26,7 +26,7 @@ from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
-from setcmas_simu.reports.reports import ProcessMessage, Ready, Report, Started
+from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
 from setcmas_tools.scenario.scenario import Scenario
 
 _LOOK_EVERY_S = 2.0

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from launch_scripts.supervisor import Child, Supervisor
 from setcmas_ctrl.laws.control_options import ControllerOptions
-from setcmas_simu.reports.reports import Paused, Ready, Recording, Started
-from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
+from setcmas_simu.reports import Paused, Ready, Recording, Started
+from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
 
-SIMULATOR = 'setcmas_simu.simulator.simulator'
+SIMULATOR = 'setcmas_simu.simulator'
 CONTROLLER = 'setcmas_ctrl.controllers.controller_processes'
 CAMERA = 'setcmas_expe.mocap.camera_node'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'

@@ -12,7 +12,7 @@ from launch_scripts.experiment import RecordedExperiment
 from launch_scripts.processes import PAGE, SimulatedRun, outcome_of
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from launch_scripts.terminal import Stream, write_line
-from setcmas_simu.reports.reports import Ready
+from setcmas_simu.reports import Ready
 from setcmas_tools.run.run_folder import RunFolder
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 

@@ -16,9 +16,8 @@ from typing import IO, Any, TypeVar, cast
 
 from launch_scripts.environment import local_environment
 from launch_scripts.terminal import LineBuffer, OutputQueue, QueuedStream, Stream, write_line
-from setcmas_simu.reports.current_call import CurrentCall, shared_file
-from setcmas_simu.reports.reports import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports.reports import (
+from setcmas_simu.reports import VARIABLE as LAUNCHER_VARIABLE
+from setcmas_simu.reports import (
     WRITES_S,
     Ended,
     Failed,
@@ -29,7 +28,7 @@ from setcmas_simu.reports.reports import (
     Report,
     encode,
 )
-from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
+from setcmas_simu.script_calls import CurrentCall, Function, ScriptCall, ScriptFailure, shared_file
 
 HANGS_S = 3.0
 """Time in s after which a script call hangs; the process itself reports it sooner, if it can."""

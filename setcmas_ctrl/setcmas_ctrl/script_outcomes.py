@@ -13,9 +13,9 @@ from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import STOPPED, ControlError, ErrorReports, StopCall
-from setcmas_simu.reports.reports import Ended, Failed, Launcher
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import Ended, Failed, Launcher
 from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.script_calls import Function, ScriptCall
 
 _ENDS_ALL = 'this process exits: it can no longer command any robot'
 

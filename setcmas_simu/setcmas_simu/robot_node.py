@@ -26,8 +26,8 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
-from setcmas_simu.options.group import Group
-from setcmas_simu.options.kinds import Number
+from setcmas_simu.option_kinds import Number
+from setcmas_simu.options import Group
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.polling import newest

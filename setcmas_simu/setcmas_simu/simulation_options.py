@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from setcmas_simu import option_kinds as kinds
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, start_poses
 from setcmas_simu.fleet.start_poses import (
@@ -18,8 +19,7 @@ from setcmas_simu.fleet.start_poses import (
     poses_of_entry,
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.options import kinds
-from setcmas_simu.options.group import Form, Options, names_and_files, option
+from setcmas_simu.options import Form, Options, names_and_files, option
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ

@@ -19,13 +19,13 @@ from std_msgs.msg import Empty
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.reports import Failed
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import Failed
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.models import UNICYCLE, check_models, is_script, robot_models, shape_of
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
 from setcmas_simu.ros.robot_state import StatePublisher
+from setcmas_simu.script_calls import Function, ScriptCall
 from setcmas_simu.simulation_options import SimulationOptions
 
 MOST_SPEED = 1e6

@@ -11,8 +11,8 @@ import pytest
 from processes import TIMEOUT_S, gone
 
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
-from setcmas_simu.reports.reports import Ready, Started
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import Ready, Started
+from setcmas_simu.script_calls import Function, ScriptCall
 
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='children end with it there')
 
@@ -58,9 +58,9 @@ def test_a_process_that_dies_is_named_with_the_reason(supervisor, end, reason, s
     assert caught.value.exit_status == status
 
 
-SETUP = 'from setcmas_simu.reports.reports import connected_launcher as launcher\n'
-SETUP += 'from setcmas_simu.reports.reports import *\n'
-SETUP += 'from setcmas_simu.reports.script_calls import Function\n'
+SETUP = 'from setcmas_simu.reports import connected_launcher as launcher\n'
+SETUP += 'from setcmas_simu.reports import *\n'
+SETUP += 'from setcmas_simu.script_calls import Function\n'
 
 
 def test_a_mistake_that_a_process_has_reported_is_not_repeated(supervisor):

@@ -21,8 +21,8 @@ from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
-from setcmas_simu.reports.reports import connected_launcher
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import connected_launcher
+from setcmas_simu.script_calls import Function, ScriptCall
 
 
 class Controlled:

@@ -19,8 +19,8 @@ from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.script_errors import ErrorReports
-from setcmas_simu.reports.reports import connected_launcher
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.reports import connected_launcher
+from setcmas_simu.script_calls import Function
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

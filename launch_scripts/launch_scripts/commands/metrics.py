@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from launch_scripts.commands.plot_options import add_run_argument
 from launch_scripts.terminal import warner
 from setcmas_ctrl.laws.references import TASKS
-from setcmas_simu.options.group import Options, option
-from setcmas_simu.options.kinds import Kind, Number
+from setcmas_simu.option_kinds import Kind, Number
+from setcmas_simu.options import Options, option
 
 _warn = warner('metrics')
 

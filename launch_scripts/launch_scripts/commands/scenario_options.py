@@ -13,7 +13,7 @@ from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.start_poses import parse_pose_option
-from setcmas_simu.options.group import typed_words
+from setcmas_simu.options import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE, origin_changes, read_info
 from setcmas_tools.scenario.scenario import Scenario

@@ -17,7 +17,7 @@ from launch_scripts.commands.view_options import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import SIMULATOR, add_ros_arguments, node_command, ros_arguments
 from launch_scripts.supervisor import run_in_foreground
-from setcmas_simu.options.group import typed_words
+from setcmas_simu.options import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.scenario.scenario import options
 

@@ -14,9 +14,9 @@ from pathlib import Path
 from launch_scripts.processes import BROWSER_VIEW, PAGE, namespace_rule, node_command
 from launch_scripts.terminal import warn
 from setcmas_simu.fleet.palettes import PALETTES
-from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import OneOf
-from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_simu.fleet.rviz_config import rviz_config
+from setcmas_simu.option_kinds import OneOf
+from setcmas_simu.options import Options, flag, option
 from setcmas_tools.page.browser import has_display
 
 _RVIZ = 'rviz2'

@@ -18,7 +18,7 @@ from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
 from setcmas_ctrl.communication.link_properties import LinkChannel
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.option_kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')

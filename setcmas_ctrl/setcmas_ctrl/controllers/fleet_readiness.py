@@ -9,7 +9,7 @@ from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.fleet_discovery import go_on, wait_until
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports import Started
 
 _POLL_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02

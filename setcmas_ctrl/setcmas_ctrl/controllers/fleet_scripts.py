@@ -22,8 +22,8 @@ from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversi
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.script_calls import Function
 
 
 class FleetScripts:

@@ -13,7 +13,7 @@ from std_srvs.srv import SetBool
 
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import Launcher, Paused
+from setcmas_simu.reports import Launcher, Paused
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 

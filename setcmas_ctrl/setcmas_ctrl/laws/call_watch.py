@@ -14,8 +14,8 @@ from pathlib import Path
 
 from setcmas_ctrl.laws.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.reports import Launcher
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import Launcher
+from setcmas_simu.script_calls import Function, ScriptCall
 
 _REPORT_EVERY_S = 5.0
 

@@ -13,11 +13,11 @@ from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_ctrl.laws.si_to_uni_script import SI_TO_UNI, GivenConversion
+from setcmas_simu import option_kinds as kinds
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options import kinds
-from setcmas_simu.options.group import Form, Options, flag, names_and_files, option
+from setcmas_simu.options import Form, Options, flag, names_and_files, option
 from setcmas_simu.robots.model import VelocityLimits
 
 Law = str | Path | Callable[..., Any]

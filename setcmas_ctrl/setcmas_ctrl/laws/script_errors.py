@@ -19,7 +19,7 @@ from setcmas_ctrl.laws.script_imports import robot_of_frame
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.script_calls import Function, ScriptFailure
+from setcmas_simu.script_calls import Function, ScriptFailure
 
 
 class StopCall(BaseException):

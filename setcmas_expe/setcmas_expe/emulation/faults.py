@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import DURATION
+from setcmas_simu.option_kinds import DURATION
 
 
 class FaultKind(enum.Enum):

@@ -17,7 +17,7 @@ from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts, robot_width
 from setcmas_expe.mocap import sources
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
-from setcmas_simu.options.kinds import Number, OneOf, Whole
+from setcmas_simu.option_kinds import Number, OneOf, Whole
 from setcmas_simu.plugins import PluginError
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import ROBOT_LIMITS, VelocityLimits

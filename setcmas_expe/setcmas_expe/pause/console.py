@@ -15,7 +15,7 @@ import msgspec
 from setcmas_expe.bridge.bridge_decision import BridgeState
 from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.machine_load import time_since_boot
-from setcmas_simu.reports.reports import LineDecoder, ProcessMessage
+from setcmas_simu.reports import LineDecoder, ProcessMessage
 
 SILENT_AFTER_S = 0.5
 """Silence of the terminal that pauses, in s."""

@@ -33,7 +33,7 @@ from setcmas_expe.pause.operator_joystick import (
 )
 from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import Launcher
+from setcmas_simu.reports import Launcher
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
 

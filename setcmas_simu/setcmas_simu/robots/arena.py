@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Kind, ParsedText
+from setcmas_simu.option_kinds import Kind, ParsedText
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 

@@ -14,7 +14,7 @@ import yaml
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.options.kinds import MAX_RATE_HZ, Number, OneOf
+from setcmas_simu.option_kinds import MAX_RATE_HZ, Number, OneOf
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.model import IDEAL, LIMITS, RobotModel, VelocityLimits, limits_named
 from setcmas_simu.robots.unicycle import BURGER_SHAPE

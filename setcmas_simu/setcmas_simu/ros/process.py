@@ -30,8 +30,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.options.group import take_values
-from setcmas_simu.reports.reports import Launcher, Mistake, connected_launcher
+from setcmas_simu.options import take_values
+from setcmas_simu.reports import Launcher, Mistake, connected_launcher
 from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.polling import RequestWait
 

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import WRITES_S, Recording
+from setcmas_simu.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.polling import PolledServices

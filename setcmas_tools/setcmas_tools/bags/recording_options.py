@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_simu.options.group import Form, Options, flag, option
-from setcmas_simu.options.kinds import Kind, Number, PathTo
+from setcmas_simu.option_kinds import Kind, Number, PathTo
+from setcmas_simu.options import Form, Options, flag, option
 
 
 @dataclass(frozen=True, kw_only=True)

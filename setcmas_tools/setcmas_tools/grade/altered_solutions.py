@@ -31,7 +31,7 @@ from setcmas_ctrl.laws.script_loader import load_script, names_to_set
 from setcmas_ctrl.laws.si_to_uni_script import load_conversion
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.arrays import Floats
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.fleet_motion import FleetTable

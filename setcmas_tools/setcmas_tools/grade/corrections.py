@@ -17,7 +17,7 @@ from unicodedata import normalize
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.limited_file import read_limited
-from setcmas_simu.options.kinds import Number
+from setcmas_simu.option_kinds import Number
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import rounded
 from setcmas_tools.grade.marks import Correction, Marks, Student

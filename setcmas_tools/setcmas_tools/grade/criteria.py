@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.option_kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import measure

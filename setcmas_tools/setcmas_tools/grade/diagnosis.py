@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.altered_solutions import (
     SOLUTION,
     Calls,

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.grade.altered_solutions import SOLUTION, Altered, Calls, calls_of, saturated
 from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, Criterion, figures_of

@@ -11,7 +11,7 @@ from typing import Any
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Number, OneOf, Whole
+from setcmas_simu.option_kinds import Number, OneOf, Whole
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import (
     COMPARED,

@@ -15,7 +15,7 @@ from setcmas_ctrl.communication.message_content import Content, Value
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.offline import run_progress
 from setcmas_tools.run.communication_record import (
     CommunicationRecord,

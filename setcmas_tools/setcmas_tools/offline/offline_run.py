@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from setcmas_simu.reports.script_calls import ScriptFailure
+from setcmas_simu.script_calls import ScriptFailure
 from setcmas_tools.offline.loaded_scenario import checked_steps, motion
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.run_progress import size_of

@@ -18,7 +18,7 @@ import numpy as np
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
 from setcmas_simu.arrays import Floats
-from setcmas_simu.reports.current_call import CurrentCall
+from setcmas_simu.script_calls import CurrentCall
 
 NB_ROWS = 6
 """Rows of the states: pose (m, rad), speeds forward and to the left (m/s), turn rate (rad/s)."""

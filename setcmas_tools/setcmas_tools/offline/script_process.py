@@ -27,8 +27,7 @@ from setcmas_ctrl.laws.script_errors import described_place, quoted_line, summar
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import CurrentCall, Function
 from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.run_progress import RunProgress
 

@@ -14,7 +14,7 @@ from PIL import Image
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.reports.script_calls import ScriptFailure
+from setcmas_simu.script_calls import ScriptFailure
 from setcmas_tools.compare.differences import differences, metrics_table
 from setcmas_tools.compare.pictures import drawn_pictures
 from setcmas_tools.compare.run_distance import Shifted, best_shift

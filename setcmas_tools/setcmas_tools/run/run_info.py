@@ -17,9 +17,9 @@ from setcmas_ctrl.laws.references import References
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options.group import plain
+from setcmas_simu.options import plain
 from setcmas_simu.plugins import plugin_versions
-from setcmas_simu.reports.script_calls import ScriptFailure
+from setcmas_simu.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import read_entries, write_yaml
 
 FORMAT = 1

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import Form, Options, flag, option
-from setcmas_simu.options.kinds import DURATION, Kind, PathTo, Whole
+from setcmas_simu.option_kinds import DURATION, Kind, PathTo, Whole
+from setcmas_simu.options import Form, Options, flag, option
 from setcmas_tools.run.run_folder import RunOptions
 
 

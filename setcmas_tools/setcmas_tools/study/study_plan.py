@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import plain as plain_value
+from setcmas_simu.options import plain as plain_value
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.loaded_scenario import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of

@@ -15,8 +15,8 @@ from setcmas_ctrl.laws.control_law import LawScripts
 from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.options.group import Form
-from setcmas_simu.options.kinds import Number, Whole
+from setcmas_simu.option_kinds import Number, Whole
+from setcmas_simu.options import Form
 from setcmas_tools.scenario.scenario import Scenario, options
 
 SETTING, OPTION = 'set.', 'option.'

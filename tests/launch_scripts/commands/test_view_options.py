@@ -13,7 +13,7 @@ from launch_scripts.commands.view_options import (
     ViewOptions,
     choose_view,
 )
-from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_simu.fleet.rviz_config import rviz_config
 
 pytest.importorskip('rclpy')
 

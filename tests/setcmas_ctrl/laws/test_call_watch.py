@@ -4,8 +4,8 @@ from pathlib import Path
 import pytest
 
 from setcmas_ctrl.laws.call_watch import CallWatch, SlowCalls
-from setcmas_simu.reports.reports import connected_launcher
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.reports import connected_launcher
+from setcmas_simu.script_calls import Function, ScriptCall
 
 
 @pytest.fixture

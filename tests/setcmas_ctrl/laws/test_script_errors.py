@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from setcmas_ctrl.laws.script_errors import MOST_FAILURES, ControlError, ErrorReports
-from setcmas_simu.reports.script_calls import Function, ScriptFailure
+from setcmas_simu.script_calls import Function, ScriptFailure
 
 DIVIDED = ControlError('law.py, line 3: ZeroDivisionError', 'a', place=(Path('law.py'), 3))
 NOTHING = ControlError('law.py: control returned None', 'b', place=(Path('law.py'), None))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.altered_solutions import (
     SOLUTION,
     altered_solutions,

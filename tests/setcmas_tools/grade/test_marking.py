@@ -6,7 +6,7 @@ import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.marking import compared, frechet_distance, mark
 from setcmas_tools.grade.marks import Marks, ScenarioRun

@@ -11,7 +11,7 @@ import pytest
 from processes import SETCMAS, TIMEOUT_S, gone
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import Function
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.run_info import RunState
 from setcmas_tools.scenario.scenario import Scenario

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 from report_pages import HOSTILE, LAW
 
-from setcmas_simu.reports.script_calls import Function, ScriptFailure
+from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.run_facts import Pair, listings, marks_of, plot_pictures
 from setcmas_tools.plots.plot import plots_of

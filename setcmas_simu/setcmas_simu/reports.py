@@ -9,8 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
+from setcmas_simu.script_calls import CurrentCall, ScriptCall, ScriptFailure
 
 VARIABLE = 'SETCMAS_LAUNCHER'
 """Environment variable: descriptors of the pipe and of the memory of the current call, and the

@@ -1,6 +1,6 @@
 import pytest
 
-from setcmas_simu.reports.reports import (
+from setcmas_simu.reports import (
     Ended,
     Failed,
     LineDecoder,
@@ -12,7 +12,7 @@ from setcmas_simu.reports.reports import (
     Started,
     encode,
 )
-from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
+from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
 
 CALL = ScriptCall(2, 'loi é.py', Function.CONTROL)
 FAILURE = ScriptFailure(1.2, 2, Function.CONTROL, 'loi é.py', 3, 'two\nlines', 1.6)

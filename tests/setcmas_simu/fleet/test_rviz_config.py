@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from setcmas_simu.fleet.palettes import colour
-from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_simu.fleet.rviz_config import rviz_config
 
 ROOT = Path(__file__).parents[3]
 PLUGINS = ('Grid', 'Axes', 'Pose', 'Odometry', 'Marker', 'MarkerArray')

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_simu.reports.current_call import CurrentCall, shared_file
-from setcmas_simu.reports.script_calls import Function, ScriptCall
+from setcmas_simu.script_calls import CurrentCall, Function, ScriptCall, shared_file
 
 PROGRAM = """
 import os, signal, sys
 from pathlib import Path
-from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.script_calls import Function
+from setcmas_simu.script_calls import CurrentCall
+from setcmas_simu.script_calls import Function
 call = CurrentCall.shared(int(sys.argv[1]))
 call.begin(1, Path('a/long_name_of_a_law.py'))
 call.end()

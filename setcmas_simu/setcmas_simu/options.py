@@ -18,7 +18,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.kinds import Kind
+from setcmas_simu.option_kinds import Kind
 from setcmas_simu.yaml_entries import Entry, entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')

@@ -1,1 +1,0 @@
-"""Options: kinds of values, and groups of options."""

@@ -1,1 +1,0 @@
-"""Reports of node processes to their launcher."""

@@ -1,1 +1,0 @@
-"""The process of virtual robots."""
