@@ -1,7 +1,7 @@
 """Find the robots by cameras above them and printed tags, in place of motion capture.
 
 Print tags with `setcmas tags`. Calibrate each lens with the board. Write the places of four or
-more floor tags into the camera file, or their distances to the first two; calibrate the floor.
+more floor tags into the camera file; calibrate the floor.
 Then the command publishes the poses of the robots until Ctrl-C; experiments take them with
 `--mocap camera`.
 

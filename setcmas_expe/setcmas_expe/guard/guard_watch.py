@@ -90,7 +90,7 @@ class GuardWatch:
 
     @property
     def intruder(self) -> str:
-        """Who else publishes to the base, as the guard reports; empty if nobody."""
+        """Who else publishes to the base, as the guard reports; empty if nothing does."""
         report = self.report
         return report.reason if report and report.state is GuardState.INTRUDED else ''
 

@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 from msgspec.structs import replace
 
-from setcmas_expe.mocap.camera_file import LAST_TAG, Camera, CameraFile, CameraPose, Lens, Place
+from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens, Place
 from setcmas_expe.mocap.camera_poses import Picture, TagDetector, floor_shifts
 from setcmas_expe.mocap.picture_sources import pictures
 from setcmas_expe.mocap.tag_sheets import board
@@ -31,7 +31,7 @@ _MOVED_PX = 30.0
 _SIDE = 0.35
 """Width of the parts of a picture in which the board must be seen, relative to it."""
 _MOST_MISFIT_M = 0.02
-"""Largest distance of a floor tag, or of a measured distance, from what the others say."""
+"""Largest distance of a floor tag from what the others say."""
 _NB_PICTURES = 30
 
 
@@ -131,16 +131,16 @@ def calibrated_floor(file: CameraFile) -> CameraFile:
     """Return a camera file with the pose of each camera, from pictures of the floor tags.
 
     Raises:
-        SetcmasError: Tags are missing, or do not fit their places or distances.
+        SetcmasError: Tags are missing, or do not fit their places.
     """
-    places = places_from_distances(file.floor_distances) or file.floor_tags
+    places = file.floor_tags
     if len(places) < 4:
         raise SetcmasError(
             f'the file has {len(places)} floor tags; write the centres of four or more, such as '
-            'floor_tags: {501: [0.0, 0.0]}, or floor_distances: {501-502: 3.0}'
+            'floor_tags: {501: [0.0, 0.0], 502: [4.0, 0.0]}'
         )
     cameras = [replace(one, pose=floor_pose(one, places, _seen_tags(one))) for one in file.cameras]
-    return replace(file, cameras=tuple(cameras), floor_tags=dict(places))
+    return replace(file, cameras=tuple(cameras))
 
 
 def _seen_tags(camera: Camera) -> dict[int, Floats]:
@@ -195,48 +195,3 @@ def _fitted(
     # Six numbers were fitted to two for each tag.
     spread = np.linalg.norm(list(misfits.values())) / np.sqrt(max(1, 2 * len(tags) - 6))
     return replace(pose, error=round(float(spread), 5)), misfits
-
-
-def places_from_distances(distances: Mapping[str, float]) -> Places:
-    """Return the centres of tags in m from distances between pairs of them, such as 501-502.
-
-    The first tag is at 0, 0, the second on the x axis, and the others have y above 0. Distances
-    that this does not need must agree with it.
-
-    Raises:
-        SetcmasError: Distances are missing, or contradict each other.
-    """
-    lengths = {_pair(text): length for text, length in distances.items()}
-    tags = sorted(frozenset().union(*lengths))
-    if not tags:
-        return {}
-
-    def measured(a: int, b: int) -> float:
-        if a != b and frozenset((a, b)) not in lengths:
-            raise SetcmasError(
-                f'the distance {a}-{b} is missing; each tag needs its distances to the first two'
-            )
-        return 0.0 if a == b else lengths[frozenset((a, b))]
-
-    base = measured(tags[0], tags[1])
-    places = {}
-    for tag in tags:
-        to_first, to_second = measured(tags[0], tag), measured(tags[1], tag)
-        x = (base**2 + to_first**2 - to_second**2) / (2 * base)
-        places[tag] = (x, float(np.sqrt(max(0.0, to_first**2 - x**2))))
-    for pair, length in lengths.items():
-        a, b = sorted(pair)
-        found = float(np.hypot(*np.subtract(places[a], places[b])))
-        if abs(found - length) > _MOST_MISFIT_M:
-            raise SetcmasError(
-                f'the distance {a}-{b} is {length:g} m, but {found:.3f} m by the others; measure '
-                'them again'
-            )
-    return places
-
-
-def _pair(text: str) -> frozenset[int]:
-    tags = frozenset(int(tag) for tag in text.split('-') if tag.isdecimal())
-    if len(tags) != 2 or text.count('-') != 1 or max(tags) > LAST_TAG:
-        raise SetcmasError(f"floor_distances: '{text}' is not a pair of tags, such as 501-502")
-    return tags

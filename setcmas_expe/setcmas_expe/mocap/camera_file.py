@@ -142,14 +142,11 @@ class CameraFile(Struct, frozen=True, forbid_unknown_fields=True):
         tags: Tags on the robots; a robot's number is the number of its tag.
         cameras: The cameras.
         floor_tags: Place of each tag on the floor, by its number.
-        floor_distances: Measured distances in m between the centres of two floor tags, such as
-            501-502; empty if their positions are given.
     """
 
     tags: RobotTags
     cameras: tuple[Camera, ...] = ()
     floor_tags: dict[Tag, Place] = {}
-    floor_distances: dict[str, Annotated[float, Meta(ge=0.01, le=100)]] = {}
 
 
 def load_cameras(path: Path, least: int = 1) -> CameraFile:

@@ -1,11 +1,9 @@
-"""Poses of robots from pictures: tags, cameras fused without a jump, watch on the floor tags."""
+"""Poses of robots from pictures: their tags, and a watch on the tags on the floor."""
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,35 +20,20 @@ Picture = cv2.typing.MatLike
 Shot = tuple[float, Picture]
 """Time of the exposure in s since 1970, and the picture."""
 
-OLDEST_S = 0.25
-"""Age in s from which a camera's pose is not used."""
+LOST_AFTER_S = 0.15
+"""Time in s without a robot after which another camera may give its poses."""
 
 _MOST_SHIFT_M = 0.03
 """Distance in m from which a floor tag is away from its place."""
-_MOST_APART_M = 0.15
-"""Distance between what two cameras see from which neither is believed."""
 _LONGEST_HIDDEN_S = 1.0
 """Time without any floor tag after which a camera cannot be trusted."""
 _SURE_AFTER_S = 0.2
-_EDGE_PX = 100.0
-"""Distance from the picture's edge up to which a camera's weight falls."""
-_LEAST_WEIGHT = 1e-3
 _MOST_SIZE_ERROR = 0.04
 _FIRST_BYTE = 0b001000_01  # of tag 0: its first row and the beginning of the second one
 _MOST_SHAPE_ERROR = 0.05
 """Largest distance of a corner from its place in a square, relative to the tag's size."""
 TAG_CORNERS = np.array([1 + 1j, 1 - 1j, -1 - 1j, -1 + 1j]) / 2
 """Corners of a tag with side 1 and heading 0, as x + iy, in the order of the detector."""
-
-
-@dataclass(frozen=True)
-class TagPose:
-    """Pose of a tag: x, y in m, heading in rad, distance from the picture's edge in px."""
-
-    x: float
-    y: float
-    heading: float
-    edge: float
 
 
 class TagDetector:
@@ -93,8 +76,8 @@ def _outer(corners: NDArray[np.float32]) -> Floats:
     return centre + (corners - centre) * (1 + 1 / math.sqrt(cv2.contourArea(corners)))
 
 
-def tag_pose(camera: Camera, tags: RobotTags, corners: Floats) -> TagPose | str:
-    """Return the pose of a robot's tag from its corners (4, 2) in px, or why it has none.
+def tag_pose(camera: Camera, tags: RobotTags, corners: Floats) -> Pose | str:
+    """Return x, y, heading of a robot's tag from its corners (4, 2) in px, or why it has none.
 
     The corners' rays are intersected with the plane of the tag's height; the heading is that of
     the square that fits these points best. The reason is a tag of another size, height or tilt.
@@ -111,12 +94,13 @@ def tag_pose(camera: Camera, tags: RobotTags, corners: Floats) -> TagPose | str:
         return f'its side measures {1e3 * size:.0f} mm; it must be {expected}'
     if np.abs(points - centre - turned * TAG_CORNERS).max() > _MOST_SHAPE_ERROR * size:
         return 'it is not a square; it must be flat, level and not covered'
-    edge = float(np.minimum(corners, np.array(camera.lens.size) - 1 - corners).min())
-    return TagPose(centre.real, centre.imag, float(np.angle(turned)), edge)
+    return float(centre.real), float(centre.imag), float(np.angle(turned))
 
 
 class CameraPoses:
     """Finds the robots in the pictures of the cameras of a file.
+
+    A robot's poses are those of one camera until it leaves the picture of that one.
 
     Attributes:
         reasons: Why robots whose tag a camera sees have no pose, by camera.
@@ -132,8 +116,7 @@ class CameraPoses:
         self._detector = TagDetector()
         self._cameras = {one.name: one for one in file.cameras}
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
-        self._fused = FusedPoses()
-        self._newest: dict[int, float] = {}
+        self._seen: dict[int, tuple[str, float]] = {}  # by which camera, and when
 
     @property
     def fault(self) -> str:
@@ -156,69 +139,16 @@ class CameraPoses:
         if self.fault or not watch.is_right:
             return found
         for robot in sorted(corners.keys() & robots):
+            seen_by, seen_at = self._seen.get(robot, (camera, t))
+            if seen_by != camera and t - seen_at < LOST_AFTER_S:
+                continue
             pose = tag_pose(self._cameras[camera], self._tags, corners[robot])
             if isinstance(pose, str):
                 reasons[robot] = pose
-                continue
-            self._fused.add(robot, camera, t, pose)
-            fused = self._fused.pose(robot, t)
-            if fused is None:
-                reasons[robot] = 'two cameras see its number at different places'
-            elif t >= self._newest.get(robot, -math.inf):
-                self._newest[robot] = t
-                found[robot] = fused
+            else:
+                self._seen[robot] = camera, t
+                found[robot] = pose
         return found
-
-
-class FusedPoses:
-    """Weighs the poses that cameras see, each extrapolated to the same time.
-
-    A camera's weight falls to nearly 0 towards the edge of its picture and as its pose becomes
-    old, so that a robot that leaves one camera, or a camera that stops, moves the mean gradually.
-    """
-
-    def __init__(self) -> None:
-        self._seen: dict[int, dict[str, deque[tuple[float, TagPose]]]] = {}
-
-    def add(self, robot: int, camera: str, t: float, pose: TagPose) -> None:
-        """Add a pose exposed at t in s, unless it is not newer than the camera's last one."""
-        seen = self._seen.setdefault(robot, {}).setdefault(camera, deque(maxlen=2))
-        if not seen or t > seen[-1][0]:
-            seen.append((t, pose))
-
-    def pose(self, robot: int, t: float) -> Pose | None:
-        """Return x, y in m and heading in rad of a robot at t in s.
-
-        None if no camera sees it, or if two see it far apart: two tags with its number.
-        """
-        tracks = self._seen.get(robot, {}).values()
-        weights = np.array([_weight(*seen[-1], t) for seen in tracks])
-        if not weights.any():
-            return None
-        x, y, heading = np.array([_extrapolated(seen, t) for seen in tracks]).T
-        places = (x + 1j * y)[weights > 0]
-        if np.ptp(places.real) > _MOST_APART_M or np.ptp(places.imag) > _MOST_APART_M:
-            return None
-        turn = np.average(np.exp(1j * heading), weights=weights)
-        x, y = np.average([x, y], axis=1, weights=weights)
-        return float(x), float(y), float(np.angle(turn))
-
-
-def _weight(seen_at: float, pose: TagPose, t: float) -> float:
-    """Return the weight of a camera's last pose at a time t in s; 0 if it is too old."""
-    freshness = max(0.0, 1 - abs(t - seen_at) / OLDEST_S)
-    return freshness * max(_LEAST_WEIGHT, min(1.0, pose.edge / _EDGE_PX))
-
-
-def _extrapolated(seen: deque[tuple[float, TagPose]], t: float) -> Pose:
-    """Return x, y and heading at a time t in s, with the velocity between the last two poses."""
-    (former_at, former), (last_at, last) = seen[0], seen[-1]
-    if not 0 < last_at - former_at <= OLDEST_S:
-        return last.x, last.y, last.heading
-    ahead = (t - last_at) / (last_at - former_at)
-    turned = math.remainder(last.heading - former.heading, math.tau)
-    x, y = last.x + ahead * (last.x - former.x), last.y + ahead * (last.y - former.y)
-    return x, y, math.remainder(last.heading + ahead * turned, math.tau)
 
 
 class FloorWatch:

@@ -89,10 +89,8 @@ class Pause(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
-    def set(
-        self, paused: bool, why: str, by_itself: bool = False, may_be_load: bool = False
-    ) -> None:
-        """Pause or start the robots, and report it; an overloaded computer may be the cause."""
+    def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
+        """Pause or start the robots, and report it; `by_itself`: no person asked for it."""
         is_stop = paused and not self.paused
         if is_stop:
             now = time.monotonic()
@@ -100,7 +98,7 @@ class Pause(FleetNode):
             self._held.note_pause(now)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
-        if is_stop and may_be_load and is_overloaded():
+        if is_stop and by_itself and is_overloaded():  # it may be the cause
             self.get_logger().warning(OVERLOADED)
         self.paused, self.why = paused, why
         self.publish()
@@ -202,13 +200,12 @@ class Pause(FleetNode):
         if self._keys:
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:
-            self.set(True, 'the pause node stalled', by_itself=True, may_be_load=True)
+            self.set(True, 'the pause node stalled', by_itself=True)
         # After a delay of this process, messages wait: they are taken before the next tick.
         late = now - self._ticked > _LATE_TICK_S and not self._was_late
         self._ticked, self._was_late = now, late
         if not late and self._joystick.disappeared() and not self.paused:
-            why = 'the joystick has disappeared'
-            self.set(True, why, by_itself=True, may_be_load=True)
+            self.set(True, 'the joystick has disappeared', by_itself=True)
         if not late and self._hold and not self.paused and self._held.released(now):
             self.set(True, 'key or button released')
         self._follow_bridge(now)
@@ -220,7 +217,7 @@ class Pause(FleetNode):
         if self._bridge.ending:  # in case the bridge hangs
             self._bridge.command_zero()
         if trouble := self._bridge.trouble(now):
-            self.set(True, trouble, by_itself=True, may_be_load=self._bridge.is_silent(now))
+            self.set(True, trouble, by_itself=True)
             self._bridge.command_zero()
         held = self._bridge.held
         if held and held.cause is PauseCause.EMERGENCY:
@@ -238,8 +235,7 @@ class Pause(FleetNode):
                 self._requests.hasty(time.monotonic())  # a press, too
             self._once(f'{refused}: the key press arrived too late')
         if keys.silent(now) and not self._bridge.ending and not self.paused:
-            why = 'the terminal does not answer'
-            self.set(True, why, by_itself=True, may_be_load=True)
+            self.set(True, 'the terminal does not answer', by_itself=True)
         # A hung bridge has no news, but the pause that follows is.
         robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
         if robots:

@@ -5,12 +5,10 @@ from processes import refuses, run_here
 
 pytest.importorskip('cv2')
 
-from camera_scene import FLOOR_TAGS, FOLDER, camera, scene
+from camera_scene import FOLDER, camera, scene
 from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
-
-DISTANCES = {'501-502': 1.6, '501-503': 1.8868, '502-503': 1.0, '501-504': 1.0, '502-504': 1.8868}
 
 
 @pytest.fixture
@@ -25,18 +23,13 @@ def write(folder, **changes):
     write_cameras(replace(scene(begun), **changes), folder / 'camera.yaml')
 
 
-def test_the_floor_is_calibrated_from_distances(folder):
-    write(folder, floor_tags={}, floor_distances=DISTANCES)
+def test_the_floor_is_calibrated(folder):
     result = run_here('camera', 'camera.yaml', '--calibrate', 'floor', cwd=folder)
     assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith('left: at x = 0.80 m, y = 0.80 m, 2.00 m above')
+    assert result.stdout.startswith('left: at x = 0.00 m, y = 0.30 m, 2.00 m above')
 
     content = load_cameras(folder / 'camera.yaml')
-    assert content.floor_tags[503] == pytest.approx((1.6, 1.0), abs=1e-3)
-    x, y, z = camera().pose.position
-    first = FLOOR_TAGS[501]
-    expected = (x - first[0], y - first[1], z)
-    assert content.cameras[0].pose.position == pytest.approx(expected, abs=0.01)
+    assert content.cameras[0].pose.position == pytest.approx(camera().pose.position, abs=0.01)
 
 
 def test_mistakes_are_one_line(folder):

@@ -1,14 +1,11 @@
-"""Lens from rendered views of the board, pose from floor tags, places from distances."""
-
-import math
-from itertools import combinations
+"""Lens from rendered views of the board, pose from floor tags."""
 
 import numpy as np
 import pytest
 from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, pictures
 from msgspec.structs import replace
 
-from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose, places_from_distances
+from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose
 from setcmas_expe.mocap.camera_poses import TAG_CORNERS, TagDetector
 from setcmas_expe.mocap.tag_sheets import board
 from setcmas_simu.errors import SetcmasError
@@ -104,27 +101,3 @@ def test_floor_tags_in_a_wrong_place_or_too_few_are_named():
         floor_pose(camera(), {t: wrong[t] for t in FLOOR_TAGS}, floor_corners(FLOOR_TAGS))
     with pytest.raises(SetcmasError, match="camera 'left' sees 3 of the floor tags 501, 502, 503"):
         floor_pose(camera(), {t: wrong[t] for t in (501, 502, 503)}, floor_corners(FLOOR_TAGS))
-
-
-def distances(places):
-    return {f'{a}-{b}': math.dist(places[a], places[b]) for a, b in combinations(places, 2)}
-
-
-def test_places_follow_from_distances():
-    places = {501: (0, 0), 502: (4.0, 0), 503: (4.1, 3.0), 504: (0.2, 2.9), 505: (2, 0.5)}
-    found = places_from_distances(distances(places))
-
-    assert found.keys() == places.keys()
-    for tag, place in places.items():
-        assert found[tag] == pytest.approx(place, abs=1e-6)
-
-
-def test_contradicting_and_missing_distances_are_named():
-    places = {501: (0, 0), 502: (4.0, 0), 503: (4.0, 3.0), 504: (0, 3.0)}
-
-    with pytest.raises(SetcmasError, match=r'503-504 is 4 m, but 4\.255 m by the others'):
-        places_from_distances(distances(places) | {'502-504': 5.2})
-    with pytest.raises(SetcmasError, match='the distance 501-503 is missing'):
-        places_from_distances({'501-502': 4.0, '502-503': 3.0})
-    with pytest.raises(SetcmasError, match="'501' is not a pair of tags, such as 501-502"):
-        places_from_distances({'501': 4.0})

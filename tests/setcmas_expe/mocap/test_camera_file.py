@@ -60,7 +60,7 @@ def test_what_is_missing_is_named(tmp_path):
 
 def test_a_file_may_wait_for_its_calibration(tmp_path):
     path = tmp_path / 'camera.yaml'
-    begun = CameraFile(RobotTags(0.12, 0.2), (replace(camera(), pose=None),), {}, {'501-502': 3.0})
+    begun = CameraFile(RobotTags(0.12, 0.2), (replace(camera(), pose=None),))
     write_cameras(begun, path)
 
     assert load_cameras(path) == begun
