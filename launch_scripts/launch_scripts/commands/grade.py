@@ -1,7 +1,7 @@
 """Grade the submissions of a class by a rubric, each in a sandbox.
 
-Writes a page for the class, a page per student, and tables for learning platforms. Submissions
-cannot interfere with how marks are computed. To resume an interrupted grading run, run the same
+Writes a page per student, and tables for you and for learning platforms. Submissions cannot
+interfere with how marks are computed. To resume an interrupted grading run, run the same
 command in the same folder; it only regrades what has changed.
 
 Examples:
@@ -13,10 +13,8 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import hashlib
-import json
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,8 +33,6 @@ if TYPE_CHECKING:
 
 RUBRIC = 'EXERCISE|FILE.yaml'
 CORRECTIONS = 'corrections.yaml'
-_MOST_SHOWN = 3
-_WRITTEN = '.written.json'  # digests of the files in a folder of grades
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,9 +52,7 @@ class GradeOptions(Options):
         Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
     )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
-    overwrite: bool = flag(
-        'grade all submissions again, and replace files that were changed by hand'
-    )
+    overwrite: bool = flag('grade all submissions again, not only those that have changed')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -136,14 +130,11 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
 
     from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, read_class
     from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
-    from setcmas_tools.grade.gradebook import CLASS_PAGE, marks_table, pages_of, tables_of
+    from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
 
     if not options.trust:
         check_sandbox()
-    own = WrittenFiles(folder)
-    asked = own.changed()
-    _check_overwriting(asked, options)
     submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
     file = find_corrections(args.corrections, args.folder, folder)
@@ -156,76 +147,28 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     graded = grade(submissions, grader, folder, options.jobs, options.overwrite)
     marks = [corrections.applied(one) for one in graded]
     tables = tables_of(marks)
-    texts = {**tables, **pages_of(marks)}
-    _check_overwriting([path for path in own.changed(texts) if path not in asked], options)
-    own.write(texts)
+    _write(folder, tables, pages_of(marks))
     print(marks_table(marks))  # after the files: the reader of the output may be gone
-    print(f'{_count(marks)}: {folder / CLASS_PAGE}   {", ".join(tables)}')
+    print(f'{_count(marks)}: {", ".join(tables)} and a page for each student in {folder}')
     if undecided := [one for one in marks if not one.is_decided]:
         print(
             f'{_count(undecided)} without a grade: the remarks say why; have it handed in again, '
             f'or decide in {CORRECTIONS}'
         )
-    return int(not all(one.digest for one in marks))  # what the machine kept from running
+    return 0
 
 
 def _count(submissions: Sequence[object]) -> str:
     return f'{len(submissions)} submission{"" if len(submissions) == 1 else "s"}'
 
 
-def _check_overwriting(changed: Sequence[Path], options: GradeOptions) -> None:
-    """Ask before files are overwritten that a person has changed; without a terminal, refuse."""
-    if not changed or options.overwrite:
-        return
-    shown = ', '.join(f"'{path}'" for path in changed[:_MOST_SHOWN])
-    more = f' and {len(changed) - _MOST_SHOWN} more' if len(changed) > _MOST_SHOWN else ''
-    text = f'{shown}{more} changed since setcmas wrote {"it" if len(changed) == 1 else "them"}'
-    attended = sys.stdin.isatty() and sys.stdout.isatty()
-    if attended and input(f'{text}; overwrite? [y/N] ').strip().lower() in ('y', 'yes'):
-        return
-    raise SetcmasError(
-        f'{text}: add --overwrite to replace, or -o DIR to write elsewhere; put corrections in '
-        f'{CORRECTIONS} to keep them (docs/grading.md)'
-    )
-
-
-class WrittenFiles:
-    """Digests of the files that setcmas wrote, which show those that people have changed."""
-
-    def __init__(self, folder: Path) -> None:
-        """Read the record of the folder; without one, all its files are a person's."""
-        self._folder = folder
-        try:
-            found = json.loads((folder / _WRITTEN).read_text(encoding='utf-8'))
-        except (OSError, ValueError):
-            found = {}
-        self._digests: dict[str, str] = found if isinstance(found, dict) else {}
-
-    def changed(self, others: Iterable[str] = ()) -> list[Path]:
-        """Return the written files, and others, that are not as setcmas has written them."""
-        return [
-            self._folder / name
-            for name in sorted({*self._digests, *others})
-            if (self._folder / name).is_file()
-            and _digest((self._folder / name).read_bytes()) != self._digests.get(name)
-        ]
-
-    def write(self, texts: Mapping[str, str]) -> None:
-        """Write files by name, with their record, and remove the earlier ones: all or nothing.
-
-        Raises:
-            OSError: They cannot be written.
-        """
-        earlier = {*self._digests} - {*texts}
-        self._digests = {
-            name: _digest(texts[name].encode(errors='replace')) for name in sorted(texts)
-        }
-        record = json.dumps(self._digests, indent=1)
-        files = {**texts, _WRITTEN: record}
-        write_together({self._folder / name: text for name, text in files.items()})
-        for name in earlier:
-            (self._folder / name).unlink(missing_ok=True)
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _write(folder: Path, tables: Mapping[str, str], pages: Mapping[str, str]) -> None:
+    """Write tables and pages by path, all or nothing; a table that changes stays as NAME.bak."""
+    for name, text in tables.items():
+        table = folder / name
+        if table.is_file() and table.read_bytes() != text.encode(errors='replace'):
+            shutil.copyfile(table, folder / f'{name}.bak')
+    write_together({folder / path: text for path, text in {**tables, **pages}.items()})
+    for page in (folder / 'students').glob('*.html'):
+        if page.relative_to(folder).as_posix() not in pages:  # of a student who is gone
+            page.unlink()

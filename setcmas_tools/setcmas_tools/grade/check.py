@@ -57,7 +57,7 @@ def student_view(marks: Marks) -> Marks:
     corrections = tuple(
         replace(one, what='hidden criteria') if one.hidden else one for one in marks.corrections
     )
-    return replace(marks, scenarios=tuple(shown), similar=(), digest='', corrections=corrections)
+    return replace(marks, scenarios=tuple(shown), similar=(), corrections=corrections)
 
 
 def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:

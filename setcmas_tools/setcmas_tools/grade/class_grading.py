@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import logging
-import signal
-import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
@@ -107,7 +104,7 @@ class Grader:
     is_confined: bool = True
 
     def marks(self, submission: Submission) -> Marks:
-        """Return the marks of a submission.
+        """Return the marks of a submission, with pictures.
 
         Raises:
             SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
@@ -129,21 +126,21 @@ class Grader:
         )
         return replace(marks, scenarios=tuple(drawn))
 
-    def tried(self, submission: Submission) -> tuple[str, Marks | None]:
-        """Return the name of a submission and its marks; None if it is not why there are none.
+    def tried(self, submission: Submission) -> tuple[Submission, Marks | None]:
+        """Return a submission and its marks; None if it is not why there are none.
 
         Raises:
             SetcmasError: As `marks`, unless the machine ends a run.
         """
         try:
-            return submission.name, self.marks(submission)
+            return submission, self.marks(submission)
         except NoProcessError:
-            return submission.name, None
+            return submission, None
         except SetcmasError:
             raise
         except Exception:  # it does not stop the others
             _logger.exception('internal error while grading %r', submission.name)
-            return submission.name, None
+            return submission, None
 
 
 def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
@@ -169,9 +166,6 @@ def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
 KEPT = 'marks'
 """Folder with the marks of submissions."""
 
-_SANDBOX = 6
-"""Version of the sandbox; in earlier ones scripts could leave it, or robots could communicate."""
-
 
 class KeptMarks:
     """A folder with a file of marks for each graded submission."""
@@ -181,41 +175,29 @@ class KeptMarks:
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
         self._grader = _digest(
-            repr((__version__, _SANDBOX, grader.times, grader.is_confined)).encode(),
+            repr((__version__, grader.times, grader.is_confined)).encode(),
             *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
         )
 
-    def digest(self, submission: Submission) -> str:
-        """Return a digest that is equal for submissions with equal marks."""
+    def found(self, submission: Submission) -> Marks | None:
+        """Return the stored marks of a submission; None if it was not graded as it is."""
+        try:
+            return msgspec.json.decode(self._file(submission).read_bytes(), type=Marks)
+        except (OSError, msgspec.MsgspecError):
+            return None
+
+    def keep(self, submission: Submission, marks: Marks) -> None:
+        """Write the marks of a submission, whole or not at all."""
+        with written_whole(self._file(submission)) as file:
+            file.write(msgspec.json.encode(marks).decode())
+
+    def _file(self, submission: Submission) -> Path:
+        """Return the file for the marks of a submission, named after all that they depend on."""
         parts = [self._grader.encode(), repr((submission.name, submission.script)).encode()]
         parts += [submission.problem.encode()]
         for name, content in sorted(submission.files.items()):
             parts += [name.encode(errors='surrogateescape'), content]
-        return _digest(*parts)
-
-    def found(self, submission: Submission) -> Marks | None:
-        """Return the stored marks of a submission; None if it was not graded."""
-        digest = self.digest(submission)
-        try:
-            marks = msgspec.json.decode((self._folder / f'{digest}.json').read_bytes(), type=Marks)
-        except (OSError, msgspec.MsgspecError):
-            return None
-        return marks if marks.digest == digest else None
-
-    def keep(self, submission: Submission, marks: Marks) -> Marks:
-        """Write the marks of a submission, whole or not at all; return them with their digest."""
-        digest = self.digest(submission)
-        kept = replace(marks, digest=digest)
-        with written_whole(self._folder / f'{digest}.json') as file:
-            file.write(msgspec.json.encode(kept).decode())
-        return kept
-
-    def drop_others(self, submissions: Iterable[Submission]) -> None:
-        """Remove the marks of all other submissions."""
-        wanted = {self.digest(one) for one in submissions}
-        for file in self._folder.iterdir():
-            if file.stem not in wanted and file.suffix in ('.json', '.part'):
-                file.unlink()
+        return self._folder / f'{_digest(*parts)}.json'
 
 
 def _read(file: Path) -> bytes:
@@ -251,79 +233,34 @@ def grade(
     marked; the next grading tries again.
 
     Raises:
-        SetcmasError: The rubric's solution fails.
+        SetcmasError: The rubric's solution fails, or a grading process dies.
         OSError: The marks cannot be written.
     """
+    with needs('grade'):
+        import joblib
     rubric = grader.rubric
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
     kept = KeptMarks(folder, grader)
     earlier = () if again else submissions
     marks = {one.name: found for one in earlier if (found := kept.found(one))}
-    by_name = {one.name: one for one in submissions}
     left = [one for one in submissions if one.name not in marks]
     with tqdm(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
     ) as progress:
-        for name, made in _made(left, grader, jobs):
-            submission = by_name[name]
-            marks[name] = (
-                kept.keep(submission, made)
-                if made
-                else unmarked(rubric, name, submission.student, Failure(_NOT_RUN))
-            )
-            progress.update()
-    kept.drop_others(submissions)
+        parallel = joblib.Parallel(jobs, return_as='generator_unordered')
+        try:
+            for one, made in parallel(joblib.delayed(grader.tried)(one) for one in left):
+                if made:
+                    kept.keep(one, made)
+                marks[one.name] = made or unmarked(
+                    rubric, one.name, one.student, Failure(_NOT_RUN)
+                )
+                progress.update()
+        except BrokenProcessPool as error:
+            raise SetcmasError(f'a grading process has died: {_NOT_RUN}') from error
     like = likenesses(*_prints(submissions, rubric))
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
-
-
-def _made(
-    submissions: Sequence[Submission], grader: Grader, jobs: int
-) -> Iterator[tuple[str, Marks | None]]:
-    """Yield names and marks of submissions as they finish; None for what the machine cannot run.
-
-    If a grading process dies, what is left is graded again, one submission at a time.
-    """
-    left = {one.name: one for one in submissions}
-    if jobs > 1:
-        try:
-            for name, made in _graded(submissions, grader, jobs):
-                del left[name]
-                yield name, made
-        except BrokenProcessPool:
-            _logger.warning('a grading process has died: the rest is graded one at a time')
-    for one in left.values():
-        try:
-            # Two workers, for joblib makes one of this process, which would die with it.
-            yield from _graded([one], grader, jobs=2)
-        except BrokenProcessPool:
-            yield one.name, None
-
-
-def _graded(
-    submissions: Sequence[Submission], grader: Grader, jobs: int
-) -> Iterator[tuple[str, Marks | None]]:
-    """Yield what `Grader.tried` returns, from several processes.
-
-    Raises:
-        BrokenProcessPool: One of them has died.
-    """
-    with needs('grade'):
-        import joblib
-    parallel = joblib.Parallel(
-        jobs, 'loky', return_as='generator_unordered', initializer=_end_with_parent
-    )
-    yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)
-
-
-_PR_SET_PDEATHSIG = 1
-
-
-def _end_with_parent() -> None:
-    """Let a grading process end when the one that has started it is killed."""
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _prints(

@@ -1,16 +1,13 @@
-"""Gradebook of a class: pages of students and of the class, and tables for platforms."""
+"""Gradebook of a class: a page per student, and tables for teachers and platforms."""
 
 from __future__ import annotations
 
 import csv
-import functools
 import io
 import re
-import statistics
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tabulate import tabulate
 
@@ -18,9 +15,6 @@ from setcmas_simu.errors import needs
 from setcmas_tools.grade.check import lines_of, student_view
 from setcmas_tools.grade.criteria import points_text
 from setcmas_tools.grade.marks import CriterionMark, Marks
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 _LONGEST = 80
 
@@ -43,41 +37,6 @@ def _safe(name: str) -> str:
     plain = unicodedata.normalize('NFKD', name).encode('ascii', 'ignore').decode()
     text = re.sub(r'[^A-Za-z0-9]+', '_', plain)
     return text.strip('_')[:_LONGEST] or 'student'
-
-
-class CriterionFigures(NamedTuple):
-    """Results of a class for one criterion: mean share of its points, number of full marks."""
-
-    scenario: str
-    name: str
-    share: float
-    full: int
-    hidden: bool
-
-
-def share(points: float, most: float) -> float:
-    """Return a share of points, at most 1; 1 if there are none."""
-    return min(points / most, 1.0) if most else 1.0
-
-
-def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
-    """Return criteria by increasing share of points."""
-    each = (
-        [(scenario, mark) for scenario in one.scenarios for mark in scenario.criteria]
-        for one in [one for one in marks if one.is_decided] or marks
-    )
-    figures = [
-        CriterionFigures(
-            scenario.name,
-            first.name,
-            statistics.fmean(share(mark.points, mark.max_points) for _, mark in column),
-            sum(mark.is_full for _, mark in column),
-            scenario.hidden or first.hidden,
-        )
-        for column in zip(*each, strict=True)
-        for scenario, first in column[:1]
-    ]
-    return sorted(figures, key=lambda one: one.share)
 
 
 _MOST_LIKE = 3
@@ -123,45 +82,11 @@ def _short(text: str) -> str:
     return plain if len(plain) <= _LONGEST_REMARK else f'{plain[: _LONGEST_REMARK - 1]}…'
 
 
-CLASS_PAGE = 'index.html'
 _CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
 def pages_of(marks: Sequence[Marks]) -> dict[str, str]:
-    """Return the pages of a class by name: `index.html` for teachers, and one per submission."""
-    links = [f'students/{name}.html' for name in file_names(marks)]
-    students = zip(links, map(student_page, marks), strict=True)
-    return {CLASS_PAGE: class_page(marks, links), **dict(students)}
-
-
-def student_page(marks: Marks) -> str:
-    """Return the page of a submission, with only what its student may see."""
-    return _page('student.html', marks=student_view(marks))
-
-
-def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
-    """Return the page of a class, for teachers only; `links` lead to each student's page."""
-    names = names_of(marks)
-    rows = list(zip(marks, links, strict=True))
-    scores = [one.score for one in marks if one.is_decided] or [0.0]
-    failed = [one for one in marks if any(each.failure for each in one.scenarios)]
-    return _page(
-        'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
-        median=statistics.median(scores), full=sum(one.is_full for one in marks),
-        failed=len(failed), undecided=sum(not one.is_decided for one in marks),
-        criteria=hardest_first(marks),
-    )  # fmt: skip
-
-
-def _page(template: str, **known: Any) -> str:
-    """Return a page without control characters."""
-    text = _templates().get_template(template).render(**known)
-    return _CONTROL.sub('\N{REPLACEMENT CHARACTER}', text)
-
-
-@functools.cache
-def _templates() -> Environment:
-    """Return the templates of this folder, and the style of the page of a run.
+    """Return a page per submission by path, students/NAME.html: what its student may see.
 
     Raises:
         SetcmasError: jinja2 is missing.
@@ -169,14 +94,17 @@ def _templates() -> Environment:
     with needs('grade'):
         from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
-    found = Environment(
-        loader=ChoiceLoader([PackageLoader(__package__), PackageLoader('setcmas_tools.page')]),
+    places = [PackageLoader(__package__), PackageLoader('setcmas_tools.page')]
+    environment = Environment(
+        loader=ChoiceLoader(places),
         autoescape=True,  # names, messages and scripts may hold HTML
         undefined=StrictUndefined,
     )
-    found.filters |= {'points': points_text, 'remark': remark}
-    found.globals['share'] = share
-    return found
+    environment.filters['points'] = points_text
+    template = environment.get_template('student.html')
+    texts = (template.render(marks=student_view(one)) for one in marks)
+    shown = (_CONTROL.sub('\N{REPLACEMENT CHARACTER}', text) for text in texts)
+    return dict(zip((f'students/{name}.html' for name in file_names(marks)), shown, strict=True))
 
 
 Cell = str | float

@@ -190,7 +190,6 @@ class Marks:
         failure: Why nothing could run; None if it could.
         unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
         corrections: Changes by a person, in order; stored marks have none.
-        digest: Digest of the script with its helper modules, and of the rubric with its files.
         file: The file that was marked, relative to the folder of the class; '' if there is none.
     """
 
@@ -201,7 +200,6 @@ class Marks:
     failure: Failure | None = None
     unfilled: bool = False
     similar: tuple[Similar, ...] = ()
-    digest: str = ''
     corrections: tuple[Correction, ...] = ()
     file: str = ''
 

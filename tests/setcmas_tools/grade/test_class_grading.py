@@ -7,6 +7,7 @@ import pytest
 from sandboxes import needs_sandbox
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
@@ -75,7 +76,6 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     again = grade(tmp_path / 'one', {**SCRIPTS, 'sign': SCRIPTS['slow']}, jobs=1)
 
     after = kept(tmp_path / 'one')
-    assert len(after) == len(SCRIPTS)
     assert len(after - before) == 1
     assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
 
@@ -84,16 +84,18 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
 def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_command(
     tmp_path, monkeypatch
 ):
-    made = class_grading._made
+    marks = Grader.marks
 
-    def disturbed(*args):
-        return ((name, None if name == 'good' else marks) for name, marks in made(*args))
+    def disturbed(grader, submission):
+        if submission.name == 'good':
+            raise NoProcessError('full')
+        return marks(grader, submission)
 
-    monkeypatch.setattr(class_grading, '_made', disturbed)
+    monkeypatch.setattr(Grader, 'marks', disturbed)
     two = {'good': GOOD, 'sign': SCRIPTS['sign']}
     good, sign = grade(tmp_path, two, jobs=1)
     assert good.failure.message.startswith('this computer ran out of')
-    assert (good.is_decided, good.digest, sign.is_decided) == (False, '', True)
+    assert (good.is_decided, sign.is_decided) == (False, True)
     assert len(kept(tmp_path)) == 1
     monkeypatch.undo()
 
@@ -107,33 +109,28 @@ def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeyp
     (submission,) = submissions(good=GOOD)
     monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
 
-    assert Grader(RUBRIC).tried(submission) == ('good', None)
+    assert Grader(RUBRIC).tried(submission) == (submission, None)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize('jobs', [1, 2])
-def test_a_process_that_dies_takes_no_other_submission_along(tmp_path, jobs):
+def test_a_process_that_dies_ends_the_grading_and_what_is_graded_stays(tmp_path):
     """As the kernel kills one that takes all the memory; without the sandbox, a script can."""
     kill = f'import os, signal\nos.kill(os.getppid(), signal.SIGKILL)\n{GOOD}'
-    three = {'good': GOOD, 'kill': kill, 'shipped': SCRIPTS['shipped']}
+    two = submissions(good=GOOD, kill=kill)
     grader = Grader(RUBRIC, is_confined=False)
+    class_grading.grade(two[:1], grader, tmp_path)
 
-    marks = class_grading.grade(submissions(**three), grader, tmp_path, jobs=jobs)
+    with pytest.raises(SetcmasError, match='a grading process has died: this computer ran out of'):
+        class_grading.grade(two, grader, tmp_path, jobs=2)
 
-    good, killer, shipped = marks
-    assert good.is_full
-    assert shipped.is_full
-    assert not killer.is_decided
-    assert killer.failure.message.startswith('this computer ran out of memory')
+    assert KeptMarks(tmp_path, grader).found(two[0]).is_full
 
 
 SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})
 LAW = 'from gains import K\ndef control(i, n, poses, t):\n    return 0, 0\n'
 
 
-def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_changed(
-    tmp_path, monkeypatch
-):
+def test_marks_count_again_unless_a_module_of_the_solution_has_changed(tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
     (tmp_path / 'gains.py').write_text('K = 1\n')
     rubric = replace(rubric_of_exercise('consensus'), solution=tmp_path / 'law.py')
@@ -143,8 +140,5 @@ def test_marks_count_again_unless_a_module_of_the_solution_or_the_sandbox_has_ch
 
     marks().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
     assert marks().found(SUBMISSION).score == 0
-    with monkeypatch.context() as patch:
-        patch.setattr(class_grading, '_SANDBOX', 1)
-        assert marks().found(SUBMISSION) is None
     (tmp_path / 'gains.py').write_text('K = 2\n')
     assert marks().found(SUBMISSION) is None
