@@ -8,7 +8,7 @@ from setcmas_tools.bags.bag_reader import open_bag
 def read(path):
     """Return the x of each message, and the notices."""
     with open_bag(path) as bag:
-        x = [topic.type.decode(data).x for topic, _, data in bag.messages()]
+        x = [topic.decode(data).x for topic, _, data in bag.messages()]
         return x, bag.notices
 
 

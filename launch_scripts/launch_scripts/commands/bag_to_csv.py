@@ -1,8 +1,8 @@
 """Convert a bag to a CSV file per topic, and fleet.csv for the whole fleet.
 
-Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, compressed by zstd or not,
-and ROS 1 .bag files, with messages of any type. If a bag was cut short, it reads what is there,
-and a message says how much.
+Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, and ROS 1 .bag files, with
+messages of any type. If an mcap bag was cut short, it reads what is there, and a message says how
+much.
 
 Examples:
   setcmas bag_to_csv out/bag

@@ -1,4 +1,4 @@
-"""Bags of any kind: their files, their topics, and their messages in the order of time."""
+"""Bags of any kind: their topics, and their messages in the order of time."""
 
 from __future__ import annotations
 
@@ -7,39 +7,36 @@ import heapq
 from collections import Counter
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from rosbags.interfaces import Connection, Qos
+from rosbags.interfaces import Connection, ConnectionExtRosbag1, ConnectionExtRosbag2, Qos
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet import topics
-from setcmas_tools.bags.bag_file import BagFile, open_files
-from setcmas_tools.bags.message_types import (
-    BagTypes,
-    MessageType,
-    UndecodableError,
-    UnresolvedTypeError,
-)
-
-_LONGEST_NS = 10**15
-"""A recording lasts less than these 11 days, unless the clock was set during it."""
+from setcmas_tools.bags.bag_files import BagReader, one_line, open_readers
+from setcmas_tools.bags.message_types import UnknownDefinitionError, add_type_of
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
 class BagTopic:
-    """A topic of a bag with messages of one type, and how they are decoded.
+    """A topic of a bag with messages of one type.
 
     Attributes:
         name: Full name, such as `/tb3_1/odom`.
-        type: Type of its messages.
+        msgtype: Type of its messages, such as `nav_msgs/msg/Odometry`.
+        decode: Makes a message object from its bytes; raises SerdeError.
         count: Number of messages in the bag.
         offered_qos: Quality of service of its publishers, if the bag stores it.
     """
 
     name: str
-    type: MessageType
+    msgtype: str
+    decode: Callable[[bytes], Any]
     count: int
     offered_qos: tuple[Qos, ...] = ()
 
@@ -56,82 +53,77 @@ class Bag:
 
     Attributes:
         path: As the user gave it.
+        types: The types of its messages and of their parts.
         topics: Those with messages whose type is known, sorted by name.
         count: Number of messages of these topics.
         start_ns: Time of the first message in ns.
         end_ns: Time of the last message in ns.
+        notices: A line for each loss; complete once `messages` or `deliver` has ended.
     """
 
-    def __init__(self, path: Path, files: list[BagFile], notices: list[str]) -> None:
-        """Resolve the topics of open files; `notices` has a line for each loss so far.
+    def __init__(self, path: Path, readers: list[BagReader], notices: list[str]) -> None:
+        """Resolve the topics of open readers; `notices` has a line for each loss so far.
 
         Raises:
             SetcmasError: There is no message, or none of a known type.
         """
         self.path = path
-        self._files = files
-        self._notices = notices
-        self._undecodable: dict[BagTopic, str] = {}
+        self.types = get_typestore(Stores.EMPTY)
+        self.notices = notices
+        self._readers = [reader for reader in readers if reader.message_count]
         self._topics = self._resolve()
-        full = [file.reader for file in files if file.reader.message_count]
         if not self._topics:
-            lines = self._notices + [line for file in files for line in file.notices]
-            raise SetcmasError(f"bag '{path}' cannot be read: {lines[-1]}")
+            reason = self.notices[-1] if self.notices else 'it holds no messages'
+            raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
         self.topics = [self._topics[key] for key in sorted(self._topics)]
         self.count = sum(topic.count for topic in self.topics)
-        self.start_ns = min(reader.start_time for reader in full)
-        self.end_ns = max(reader.end_time for reader in full) - 1  # rosbags counts a ns more
-        self._of_one_clock: range | None = None
-        if self.end_ns - self.start_ns > _LONGEST_NS:
-            self._keep_one_clock()
-
-    @property
-    def notices(self) -> list[str]:
-        """A line for each loss; complete once `messages` or `deliver` has ended."""
-        files = [line for file in self._files for line in (*file.notices, file.damage) if line]
-        undecodable = [self._undecodable[t] for t in self.topics if t in self._undecodable]
-        return self._notices + files + undecodable
+        self.start_ns = min(reader.start_time for reader in self._readers)
+        self.end_ns = max(reader.end_time for reader in self._readers) - 1  # rosbags adds a ns
 
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message in the order of time."""
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        merged = heapq.merge(*(file.messages(found) for file in self._files), key=itemgetter(1))
-        kept = self._of_one_clock
-        return merged if kept is None else (one for one in merged if one[1] in kept)
+        parts = (self._messages_of(reader, found) for reader in self._readers)
+        return heapq.merge(*parts, key=itemgetter(1))
 
-    def _keep_one_clock(self) -> None:
-        """Leave out the messages before a clock was set, or after, whichever are fewer."""
-        times = [time_ns for _, time_ns, _ in self.messages()]
-        early = [time_ns for time_ns in times if time_ns - times[0] <= _LONGEST_NS]
-        late = [time_ns for time_ns in times if times[-1] - time_ns <= _LONGEST_NS]
-        kept = max(early, late, key=len)
-        if len(kept) == len(times):  # the others are of topics that are left out
-            return
-        self.start_ns, self.end_ns = kept[0], kept[-1]
-        self._of_one_clock = range(self.start_ns, self.end_ns + 1)
-        self.count = len(kept)
-        self._notices.append(
-            f'{len(times) - len(kept):,} of {len(times):,} messages are left out: the clock was '
-            f'set during the recording, by {(late[0] - early[-1]) / 1e9:,.0f} s'
-        )
+    def _messages_of(
+        self, reader: BagReader, found: Mapping[tuple[str, str], BagTopic]
+    ) -> Iterator[Message]:
+        """Yield the messages of some topics from one reader, up to its first damage."""
+        own = [one for one in reader.connections if _key(one) in found]
+        count, most = 0, sum(connection.msgcount for connection in own)
+        reason = 'some are missing'
+        try:
+            for connection, time_ns, data in reader.messages(own) if own else ():
+                count += 1
+                yield found[_key(connection)], time_ns, data
+        except Exception as error:  # a damaged file makes any of several libraries fail
+            reason = one_line(error)
+        if count < most:
+            read = f'{count:,} of {most:,} messages were read'
+            self._notice(f"'{self.path}' is damaged ({reason}): {read}")
 
     def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]], zero_ns: int) -> None:
         """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.
 
         A topic without functions is not decoded. Messages that cannot be decoded get a notice.
         """
-        wrong: dict[BagTopic, int] = {}
+        wrong: Counter[BagTopic] = Counter()
+        reasons: dict[BagTopic, str] = {}
         for topic, time_ns, data in self.messages({one for one, own in takers.items() if own}):
             try:
-                message = topic.type.decode(data)
-                for take in takers[topic]:
-                    take(time_ns - zero_ns, message)
-            except UndecodableError as error:
-                wrong[topic] = wrong.get(topic, 0) + 1
-                self._undecodable[topic] = (
-                    f'topic {topic.name}: {wrong[topic]:,} of {topic.count:,} messages are '
-                    f'left out, their bytes are not a {topic.type.name} ({error})'
-                )
+                message = topic.decode(data)
+            except SerdeError as error:
+                wrong[topic] += 1
+                reasons[topic] = one_line(error)
+                continue
+            for take in takers[topic]:
+                take(time_ns - zero_ns, message)
+        self.notices += [
+            f'topic {topic.name}: {number:,} of {topic.count:,} messages are left out, '
+            f'their bytes are not a {topic.msgtype} ({reasons[topic]})'
+            for topic, number in wrong.items()
+        ]
 
     def first_command(self) -> int:
         """Return the time of the first command in ns, else of the first message.
@@ -157,23 +149,39 @@ class Bag:
     def _resolve(self) -> dict[tuple[str, str], BagTopic]:
         connections: dict[tuple[str, str], Connection] = {}
         counts: Counter[tuple[str, str]] = Counter()
-        for connection in (c for file in self._files for c in file.reader.connections):
+        for connection in (one for reader in self._readers for one in reader.connections):
             # Publishers of one topic may have a connection each, and files repeat them.
             connections.setdefault(_key(connection), connection)
             counts[_key(connection)] += connection.msgcount
-        types = BagTypes()
         found = {}
         for key, count in (+counts).items():
-            connection = connections[key]
-            name = f'/{key[0].lstrip("/")}'  # ROS 1 has names without a slash
             try:
-                message_type = types.resolve(connection)
-            except UnresolvedTypeError as error:
-                self._notices.append(f'topic {name} ({key[1]}) is left out: {error}')
-            else:
-                offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
-                found[key] = BagTopic(name, message_type, count, tuple(offered))
+                found[key] = self._topic(connections[key], count)
+            except UnknownDefinitionError as error:
+                self.notices.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
         return found
+
+    def _topic(self, connection: Connection, count: int) -> BagTopic:
+        """Return a topic, or raise UnknownDefinitionError."""
+        ext = connection.ext
+        is_ros1 = isinstance(ext, ConnectionExtRosbag1)
+        if isinstance(ext, ConnectionExtRosbag2) and ext.serialization_format != 'cdr':
+            raise UnknownDefinitionError(
+                f"it is encoded as '{ext.serialization_format}'; it must be cdr"
+            )
+        add_type_of(connection, self.types, is_ros1)
+        deserialise = self.types.deserialize_ros1 if is_ros1 else self.types.deserialize_cdr
+        return BagTopic(
+            f'/{connection.topic.lstrip("/")}',  # ROS 1 has names without a slash
+            connection.msgtype,
+            partial(deserialise, typename=connection.msgtype),
+            count,
+            tuple(getattr(ext, 'offered_qos_profiles', ())),  # none in ROS 1
+        )
+
+    def _notice(self, line: str) -> None:
+        if line not in self.notices:  # a bag may be read twice
+            self.notices.append(line)
 
 
 @contextlib.contextmanager
@@ -189,13 +197,13 @@ def open_bag(path: Path) -> Iterator[Bag]:
     """
     with contextlib.ExitStack() as stack:
         with file_errors(f"bag '{path}' cannot be read"):
-            bag = Bag(path, *open_files(path, stack))
+            bag = Bag(path, *open_readers(path, stack))
         yield bag
 
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:
-    with contextlib.suppress(UndecodableError, AttributeError):  # damaged, or of another type
-        return not topic.type.decode(data).data
+    with contextlib.suppress(SerdeError, AttributeError):  # damaged, or of another type
+        return not topic.decode(data).data
     return False
 
 

@@ -9,14 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rosbags.interfaces import (
-    Connection,
-    ConnectionExtRosbag1,
-    ConnectionExtRosbag2,
-    MessageDefinitionFormat,
-    Nodetype,
-)
-from rosbags.serde import SerdeError
+from rosbags.interfaces import Connection, MessageDefinitionFormat, Nodetype
 from rosbags.typesys import (
     Stores,
     TypesysError,
@@ -26,112 +19,57 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.bags.bag_file import one_line
+from setcmas_tools.bags.bag_files import one_line
 
 _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
-class UnresolvedTypeError(Exception):
-    """A message type that cannot be decoded; the message has the reason."""
+class UnknownDefinitionError(Exception):
+    """A message type without a usable definition; the message has the reason."""
 
 
-class UndecodableError(Exception):
-    """The bytes of a message do not fit its type."""
+def add_type_of(connection: Connection, types: Typestore, is_ros1: bool) -> None:
+    """Add the type of a bag's topic, and its parts, to the types that are known.
 
+    What the bag does not define is taken from ROS.
 
-@dataclass(frozen=True)
-class MessageType:
-    """A message type that can be decoded.
-
-    Attributes:
-        name: As in `nav_msgs/msg/Odometry`.
-        store: The definitions of this type and its parts.
-        decode: Makes a message object from its bytes; raises UndecodableError.
+    Raises:
+        UnknownDefinitionError: There is no definition, it is malformed, or another topic has a
+            different one.
     """
-
-    name: str
-    store: Typestore
-    decode: Callable[[bytes], Any]
-
-
-class BagTypes:
-    """Resolves the types of a bag."""
-
-    def __init__(self) -> None:
-        self._resolved: dict[tuple[str, str, bool], MessageType] = {}
-
-    def resolve(self, connection: Connection) -> MessageType:
-        """Return the type of a connection's messages.
-
-        Raises:
-            UnresolvedTypeError: No usable definition of the type exists.
-        """
-        ext = connection.ext
-        is_ros1 = isinstance(ext, ConnectionExtRosbag1)
-        if isinstance(ext, ConnectionExtRosbag2) and ext.serialization_format != 'cdr':
-            encoding = ext.serialization_format
-            raise UnresolvedTypeError(f"it is encoded as '{encoding}'; it must be cdr")
-        key = (connection.msgtype, connection.msgdef.data, is_ros1)
-        if key not in self._resolved:
-            try:
-                self._resolved[key] = self._type_of(connection, is_ros1)
-            except KeyError as error:  # of a type or of a kind of field
-                raise UnresolvedTypeError(f'no definition of {error} is known') from error
-            except RecursionError as error:
-                raise UnresolvedTypeError('its definition contains itself') from error
-        return self._resolved[key]
-
-    def _type_of(self, connection: Connection, is_ros1: bool) -> MessageType:
-        # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
-        known = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
-        name = connection.msgtype
+    # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
+    known = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE).fielddefs
+    try:
         try:
-            store = _store_of(_parsed(connection), known)
-            # SyntaxError: of a damaged name
-        except (TypesysError, SyntaxError, ValueError) as error:
-            store = known
-            if name not in store.fielddefs:
-                reason = f'its definition is damaged ({one_line(error)})'
-                if not connection.msgdef.data:
-                    reason = 'the bag holds no definition of it'
-                raise UnresolvedTypeError(reason) from error
-        store.get_msgdef(name)
-        deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
-
-        def decode(data: bytes) -> Any:
-            try:
-                return deserialise(data, name)
-            except SerdeError as error:
-                raise UndecodableError(one_line(error)) from error
-
-        return MessageType(name, store, decode)
-
-
-def _store_of(types: dict[str, Any], known: Typestore) -> Typestore:
-    """Return a store of types and of their parts, which bags of other tools may lack."""
-    _add_parts(types, lambda part: {part: known.fielddefs[part]})
-    store = get_typestore(Stores.EMPTY)
-    store.register(types)
-    return store
+            own = _parsed(connection)
+        except (TypesysError, SyntaxError, ValueError):
+            if connection.msgtype not in known:
+                raise
+            own = {}
+        parts = _with_parts(connection.msgtype, lambda name: own.get(name) or known[name])
+        types.register(parts)
+        types.get_msgdef(connection.msgtype)
+    except KeyError as error:  # of a type or of a kind of field
+        raise UnknownDefinitionError(f'no definition of {error} is known') from error
+    except RecursionError as error:
+        raise UnknownDefinitionError('its definition contains itself') from error
+    except (TypesysError, SyntaxError, ValueError) as error:  # SyntaxError: of a damaged name
+        raise UnknownDefinitionError(f'its definition is damaged ({one_line(error)})') from error
 
 
 def _parsed(connection: Connection) -> dict[str, Any]:
-    """Return the definitions of a type and its parts; ValueError is raised if there are none."""
+    """Return the definitions that a bag holds of a type and its parts; it may hold none."""
     text = connection.msgdef.data
-    if connection.msgdef.format == MessageDefinitionFormat.MSG and text:
+    if not text:
+        return {}
+    if connection.msgdef.format == MessageDefinitionFormat.MSG:
         return dict(get_types_from_msg(text, connection.msgtype))
     definitions: dict[str, Any] = {}
     for part in text.split(_IDL_SEPARATOR):
         idl = part.split('\n', 1)[1] if part.startswith('IDL: ') else part
         if idl.strip():
             definitions.update(get_types_from_idl(idl))
-    if not definitions:
-        raise ValueError
     return definitions
-
-
-class UnknownDefinitionError(Exception):
-    """A message type with no definition on this machine."""
 
 
 @dataclass(frozen=True)
@@ -165,25 +103,21 @@ class MessageDefinitions:
         Raises:
             UnknownDefinitionError: It is neither built in nor installed, or is malformed.
         """
+        known = self.store.fielddefs
         try:
-            self.store.register(self._missing(msgtype))
+            if msgtype not in known:
+                find = self._installed
+                self.store.register(_with_parts(msgtype, lambda n: known.get(n) or find(n)))
             text, _ = self.store.generate_msgdef(msgtype, ros_version=2)
             return Definition(text, self.store.hash_rihs01(msgtype))
         except (TypesysError, KeyError) as error:
             raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
 
-    def _missing(self, msgtype: str) -> dict[str, Any]:
-        """Return the parsed definitions of a type and its parts that are not built in."""
-        known = self.store.fielddefs
-        found = {} if msgtype in known else self._installed(msgtype)
-        _add_parts(found, lambda part: {} if part in known else self._installed(part))
-        return found
-
-    def _installed(self, msgtype: str) -> dict[str, Any]:
+    def _installed(self, msgtype: str) -> Any:
         for prefix in self._prefixes:
             path = prefix / 'share' / f'{msgtype}.msg'
             if path.is_file():
-                return dict(get_types_from_msg(path.read_text(encoding='utf-8'), msgtype))
+                return get_types_from_msg(path.read_text(encoding='utf-8'), msgtype)[msgtype]
         raise UnknownDefinitionError(f'no file {msgtype}.msg is installed')
 
 
@@ -193,16 +127,16 @@ def installed_prefixes() -> list[Path]:
     return [*(Path(prefix) for prefix in sourced if prefix), Path(sys.prefix)]
 
 
-def _add_parts(types: dict[str, Any], find: Callable[[str], dict[str, Any]]) -> None:
-    """Add the definitions of the parts of types, and of their parts, that a function finds."""
-    waiting = list(types)
+def _with_parts(msgtype: str, find: Callable[[str], Any]) -> dict[str, Any]:
+    """Return the definitions of a type, its parts, and their parts, which a function finds."""
+    found: dict[str, Any] = {}
+    waiting = [msgtype]
     while waiting:
-        for _, desc in types[waiting.pop()][1]:
-            for part in _part_names(desc):
-                if part not in types:
-                    new = find(part)
-                    types |= new
-                    waiting += new
+        name = waiting.pop()
+        if name not in found:
+            found[name] = find(name)
+            waiting += [part for _, desc in found[name][1] for part in _part_names(desc)]
+    return found
 
 
 def _part_names(desc: Any) -> list[str]:

@@ -10,6 +10,7 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosReliability
-from rosgraph_msgs.msg import Clock
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
-from setcmas_simu.ros.messages import stamp_of
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
@@ -66,10 +65,8 @@ def is_command(name: str, msgtype: str) -> bool:
     return last.startswith(_COMMAND_BEGIN)
 
 
-def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[str]]:
+def played_topics(bag: Bag) -> tuple[dict[BagTopic, Any], list[str]]:
     """Return the message class of each topic to play, and a line for each reason to omit topics.
-
-    With its own clock, the player publishes /clock itself.
 
     Raises:
         SetcmasError: No topic can be played.
@@ -77,11 +74,11 @@ def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[
     classes: dict[BagTopic, Any] = {}
     left_out: defaultdict[str, list[str]] = defaultdict(list)
     for topic in bag.topics:
-        reason = _objection(topic, own_clock)
+        reason = _objection(topic)
         if any(topic.name == other.name for other in classes):
             reason = reason or 'recorded with two types'
         try:
-            classes |= {} if reason else {topic: message_class(topic.type.name)}
+            classes |= {} if reason else {topic: message_class(topic.msgtype)}
         except NoPythonTypeError as error:
             reason = str(error)
         if reason:
@@ -92,13 +89,13 @@ def played_topics(bag: Bag, own_clock: bool) -> tuple[dict[BagTopic, Any], list[
     return classes, notes
 
 
-def _objection(topic: BagTopic, own_clock: bool) -> str:
+def _objection(topic: BagTopic) -> str:
     """Return why a topic is never played; empty if it may be."""
-    if is_command(topic.name, topic.type.name):
+    if is_command(topic.name, topic.msgtype):
         return 'no robot moves because of a recording'
     if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
         return 'they belong to the recorded programs'
-    return '--clock takes its place' if own_clock and topic.name == topics.CLOCK else ''
+    return ''
 
 
 def _listed(names: list[str]) -> str:
@@ -143,57 +140,49 @@ def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:
     return ''
 
 
-_TICK_S = 0.025
+_WAKE_S = 0.025
 _LOOK_S = 1.0
 
 
-class Player:
-    """Publishes the messages of a bag in time.
+def play(
+    process: RosProcess,
+    bag: Bag,
+    publishers: Mapping[BagTopic, Publisher],
+    rate: float,
+    in_use: Callable[[], str],
+) -> tuple[int, str]:
+    """Publish the messages of topics in time, to the end of the bag or a request to stop.
 
-    Attributes:
-        count: Number of messages that were published.
-        reason: Why playing broke off; empty at the end of the bag, or after a request to stop.
+    Args:
+        process: It answers requests meanwhile.
+        bag: The recording.
+        publishers: One for each topic to play.
+        rate: Speed, 1 as recorded.
+        in_use: Returns why playing must break off; empty if it need not.
+
+    Returns:
+        Number of published messages, and why playing broke off; empty if it did not.
     """
-
-    def __init__(
-        self,
-        process: RosProcess,
-        rate: float,
-        clock: Publisher | None,
-        in_use: Callable[[], str],
-    ) -> None:
-        """Prepare to play at a rate, 1 as recorded.
-
-        `clock` publishes the time of the recording, if given; `in_use` returns why playing must
-        break off.
-        """
-        self.count = 0
-        self.reason = ''
-        self._process, self._rate, self._clock, self._in_use = process, rate, clock, in_use
-
-    def play(self, bag: Bag, publishers: Mapping[BagTopic, Publisher]) -> None:
-        """Play topics of a bag to its end, with a publisher for each."""
-        begin = next_tick = time.monotonic()
-        next_look = begin + _LOOK_S
-        for topic, time_ns, data in bag.messages(publishers):
-            due = begin + (time_ns - bag.start_ns) / 1e9 / self._rate
-            while (now := time.monotonic()) < due or now >= next_tick:
-                if now >= next_tick:
-                    next_tick = now + _TICK_S
-                    self._tick(bag.start_ns + round((now - begin) * self._rate * 1e9))
-                if now >= next_look:
-                    next_look = now + _LOOK_S
-                    self.reason = self._in_use()
-                if self._process.stopping or self.reason:
-                    return
-                time.sleep(max(0.0, min(due, next_tick) - time.monotonic()))
-            publishers[topic].publish(data)
-            self.count += 1
-
-    def _tick(self, time_ns: int) -> None:
-        if self._clock:
-            self._clock.publish(Clock(clock=stamp_of(time_ns)))
-        self._process.serve_at_times()
+    count = 0
+    begin = time.monotonic()
+    next_look = begin + _LOOK_S
+    for topic, time_ns, data in bag.messages(publishers):
+        due = begin + (time_ns - bag.start_ns) / 1e9 / rate
+        while True:
+            process.serve_at_times()
+            now = time.monotonic()
+            if now >= next_look:
+                next_look = now + _LOOK_S
+                if reason := in_use():
+                    return count, reason
+            if process.stopping:
+                return count, ''
+            if now >= due:
+                break
+            time.sleep(min(due - now, _WAKE_S))
+        publishers[topic].publish(data)
+        count += 1
+    return count, ''
 
 
 _DISCOVERY_S = 1.0
@@ -212,14 +201,14 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
-    if args.bag.suffix in ('.bag', '.active'):
+    if args.bag.suffix == '.bag':
         raise SetcmasError(f"'{args.bag}' is a ROS 1 bag; only rosbag2 bags can be played")
     with open_bag(args.bag) as bag:
         return _play(process, bag, PlayerOptions.of(args))
 
 
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
-    classes, notes = played_topics(bag, options.clock)
+    classes, notes = played_topics(bag)
     node = FleetNode(topics.PLAYER_NODE)
     process.add(node)
     names = [topic.name for topic in classes]
@@ -230,21 +219,19 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
         topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
         for topic, kind in classes.items()
     }
-    clock = node.create_publisher(Clock, topics.CLOCK, qos.CLOCK) if options.clock else None
-    _settle(process, [*publishers.values(), *([clock] if clock else [])])
+    _settle(process, publishers.values())
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     seconds = (bag.end_ns - bag.start_ns) / 1e9
     print(f'playing {len(publishers)} {topics_text}, {seconds:.1f} s', flush=True)
-    player = Player(process, options.rate, clock, lambda: robots_in_use(node, names, own=1))
-    player.play(bag, publishers)
+    in_use = partial(robots_in_use, node, names, own=1)
+    count, reason = play(process, bag, publishers, options.rate, in_use)
     deadline = time.monotonic() + _LAST_MESSAGES_S
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
-    messages_text = 'message' if player.count == 1 else 'messages'
-    print(f'played {player.count:,} {messages_text}', flush=True)
-    if player.reason:
-        print(f'error: playing stopped: {player.reason}', file=sys.stderr, flush=True)
-    return int(bool(player.reason))
+    print(f'played {count:,} {"message" if count == 1 else "messages"}', flush=True)
+    if reason:
+        print(f'error: playing stopped: {reason}', file=sys.stderr, flush=True)
+    return int(bool(reason))
 
 
 def _refuse_robots(process: RosProcess, in_use: Callable[[], str]) -> None:

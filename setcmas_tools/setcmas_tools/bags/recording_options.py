@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.option_kinds import Kind, Number, PathTo
-from setcmas_simu.options import Form, Options, flag, option
+from setcmas_simu.options import Form, Options, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,6 @@ class RecorderOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayerOptions(Options):
-    """How fast to play, and whose clock to follow."""
+    """How fast to play."""
 
     rate: float = option(Number(above=0, finite=True), 'playback speed', default=1.0)
-    clock: bool = flag('publish the time of the recording on /clock, 40 times a second')

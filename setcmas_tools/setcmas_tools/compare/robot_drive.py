@@ -107,7 +107,7 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
     from setcmas_tools.bags.bag_reader import open_bag  # CSV files are read without rosbags
 
     with open_bag(path) as bag:
-        named = [(topic.name, topic.type.name) for topic in bag.topics]
+        named = [(topic.name, topic.msgtype) for topic in bag.topics]
         seen = FleetSamples(named)
         has_mocap = any(name.startswith('/mocap/') for name, _ in named)
         wheels = FleetSamples(row for row in named if not row[0].startswith('/mocap/'))

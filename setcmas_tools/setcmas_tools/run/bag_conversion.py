@@ -12,7 +12,7 @@ from pathlib import Path
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import TRIG_ODOM
 from setcmas_tools.bags.bag_reader import Bag, open_bag
-from setcmas_tools.bags.topic_table import TopicTable, row_of
+from setcmas_tools.bags.topic_table import TopicTable
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, stem_of_bag, write_tables
@@ -84,7 +84,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     rows = {
         topic: TopicTable(
             unfinished / name,
-            row_of(topic.type.store, topic.type.name),
+            bag.types,
             skip_repeated=topic.name.endswith(f'/{TRIG_ODOM}'),  # it repeats the last state sent
         )
         for topic, name in zip(bag.topics, names, strict=True)

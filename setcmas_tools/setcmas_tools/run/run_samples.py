@@ -181,7 +181,7 @@ class RunSamples:
 
     def __init__(self, bag_topics: Sequence[BagTopic]) -> None:
         """Choose the topics among those that have messages."""
-        self._fleet = FleetSamples((one.name, one.type.name) for one in bag_topics)
+        self._fleet = FleetSamples((one.name, one.msgtype) for one in bag_topics)
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
         self._drawings = law_output.DrawingRecord()
@@ -191,7 +191,7 @@ class RunSamples:
 
     def collectors(self, bag_topic: BagTopic) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
-        topic, msgtype = bag_topic.name, bag_topic.type.name
+        topic, msgtype = bag_topic.name, bag_topic.msgtype
         robot = topics.robot_of(topic) or 0
         name = topic.removeprefix(topics.robot_topic(robot, ''))
         found = [self._fleet.collector(topic), self._takers(robot).get((name, msgtype))]

@@ -38,7 +38,7 @@ _MOST_TASK_BYTES = 10_000_000
 FILE_NAMES = (*(file.name for file in CSV_FILES), TASK_FILE)
 
 
-BAG_ENDINGS = ('.mcap', '.db3', '.zstd', '.bag', '.active')
+BAG_ENDINGS = ('.mcap', '.db3', '.bag')
 
 
 def stem_of_bag(bag: Path) -> str:

@@ -1,11 +1,10 @@
-import shutil
 import sqlite3
 
 import pytest
 from bag_contents import only_file, read
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag_reader import open_bag
@@ -26,7 +25,7 @@ def test_rosbag2_bags_of_each_form(tmp_path, write_bag, points, plugin, form):
         times = [time_ns - opened.start_ns for _, time_ns, _ in opened.messages()]
 
     assert read(path) == (list(range(200)), [])
-    assert (topic.name, topic.type.name, topic.count) == ('/tb3_1/cmd_cart_vel', POINT, 200)
+    assert (topic.name, topic.msgtype, topic.count) == ('/tb3_1/cmd_cart_vel', POINT, 200)
     assert times == [round(i * 25e6) for i in range(200)]
     assert opened.end_ns - opened.start_ns == times[-1]
 
@@ -47,7 +46,7 @@ def test_type_that_this_machine_does_not_know(tmp_path, write_bag, write_ros1_ba
     for path in bags:
         with open_bag(path) as bag:
             ((topic, _, data),) = bag.messages()
-            assert topic.type.decode(data).name == 'probe'
+            assert topic.decode(data).name == 'probe'
 
 
 def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, make):
@@ -60,8 +59,9 @@ def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, ma
     x, notices = read(file)
 
     assert x == list(range(200))
+    reading = 'lab_msgs/msg/Reading'
     assert notices == [
-        'topic /probe (lab_msgs/msg/Reading) is left out: the bag holds no definition of it'
+        f"topic /probe ({reading}) is left out: no definition of '{reading}' is known"
     ]
 
 
@@ -84,28 +84,15 @@ def test_topic_with_a_useless_definition_is_left_out(tmp_path, store, make, defi
     assert notices[0].startswith('topic /bad (lab_msgs/msg/Bad) is left out: ')
 
 
-def test_topics_that_disagree_on_a_type(tmp_path):
-    for name, field in (('bag_0', 'float32 x'), ('bag_1', 'float64 x')):
-        store = get_typestore(Stores.EMPTY)
-        store.register(get_types_from_msg(field, 'lab_msgs/msg/X'))
-        with Writer(tmp_path / name, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-            connection = writer.add_connection(f'/{name}', 'lab_msgs/msg/X', typestore=store)
-            message = store.types['lab_msgs/msg/X'](1.5)
-            writer.write(connection, 1, store.serialize_cdr(message, 'lab_msgs/msg/X'))
-        shutil.move(tmp_path / name / f'{name}.mcap', tmp_path)
-
-    assert read(tmp_path) == ([1.5, 1.5], [])
-
-
 @pytest.mark.parametrize(
     ('name', 'content', 'reason'),
     [
         ('missing.mcap', None, 'there is no bag'),
         ('', None, 'is not a bag; it must be'),
         ('notes.txt', b'hello', 'is not a bag; it must be'),
-        ('empty.mcap', b'', 'is empty'),
-        ('wrong.mcap', b'hello' * 20, 'it is not mcap'),
-        ('wrong.db3', b'hello' * 20, 'cannot be read (file is not a database)'),
+        ('empty.mcap', b'', 'no messages were read'),
+        ('wrong.mcap', b'hello' * 20, 'no messages were read'),
+        ('wrong.db3', b'hello' * 20, 'cannot be read (Cannot open da'),
         ('wrong.bag', b'hello' * 20, 'cannot be read (File magic is invalid.)'),
     ],
 )
@@ -160,7 +147,7 @@ def test_incomplete_definitions_are_those_of_ros(tmp_path, store, make, definiti
 
     with open_bag(tmp_path / 'bag') as bag:
         ((topic, _, data),) = bag.messages()
-        assert topic.type.decode(data).point.x == 7.0
+        assert topic.decode(data).point.x == 7.0
 
 
 def test_topics_of_ros1_without_a_slash_have_the_same_names(tmp_path, make):
@@ -171,18 +158,3 @@ def test_topics_of_ros1_without_a_slash_have_the_same_names(tmp_path, make):
 
     with open_bag(tmp_path / 'old.bag') as bag:
         assert [topic.name for topic in bag.topics] == ['/tb3_1/point']
-
-
-@pytest.mark.parametrize('other', [-1.7e9, -2e6, 2e6])
-def test_messages_from_before_or_after_the_clock_was_set_are_left_out(
-    tmp_path, write_bag, points, make, other
-):
-    lost = [('/other', other, make(POINT))]
-    bag = write_bag(tmp_path / 'bag', lost + points if other < 0 else points + lost)
-
-    x, (notice,) = read(bag)
-
-    assert x == list(range(200))
-    assert notice.startswith('1 of 201 messages are left out: the clock was set during the ')
-    with open_bag(bag) as opened:
-        assert (opened.end_ns - opened.start_ns) / 1e9 == pytest.approx(199 / 40)

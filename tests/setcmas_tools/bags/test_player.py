@@ -10,7 +10,6 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from setcmas_simu.errors import SetcmasError
@@ -53,14 +52,12 @@ def recording(tmp_path, store, make):
 
 def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, recording):
     odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
-    clock = peer.listen(Clock, '/clock', qos.CLOCK)
-    player = start(*PLAYER, str(recording), '--rate', '10', '--clock')
-    peer.wait_for(lambda: clock and len(odometry) == NB_MESSAGES)
+    player = start(*PLAYER, str(recording), '--rate', '10')
+    peer.wait_for(lambda: len(odometry) == NB_MESSAGES)
     assert peer.node.count_publishers('/tb3_1/cmd_vel') == 0
 
     assert player.wait() == 0
     assert [message.pose.pose.position.x for message in odometry] == list(range(NB_MESSAGES))
-    assert clock[-1].clock.sec in range(START_NS // 10**9, START_NS // 10**9 + 6)
     assert 'not played: /tb3_1/cmd_vel (no robot moves because of a recording)' in player.output()
 
 
@@ -115,7 +112,7 @@ def test_another_node_publishes_one_of_their_topics(peer):
 
 @pytest.fixture
 def choosable_bag(tmp_path, write_bag, make):
-    names = {'/number': 'UInt16', '/tb3_1/reset': 'Empty', '/clock': 'Bool', '/twice': 'Bool'}
+    names = {'/number': 'UInt16', '/tb3_1/reset': 'Empty', '/twice': 'Bool'}
     messages = [(name, 0, make(f'std_msgs/msg/{kind}')) for name, kind in names.items()]
     messages += [
         ('/twice', 1, make('std_msgs/msg/Empty')),
@@ -126,11 +123,10 @@ def choosable_bag(tmp_path, write_bag, make):
 
 
 def test_omissions_are_reported(choosable_bag):
-    classes, notes = played_topics(choosable_bag, own_clock=True)
+    classes, notes = played_topics(choosable_bag)
 
     assert [topic.name for topic in classes] == ['/number', '/twice']
     assert notes == [
-        'not played: /clock (--clock takes its place)',
         'not played: /lab (no Python package lab_msgs with it is installed)',
         'not played: /tb3_1/reset (no robot moves because of a recording)',
         'not played: /twice (recorded with two types)',
@@ -143,7 +139,7 @@ def test_a_bag_of_commands_alone_is_refused(tmp_path, write_bag, make):
         open_bag(write_bag(tmp_path / 'commands', messages)) as bag,
         pytest.raises(SetcmasError, match='no topic is left to play; not played: /tb3_1/reset'),
     ):
-        played_topics(bag, own_clock=False)
+        played_topics(bag)
 
 
 STAMPED = 'geometry_msgs/msg/TwistStamped'

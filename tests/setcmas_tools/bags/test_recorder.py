@@ -51,7 +51,7 @@ def test_kill_leaves_what_was_recorded(record, peer, bag):
 
     assert not (bag / 'metadata.yaml').exists()
     with open_bag(bag) as opened:
-        values = [topic.type.decode(data).data for topic, _, data in opened.messages()]
+        values = [topic.decode(data).data for topic, _, data in opened.messages()]
     assert values
     assert set(values) == {7}
 
@@ -122,7 +122,7 @@ def test_a_full_disk_gets_one_line_and_leaves_what_was_written(start, peer, bag)
     ]
     assert 'Traceback' not in recorder.output()
     with open_bag(bag) as opened:
-        texts = [topic.type.decode(data).data for topic, _, data in opened.messages()]
+        texts = [topic.decode(data).data for topic, _, data in opened.messages()]
     assert texts
     assert set(texts) == {message.data}
 
