@@ -1,7 +1,6 @@
 """A node by itself in the process of its test: stepped by hand, by a clock that is set."""
 
-from setcmas_simu.robot_node import StepTime
-from setcmas_simu.ros.step_loop import SteadyClock
+from setcmas_simu.ros.step_loop import SteadyClock, StepTime
 
 
 class SetClock(SteadyClock):

@@ -40,7 +40,7 @@ class SteppedRun:
         self._process = RosProcess(connected_launcher({}))
         options = SimulationOptions.among(scenario.values())
         node = FleetNode(topics.VIRTUAL_ROBOTS)
-        parameters = NodeParameters(node, options, simulator.PARAMETERS)
+        parameters = simulator.fleet_parameters(node, options)
         self.robots = simulator.virtual_robots(node, options)
         self._simulator = simulator.Simulator(node, self.robots, parameters)
         self._simulator.time.clock = self._clock
@@ -96,7 +96,7 @@ class SteppedRun:
                 node.step()
 
     def _until_connected(self) -> None:
-        robots = self.fleet.si_to_unis
+        robots = self.fleet.driven.nodes
         self._process.spin_until(
             lambda: all(robot.cmd_vel.follow_listeners() for robot in robots), 10.0
         )

@@ -32,34 +32,12 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
-from setcmas_simu.ros.step_loop import SteadyClock, StepLoop
+from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 MOST_WITH_SERVICES = 20
 """Size of the fleet up to which each node has parameter services: they take time to start."""
 
 _FINITE = Number(least=-1e6, most=1e6)
-
-
-class StepTime:
-    """Time of the current step, the same for all nodes of a process.
-
-    Attributes:
-        period: Time between steps in s.
-        clock: Clock of the steps.
-        now: Time of the current step, in s on the clock.
-        stamp: The same for the headers of messages.
-        t: Time of the run in s, as control laws see it: it stands still in a pause.
-    """
-
-    def __init__(self, period: float, clock: SteadyClock | None = None) -> None:
-        self.period = period
-        self.clock = clock or SteadyClock()
-        self.t = 0.0
-        self.begin_step(self.clock.now())
-
-    def begin_step(self, now: float) -> None:
-        """Let all nodes have this time from now on."""
-        self.now, self.stamp = now, self.clock.stamp()
 
 
 class RobotNode(FleetNode):
@@ -134,12 +112,15 @@ class RobotNode(FleetNode):
         """Return a publisher."""
         return self.create_publisher(kind, topic, profile)
 
-    def declared(self, options: Group, *names: str) -> NodeParameters[Group]:
+    def declared(
+        self, options: Group, *names: str, check: Callable[[Group], object] = bool
+    ) -> NodeParameters[Group]:
         """Declare options, by their names, as parameters that can be set while the node runs.
 
-        `options` of what it returns are the options with the present values.
+        `options` of what it returns are the options with the present values; `check` raises
+        SetcmasError to refuse others.
         """
-        return NodeParameters(self, options, {name: name for name in names})
+        return NodeParameters(self, options, {name: name for name in names}, check=check)
 
     def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
         """Declare a parameter that can only be set at the start; return its value.
@@ -171,14 +152,15 @@ class RobotNode(FleetNode):
         """Publish the last words of this node, while it still can."""
 
 
-def stepping(
+def run_nodes(
     process: RosProcess,
     time: StepTime,
     phases: Sequence[Sequence[Any]],
-    before: Callable[[], object],
-    after: Callable[[], object],
-) -> StepLoop:
-    """Return a loop that steps nodes at once and then every period, phase after phase.
+    before: Callable[[], object] = bool,
+    after: Callable[[], object] = bool,
+    poll: Callable[[], object] = bool,
+) -> None:
+    """Step nodes at once and then every period, phase after phase, until the process must stop.
 
     All nodes of a phase are stepped before the next phase: what they publish arrives at once.
     Between the steps the process serves its requests.
@@ -189,16 +171,14 @@ def stepping(
         phases: Nodes with a method `step`.
         before: Called before the nodes of a step.
         after: Called after them.
+        poll: Called between steps, while the time says so.
     """
 
-    def step(now: float) -> None:
-        time.begin_step(now)
+    def step(_: float) -> None:
         before()
         for phase in phases:
             for node in phase:
                 node.step()
         after()
-        loop.period = time.period
 
-    loop = StepLoop(process, time.period, step, time.clock)
-    return loop
+    run_steps(process, time, step, poll)

@@ -19,8 +19,8 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
-from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, stepping
-from setcmas_simu.robots.models import check_models, seed_scripts
+from setcmas_simu.robot_node import MOST_WITH_SERVICES, run_nodes
+from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
 from setcmas_simu.ros.duplicate_simulators import SecondPublishers, refuse_second_simulator
@@ -28,7 +28,7 @@ from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
-from setcmas_simu.ros.step_loop import ScaledClock
+from setcmas_simu.ros.step_loop import ScaledClock, StepTime
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.virtual_robot import VirtualRobot
 
@@ -58,7 +58,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
         announcer = FleetAnnouncer(node)
     else:
         node = FleetNode(topics.VIRTUAL_ROBOTS, enable_rosout=True)
-        parameters = NodeParameters(node, options, PARAMETERS)
+        parameters = fleet_parameters(node, options)
         options = parameters.options
         refuse_second_simulator(node, options.simulated().robots)
         # First: whoever discovers the topics of the robots has then found it.
@@ -69,6 +69,13 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     announcer.announce(simulator.announcement)
     process.launcher.report_ready()
     simulator.run(process)
+
+
+def fleet_parameters(
+    node: FleetNode, options: SimulationOptions
+) -> NodeParameters[SimulationOptions]:
+    """Declare the parameters of the node of a process; limits must suit all models."""
+    return NodeParameters(node, options, PARAMETERS, check=SimulationOptions.simulated)
 
 
 def virtual_robots(
@@ -116,6 +123,7 @@ class Simulator:
         self.time = StepTime(1.0 / options.robot_rate, clock)
         self._node = node
         self._robots = robots
+        self._parameters, self._options = parameters, options
         for robot in robots:
             robot.time = self.time
         self._unread = UnreadCommands(
@@ -123,7 +131,6 @@ class Simulator:
         )
         node.create_service(Trigger, '~/reset', self._answer_reset)
         self._reset = newest(node, Empty, topics.FLEET_RESET, qos.EVENT)
-        parameters.check, parameters.on_change = self._check, self._follow
         self._clock = None
         if clock:
             self._clock = node.create_publisher(Clock, topics.CLOCK, qos.STATE)
@@ -147,10 +154,12 @@ class Simulator:
         rate = 1.0 / self.time.period
         self._node.get_logger().info(f'simulating {robots} at {rate:g} Hz; Ctrl-C stops')
         process.requests = RequestWait([self._node, *self._robots])
-        stepping(process, self.time, [self._robots], self.begin, self.end).run()
+        run_nodes(process, self.time, [self._robots], self.begin, self.end)
 
     def begin(self) -> None:
-        """Begin a step: publish its time if it is not that of the system; take a reset."""
+        """Begin a step: publish its time if it is not that of the system; take changes."""
+        if self._parameters.options is not self._options:
+            self._follow(self._parameters.options)
         if self._clock:
             self._clock.publish(Clock(clock=self.time.stamp))
         if self._reset():
@@ -177,11 +186,9 @@ class Simulator:
         self._unread.look()
         self._others.look()
 
-    def _check(self, options: SimulationOptions) -> None:
-        names = [robot.model_name for robot in self._robots]
-        check_models(names, options.limits, [robot.robot for robot in self._robots])
-
     def _follow(self, options: SimulationOptions) -> None:
+        """Let all robots have new options of the fleet."""
+        self._options = options
         self.time.period, self._last_step = 1.0 / options.robot_rate, 0.0
         for robot in self._robots:
             if robot is not self._node:

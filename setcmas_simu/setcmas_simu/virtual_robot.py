@@ -62,7 +62,7 @@ class VirtualRobot(RobotNode):
         """
         super().__init__('virtual_robot', robot, follows_clock=False, **of_node)
         options = options or SimulationOptions()
-        self.parameters = self.declared(options, 'limits', 'cmd_timeout')
+        self.parameters = self.declared(options, 'limits', 'cmd_timeout', check=self.check)
         x, y, theta = start
         x = self.number('x0', x, 'x at the start in m')
         y = self.number('y0', y, 'y at the start in m')
@@ -80,7 +80,6 @@ class VirtualRobot(RobotNode):
 
         self.on_failure, self.has_started = on_failure, False
         self.apply(self.parameters.options)
-        self.parameters.check, self.parameters.on_change = self.check, self.apply
         self.restart()
 
     def restart(self) -> None:
@@ -90,6 +89,8 @@ class VirtualRobot(RobotNode):
 
     def step(self) -> None:
         """Follow the newest command for one period, and publish the new state."""
+        if self.parameters.options is not self.options:
+            self.apply(self.parameters.options)
         if message := self.cmd_vel():
             self.command, self.received_at = self.command_in(message), self.time.now
         if self.reset():
@@ -120,6 +121,7 @@ class VirtualRobot(RobotNode):
 
     def apply(self, options: SimulationOptions) -> None:
         """Use these limits and this command time-out from now on."""
+        self.options = options
         self.timeout = options.cmd_timeout or math.inf
         if not self.has_started or self.model_name == UNICYCLE:  # others have their own limits
             names = [self.model_name]

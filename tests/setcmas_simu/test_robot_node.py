@@ -9,9 +9,10 @@ from std_msgs.msg import Bool, UInt16
 from stepped_alone import SetClock
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robot_node import RobotNode, StepTime, stepping
+from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.ros import messages, process
 from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.step_loop import StepTime
 
 
 @pytest.fixture
@@ -168,7 +169,7 @@ def test_nodes_are_stepped_phase_after_phase_at_one_time():
         robots.left -= 1
         time.period = 3.0  # counts from the next step on
 
-    stepping(robots, time, [nodes[:2], nodes[2:]], before, after).run()
+    run_nodes(robots, time, [nodes[:2], nodes[2:]], before, after)
 
     def at(now):
         return ['before', *((now, now, node.name) for node in nodes), 'after']

@@ -95,7 +95,10 @@ def _run(name: str, gains: type[GainOptions], serve: Serve, argv: list[str] | No
 
 def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
     node = FleetNode(topics.CONTROLLERS, follows_clock=True, enable_rosout=True)
-    parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS)
+    options = ControllerOptions.of(args)
+    # Robots of an experiment stop when commands are late.
+    fixed = ['rate'] if options.experiment else []
+    parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS, fixed)
     parameters.options = _law_of_parameters(node, parameters.options)
     return run_controllers(
         process,
@@ -103,7 +106,7 @@ def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
         parameters,
         CommunicationOptions.of(args),
         FilterOptions.of(args),
-        _fleet_of_parameters(node, ControllerOptions.of(args)),
+        _fleet_of_parameters(node, options),
     )
 
 
@@ -118,7 +121,7 @@ def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> in
     node = make(law, safety, options)
     args.event_triggered |= isinstance(node, EventTriggeredComm)
     communication = CommunicationOptions.of(args)
-    parameters = NodeParameters(node, law, {'rate': 'rate'})
+    parameters = NodeParameters(node, law, {'rate': 'rate'}, ['rate'] * options.experiment)
     options = replace(_fleet_of_parameters(node, options), robots=(node.robot,))
     check_in_fleet([node.robot], options.nb_robots or node.robot, 'parameter robot_no')
     if isinstance(node, Controller):
@@ -128,7 +131,7 @@ def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> in
         threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
         ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
         communication = replace(communication, threshold=threshold, ctc=ctc or None)
-    return run_controllers(process, node, parameters, communication, safety, options, node)
+    return run_controllers(process, node, parameters, communication, safety, options)
 
 
 def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:

@@ -7,20 +7,18 @@ from typing import Any
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
-from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet, Prepared
-from setcmas_ctrl.controllers.fleet_discovery import (
-    clock_of_robots,
-    wait_for_fleet,
-)
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.fleet_discovery import clock_of_robots, wait_for_fleet
 from setcmas_ctrl.controllers.fleet_readiness import wait_until_ready
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
 from setcmas_ctrl.controllers.markers import MarkerCanvas
+from setcmas_ctrl.controllers.script_reloader import ScriptReloader
 from setcmas_ctrl.drawing.canvas import drawn_on
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.script_outcomes import end_stuck_script
-from setcmas_simu.robot_node import RobotNode, stepping
+from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import RequestWait
@@ -35,20 +33,12 @@ def prepared_fleet(
     communication: CommunicationOptions,
     safety: FilterOptions,
     options: ControllerOptions,
-    alone: RobotNode | None = None,
     clock: SteadyClock | None = None,
 ) -> ControlledFleet:
     """Find a fleet, load its laws, and create the nodes of its robots in this process.
 
-    Args:
-        process: This process.
-        node: Stands for the fleet: it has what there is once.
-        parameters: Those of this node.
-        communication: How the robots communicate.
-        safety: The safety filter.
-        options: Which robots there are, and how they listen.
-        alone: The only node, if the others of its robot are in other processes.
-        clock: Clock of the steps; by default that of the robots.
+    The arguments are those of `ControlledFleet`; `communication` says how the robots communicate,
+    and the clock is by default that of the robots.
 
     Raises:
         SetcmasError: A script does not load, or options contradict each other.
@@ -60,14 +50,14 @@ def prepared_fleet(
     communication = communication.found(law.exercise)
     announced, given = FleetListener(node), options.nb_robots
     nb_robots = given or wait_for_fleet(process, node, announced)
-    nb_robots = max(nb_robots, alone.robot if alone else 0)  # it may come later
+    if isinstance(node, RobotNode):
+        nb_robots = max(nb_robots, node.robot)  # it may come later than the others
     robots = options.controlled(nb_robots)
     scripts = FleetScripts(process, node, law, found, communication, robots, nb_robots)
     if given and not options.experiment:  # laws load before there is a fleet
         wait_for_fleet(process, node, announced, given)
     clock = clock or clock_of_robots(process, node, announced)
-    prepared = Prepared(announced, nb_robots, clock, scripts, alone)
-    return ControlledFleet(process, node, parameters, safety, options, prepared)
+    return ControlledFleet(process, node, parameters, safety, options, announced, scripts, clock)
 
 
 def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
@@ -87,24 +77,25 @@ def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
 
 def _control(fleet: ControlledFleet) -> int:
     """Control the robots until the process must stop; then they rest. Return the exit status."""
-    process = fleet.process
+    process, scripts = fleet.process, fleet.scripts
     process.take_signals()  # scripts may have changed the handlers while loading
-    end_stuck_script(process, fleet.watch)
+    end_stuck_script(process, scripts.watch)
+    has_reloader = fleet.options.watch and scripts.laws
+    reloader = ScriptReloader(fleet) if has_reloader else None
+
+    def end_step() -> None:
+        fleet.end_step()
+        if reloader:
+            reloader.poll()
+
     try:
         with contextlib.suppress(StopCall), network.exchanged_by(fleet.network):
             wait_until_ready(fleet)
-            fleet.parameters.check = fleet.check
-            fleet.set_rate(fleet.parameters.options.rate)
-
-            def end_step() -> None:
-                fleet.end_step()
-                loop.poll = fleet.poll if fleet.polls_often else None
-
-            loop = stepping(process, fleet.time, fleet.phases, fleet.begin_step, end_step)
-            loop.run()
+            fleet.follow_parameters()
+            run_nodes(process, fleet.time, fleet.phases, fleet.begin_step, end_step, fleet.poll)
     finally:
         if process.can_talk:
             fleet.stop()
-        fleet.watch.close()
-    fleet.scripts.outcomes.end()
-    return SCRIPT_FAILED if fleet.scripts.outcomes.failed else 0
+        scripts.watch.close()
+    scripts.outcomes.end()
+    return SCRIPT_FAILED if scripts.outcomes.failed else 0

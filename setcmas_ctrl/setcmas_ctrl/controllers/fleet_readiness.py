@@ -39,7 +39,7 @@ def wait_until_ready(fleet: ControlledFleet) -> None:
     _report_start(fleet)  # not between the odometry and t = 0, as logging takes time
     _fall_in_step(fleet)
     fleet.monitor.note_step()
-    fleet.forget()
+    fleet.driven.forget()
 
 
 def _taken(fleet: ControlledFleet, missing: Callable[[], list[int]]) -> list[int]:
@@ -59,7 +59,7 @@ def _wait_for(
     def remind() -> None:
         robots = missing()
         text = f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])})'
-        fleet.warn(f'{text}; {hint(robots)}')
+        fleet.node.get_logger().warning(f'{text}; {hint(robots)}')
 
     go_on(wait_until(fleet.process, lambda: not _taken(fleet, missing), remind))
 
@@ -82,7 +82,7 @@ def _report_start(fleet: ControlledFleet) -> None:
     law = ', '.join(dict.fromkeys(path.stem for path in paths)) or 'velocities of others'
     robots = robots_in_words(fleet.robots)
     task = f'controlling {robots} with {law} at {fleet.parameters.options.rate:g} Hz'
-    if not (fleet.controllers or fleet.si_to_unis):
+    if not (fleet.controllers or fleet.driven.nodes):
         task = f'sending the states of {robots} by events'
     fleet.node.get_logger().info(f'{task}; Ctrl-C stops')
     fleet.process.launcher.report(Started(tuple(fleet.robots), law))

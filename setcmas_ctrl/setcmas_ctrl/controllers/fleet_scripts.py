@@ -30,6 +30,8 @@ class FleetScripts:
     """Loads the scripts of a process's robots, each time with fresh state.
 
     Attributes:
+        robots: Numbers of the robots.
+        nb_robots: Size of the fleet.
         watch: Times the calls of scripts.
         communication: How the robots communicate.
         laws: The control laws; none where other programs publish the velocities.
@@ -45,7 +47,7 @@ class FleetScripts:
         law: LawOptions,
         scripts: LawScripts | None,
         communication: CommunicationOptions,
-        robots: Sequence[int],
+        robots: list[int],
         nb_robots: int,
     ) -> None:
         """Load the laws of robots of a fleet; the node shows their task, and warnings.
@@ -56,7 +58,7 @@ class FleetScripts:
             SetcmasError: A script does not load.
         """
         warn = node.get_logger().warning
-        self._robots, self._nb_robots, self._seed = robots, nb_robots, law.seed
+        self.robots, self.nb_robots, self._seed = robots, nb_robots, law.seed
         self.communication = chosen_communication(nb_robots, communication, law.seed)
         self.condition = self.communication.condition_script
         self.conversion = law.conversion()
@@ -83,8 +85,8 @@ class FleetScripts:
 
     def _loaded(self, scripts: LawScripts) -> list[ControlLaw]:
         """Return a new law for each robot, and publish their task, or raise SetcmasError."""
-        seed_scripts(self._seed, self._robots[0])
-        laws = [self._law(scripts, robot) for robot in self._robots]
+        seed_scripts(self._seed, self.robots[0])
+        laws = [self._law(scripts, robot) for robot in self.robots]
         with self.watch.loading(laws[0].robot, laws[0].path):
             self._task.publish(laws)
         return laws
@@ -92,7 +94,7 @@ class FleetScripts:
     def _law(self, scripts: LawScripts, robot: int) -> ControlLaw:
         script = scripts.script(robot)
         with self.watch.loading(robot, script):
-            law = scripts.law(robot, self._nb_robots)
+            law = scripts.law(robot, self.nb_robots)
         if not rclpy.ok():
             raise SetcmasError(
                 f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'

@@ -5,19 +5,18 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 SETTLED_S = 0.25
 """Time in s without changes after which files count as saved."""
@@ -81,29 +80,18 @@ class ScriptReloader:
     waits for the pause.
     """
 
-    def __init__(
-        self,
-        node: FleetNode,
-        scripts: FleetScripts,
-        has_conditions: bool,
-        reload: Callable[[], str],
-        pause_timeout_s: float,
-    ) -> None:
-        """Watch the scripts of a process, and the modules they import.
-
-        `reload` replaces all scripts; it returns what t is then, or raises SetcmasError. A new
-        version waits while the pause node has said go in the last `pause_timeout_s`.
-        """
-        self._node, self._loaded, self._reload_all = node, scripts, reload
-        self._pause_timeout_s = pause_timeout_s
-        condition = scripts.condition if has_conditions else None
+    def __init__(self, fleet: ControlledFleet) -> None:
+        """Watch the scripts of a fleet in this process, and the modules they import."""
+        self._fleet, self._node = fleet, fleet.node
+        self._loaded = scripts = fleet.scripts
+        condition = scripts.condition if fleet.senders else None
         self._others = [one for one in (condition, scripts.conversion) if isinstance(one, Path)]
         laws = (law.path for law in scripts.laws)
         self._scripts = list(dict.fromkeys([*laws, *self._others]))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
-        self._paused = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
+        self._paused = PolledTopic(fleet.node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
 
     def poll(self) -> None:
         """Look for a new version, and load it."""
@@ -139,7 +127,7 @@ class ScriptReloader:
         self._files.watch({*self._watched_files(), *self._nearby_files()})
         log = self._node.get_logger()
         try:
-            t = self._reload_all()
+            self._load()
         except SetcmasError as error:
             log.warning(
                 f'{self._saved()} was saved with a mistake; its robots get zero velocity '
@@ -147,11 +135,36 @@ class ScriptReloader:
             )
         else:
             robots = robots_in_words([law.robot for law in self._loaded.laws])
+            is_shared = self._fleet.monitor.shares_t
+            t = 't continues, as in other controllers' if is_shared else 't = 0'
             log.info(f'{self._saved()} was saved and reloaded for {robots}; {t}')
         self._files.watch(self._watched_files(), new_are_saved=not self._loaded.laws)
 
+    def _load(self) -> None:
+        """Load all scripts again, and reset t, errors and messages.
+
+        Raises:
+            SetcmasError: One has a mistake; all robots stop.
+        """
+        fleet, scripts = self._fleet, self._loaded
+        try:
+            scripts.reload()
+            for sender in fleet.senders:
+                sender.broadcast = scripts.broadcast(sender.robot)
+            fleet.driven.load_conversions()
+        except SetcmasError:
+            scripts.laws = []
+            raise
+        finally:
+            by_robot = {law.robot: law for law in scripts.laws}
+            for controller in fleet.controllers:
+                controller.law = by_robot.get(controller.robot)
+            scripts.outcomes.begin_anew(loaded=bool(by_robot))
+            fleet.monitor.run_time.begin_anew()
+            fleet.network.forget_messages()
+
     def _is_moving(self) -> bool:
-        return time.monotonic() - self._last_moving < self._pause_timeout_s
+        return time.monotonic() - self._last_moving < self._fleet.options.pause_timeout
 
     def _ask_to_pause(self) -> None:
         if not self._asked_to_pause:

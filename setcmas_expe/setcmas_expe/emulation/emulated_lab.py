@@ -40,7 +40,7 @@ from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.duplicate_simulators import refuse_second_simulator
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
-from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 
 class Schedule:
@@ -291,7 +291,7 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(lab, lab.driver)
     process.launcher.report_ready()
-    StepLoop(process, 1.0 / _RATE_HZ, lab.step).run()
+    run_steps(process, StepTime(1.0 / _RATE_HZ), lab.step)
 
 
 if __name__ == '__main__':

@@ -32,7 +32,7 @@ from setcmas_expe.mocap.pose_judge import StampClock
 from setcmas_simu.fleet import topics
 from setcmas_simu.option_kinds import OneOf
 from setcmas_simu.options import Options, flag, option
-from setcmas_simu.robot_node import RobotNode, stepping
+from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
@@ -239,7 +239,7 @@ def _guard(process: RosProcess, args: argparse.Namespace) -> None:
     process.requests = RequestWait([guard])
     notify('READY=1')
     try:
-        stepping(process, guard.time, [[guard]], bool, lambda: notify('WATCHDOG=1')).run()
+        run_nodes(process, guard.time, [[guard]], after=lambda: notify('WATCHDOG=1'))
     finally:
         guard.stop()
 

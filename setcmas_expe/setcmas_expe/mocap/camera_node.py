@@ -23,7 +23,7 @@ from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
-from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 _STEP_HZ = 100.0
 _REPORT_S = 5.0
@@ -97,7 +97,7 @@ def _watch(process: RosProcess, args: argparse.Namespace) -> None:
             node.get_logger().info('the pictures have ended')
             process.stop()
 
-    StepLoop(process, 1 / _STEP_HZ, step).run()
+    run_steps(process, StepTime(1 / _STEP_HZ), step)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -25,9 +25,7 @@ class NodeParameters(Generic[Group]):
     """Keeps a group of options equal to the parameters of a node.
 
     Attributes:
-        options: The options with the current values of the parameters.
-        check: Checks requested options; raises SetcmasError to refuse them.
-        on_change: Called with the new options after a change.
+        options: The options with the current values of the parameters; others after a change.
     """
 
     def __init__(
@@ -36,15 +34,15 @@ class NodeParameters(Generic[Group]):
         options: Group,
         names: Mapping[str, str],
         fixed: Container[str] = (),
+        check: Callable[[Group], object] = bool,
     ) -> None:
         """Declare the parameters, with the option of each in `names`.
 
-        `--ros-args` overrides the options; those in `fixed` cannot be set later. Raises
-        SetcmasError for an invalid value.
+        `--ros-args` overrides the options; those in `fixed` cannot be set later, and `check`
+        raises SetcmasError to refuse others. Raises SetcmasError for an invalid value.
         """
-        self.check: Callable[[Group], object] = lambda _: None
-        self.on_change: Callable[[Group], object] = lambda _: None
         self._node = node
+        self._check = check
         self._names = names
         self._is_quiet, self._followed = False, options
         known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}
@@ -94,7 +92,7 @@ class NodeParameters(Generic[Group]):
 
     def _judged(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            self.check(self._with(parameters))
+            self._check(self._with(parameters))
         except SetcmasError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -102,7 +100,6 @@ class NodeParameters(Generic[Group]):
     def _take_over(self, parameters: list[Parameter]) -> None:
         before, self.options = self.options, self._with(parameters)
         if self.options != before:
-            self.on_change(self.options)
             own = [one for one in parameters if one.name in self._names]
             if self._is_quiet:
                 return

@@ -4,7 +4,7 @@ pytest.importorskip('rclpy')
 
 from setcmas_simu.ros.messages import seconds_of
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
+from setcmas_simu.ros.step_loop import ScaledClock, StepTime, run_steps
 
 
 class Clock:
@@ -15,6 +15,9 @@ class Clock:
 
     def now(self) -> float:
         return self.t
+
+    def stamp(self) -> None:
+        pass
 
     def wait_until(self, t: float, _: RosProcess) -> None:
         self.t = max(self.t, t)
@@ -49,31 +52,29 @@ def test_steps_keep_their_grid_and_are_not_made_up_for(durations, times):
     clock = Clock()
     steps = Steps(clock, durations)
 
-    StepLoop(steps, 0.2, steps.step, clock).run()
+    run_steps(steps, StepTime(0.2, clock), steps.step)
     assert steps.times == pytest.approx(times)
 
 
 def test_the_period_may_change_on_the_way():
     clock = Clock()
-    steps = Steps(clock, [0.0] * 3)
+    steps, time = Steps(clock, [0.0] * 3), StepTime(0.2, clock)
 
     def step(now):
         steps.step(now)
-        loop.period = 0.5
+        time.period = 0.5
 
-    loop = StepLoop(steps, 0.2, step, clock)
-    loop.run()
+    run_steps(steps, time, step)
     assert steps.times == pytest.approx([0.0, 0.5, 1.0, 1.5])
 
 
 def test_between_steps_it_polls_and_right_before_the_next_one_too():
     clock = Clock()
-    steps = Steps(clock, [0.005])
+    steps, time = Steps(clock, [0.005]), StepTime(0.05, clock)
+    time.is_polled = True
     polls = []
-    loop = StepLoop(steps, 0.05, steps.step, clock)
-    loop.poll = lambda: polls.append(round(clock.t - 100.0, 6))
 
-    loop.run()
+    run_steps(steps, time, steps.step, lambda: polls.append(round(clock.t - 100.0, 6)))
     assert polls == pytest.approx([0.01, 0.02, 0.03, 0.04])
 
 

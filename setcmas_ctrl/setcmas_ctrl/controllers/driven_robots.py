@@ -1,0 +1,130 @@
+"""The robots that the nodes si_to_uni of a process command: models, conversions, safety filter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+from typing import Any
+
+from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.controllers.markers import publish_obstacles
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.fleet_poses import FleetPoses
+from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
+from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion
+from setcmas_ctrl.safety_filter_node import SafetyFilterNode
+from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.announcement import Announcement
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robots.models import is_script, model_names, robot_models
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.process import FleetNode
+
+
+class DrivenRobots:
+    """The nodes si_to_uni of a process, and the safety filter before them.
+
+    Attributes:
+        nodes: Those of the robots.
+        phases: The filter, if there is one, and the nodes, in the order of the steps.
+    """
+
+    def __init__(
+        self,
+        node: FleetNode,
+        nodes: Sequence[SiToUni],
+        poses: FleetPoses,
+        scripts: FleetScripts,
+        announced: FleetListener,
+        gains: GainOptions,
+        safety: FilterOptions,
+        options: ControllerOptions,
+    ) -> None:
+        """Prepare nodes of robots of a fleet, whose `poses` there are.
+
+        Raises:
+            SetcmasError: A model or a script does not load, or the filter cannot guarantee safety.
+        """
+        self.nodes, self._scripts, self._announced = nodes, scripts, announced
+        self._warn = node.get_logger().warning
+        self._follows_models = options.model is None
+        self._taken: list[Announcement] = []
+        self._reported: set[str] = set()
+        for one in nodes:
+            one.poses = poses
+        if options.model:
+            names = model_names(options.model, poses.poses.shape[1])
+            robots = [one.robot for one in nodes]
+            self._use(robots, [names[robot - 1] for robot in robots])
+        self.follow_models()
+        self._filters: list[SafetyFilterNode] = []
+        if safety.is_on and nodes:
+            self._filters = [SafetyFilterNode(node, nodes, safety, gains, poses)]
+        self.phases: list[Sequence[Any]] = [self._filters, nodes]
+        self.load_conversions()
+        publish_obstacles(node, safety, options.experiment)
+
+    def load_conversions(self) -> None:
+        """Let robots be driven by the user's own si_to_uni, if any, or raise SetcmasError.
+
+        The safety filter has its own copies.
+        """
+        for one, script in zip(self.nodes, self._conversions(), strict=False):
+            one.convert_by(script)
+        for safety_filter in self._filters:
+            safety_filter.convert_by(self._conversions())
+
+    def _conversions(self) -> list[ScriptConversion]:
+        robots = [one.robot for one in self.nodes]
+        return self._scripts.conversions(robots, lambda: self.nodes[0].time.t)
+
+    def expect(self, period: float) -> None:
+        """Expect a velocity every so many s: the acceleration of robots depends on it."""
+        for one in chain(*self.phases):
+            one.expect(period)
+
+    def forget(self) -> None:
+        """Drop velocities of other programs that have waited for the start."""
+        for one in chain(*self.phases):
+            one.forget()
+
+    def step(self) -> None:
+        """Follow velocities that have come from other programs."""
+        for one in chain(*self.phases):
+            one.step()
+
+    def repeat(self) -> None:
+        """Repeat the last commands that are due."""
+        for one in self.nodes:
+            one.repeat()
+
+    def follow_models(self) -> None:
+        """Use the models of a new announcement, if there is one; not if the user chose models."""
+        announced = self._announced
+        if not self._follows_models or announced.announcements is self._taken:
+            return
+        self._taken, models = announced.announcements, announced.models
+        for name in dict.fromkeys(models.values()):
+            robots = [one.robot for one in self.nodes if models.get(one.robot) == name]
+            try:
+                if is_script(name):
+                    raise SetcmasError(f'if {name} defines command(), add --model {name}')
+                self._use(robots, [name] * len(robots))
+            except SetcmasError as error:
+                self._report(name, robots, error)
+
+    def _use(self, robots: Sequence[int], names: Sequence[str]) -> None:
+        """Use models for robots, or raise SetcmasError if one is unknown or does not load."""
+        nodes = {one.robot: one for one in self.nodes}
+        models = robot_models(names, robots, warn=self._warn)
+        for robot, model in zip(robots, models, strict=True):
+            nodes[robot].use(model)
+
+    def _report(self, name: str, robots: list[int], error: SetcmasError) -> None:
+        if robots and name not in self._reported:
+            self._reported.add(name)
+            self._warn(
+                f'{robots_in_words(sorted(robots))}: the simulator '
+                f"announces model '{name}'; driven as unicycles: {error}"
+            )
