@@ -62,7 +62,6 @@ class VirtualRobot(RobotNode):
         """
         super().__init__('virtual_robot', robot, follows_clock=False, **of_node)
         options = options or SimulationOptions()
-        self.parameters = self.declared(options, 'limits', 'cmd_timeout', check=self.check)
         x, y, theta = start
         x = self.number('x0', x, 'x at the start in m')
         y = self.number('y0', y, 'y at the start in m')
@@ -72,6 +71,7 @@ class VirtualRobot(RobotNode):
         frame = self.fixed('frame_id', topics.WORLD_FRAME, 'frame of poses')
         own_frame = topics.robot_frame(self.robot)
         own_frame = self.fixed('child_frame_id', own_frame, 'frame of the robot')
+        self.parameters = self.declared(options, 'limits', 'cmd_timeout', check=self.check)
 
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)

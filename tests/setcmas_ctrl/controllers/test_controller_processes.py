@@ -48,7 +48,7 @@ def test_each_robot_has_parameters_of_its_own(start, peer, script, tmp_path):
     assert peer.set_parameter('/tb3_1/si_to_uni', 'komega', 3.0) == ''
     assert komegas() == [3.0, 1.5]
     assert peer.set_parameter('/controllers', 'komega', 2.0) == ''
-    assert komegas() == [2.0, 2.0]
+    peer.wait_for(lambda: komegas() == [2.0, 2.0])
     for node, name in (('controller', 'rate'), ('si_to_uni', 'vnom')):
         assert peer.set_parameter(f'/tb3_1/{node}', name, 1.0) != ''  # not theirs
 
