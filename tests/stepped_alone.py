@@ -1,6 +1,7 @@
 """A node by itself in the process of its test: stepped by hand, by a clock that is set."""
 
-from setcmas_simu.ros.step_loop import SteadyClock, StepTime
+from setcmas_simu.robot_node import StepTime
+from setcmas_simu.ros.clocks import SteadyClock
 
 
 class SetClock(SteadyClock):

@@ -44,8 +44,8 @@ MAY_IMPORT_ROS = {
     'setcmas_expe': 'bridges cmd_vel_bridge mocap_bridge',
     'setcmas_simu': 'robot_node simulator virtual_robot',
     'setcmas_simu.ros': (
-        'cmd_vel_topics dds_setup fleet_topic messages parameters polling process qos '
-        'robot_state step_loop'
+        'clocks cmd_vel_topics dds_setup fleet_topic messages parameters polling process qos '
+        'robot_state'
     ),
     'setcmas_tools.bags': 'player recorded_topic recorder',
     'setcmas_tools.page': 'live_topics',

@@ -29,12 +29,11 @@ from setcmas_expe.bridge.wheel_watch import WheelWatch
 from setcmas_expe.guard.guard_watch import GuardWatch, diagnostic_status, diagnostic_values
 from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
 from setcmas_simu.fleet import topics
-from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.robot_node import RobotNode, StepTime
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import KILLED, CmdVelPublisher, velocities
 from setcmas_simu.ros.messages import state_of
 from setcmas_simu.ros.process import FleetNode
-from setcmas_simu.ros.step_loop import StepTime
 
 _LOOK_EVERY_S = 0.5
 _NAMED_AFTER_S = 0.2  # a ROS node is seen first, and its name a moment later

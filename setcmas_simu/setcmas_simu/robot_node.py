@@ -16,6 +16,7 @@ callback for each message would cost twice the processor time.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -29,15 +30,41 @@ from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
 from setcmas_simu.option_kinds import Number
 from setcmas_simu.options import Group
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
-from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 MOST_WITH_SERVICES = 20
 """Size of the fleet up to which each node has parameter services: they take time to start."""
 
+_POLL_EVERY_S = 0.01
+_SAME_TIME = 1e-6
 _FINITE = Number(least=-1e6, most=1e6)
+
+
+class StepTime:
+    """Time of the current step, the same for all nodes of a process.
+
+    Attributes:
+        period: Time between steps in s; a change takes effect at the next step.
+        clock: Clock of the steps.
+        now: Time of the current step, in s on the clock.
+        stamp: The same for the headers of messages.
+        t: Time of the run in s, as control laws see it: it stands still in a pause.
+        is_polled: Whether the loop also polls between steps, for what cannot wait for the next.
+    """
+
+    def __init__(self, period: float, clock: SteadyClock | None = None) -> None:
+        self.period = period
+        self.clock = clock or SteadyClock()
+        self.t = 0.0
+        self.is_polled = False
+        self.begin_step(self.clock.now())
+
+    def begin_step(self, now: float) -> None:
+        """Let all nodes have this time from now on."""
+        self.now, self.stamp = now, self.clock.stamp()
 
 
 class RobotNode(FleetNode):
@@ -182,3 +209,47 @@ def run_nodes(
         after()
 
     run_steps(process, time, step, poll)
+
+
+def run_steps(
+    process: RosProcess,
+    time: StepTime,
+    step: Callable[[float], object],
+    poll: Callable[[], object] = bool,
+) -> None:
+    """Step at once and then every period, until the process must stop.
+
+    In between, the process serves rare callbacks. The step itself polls frequent messages: a
+    callback for each would wake an executor that rebuilds its wait set every time. A late step
+    does not shift the next ones; steps whose time has passed are skipped.
+
+    Args:
+        process: The process of the nodes.
+        time: Time of the steps.
+        step: Called with the time of a step, in s on the clock.
+        poll: Called between steps, too, while the time says so.
+    """
+    clock = time.clock
+    due = clock.now()
+    while not process.stopping:
+        time.begin_step(clock.now())
+        step(time.now)
+        due += time.period
+        behind = clock.now() - due
+        if behind > 0.0:
+            due += time.period * math.floor(behind / time.period)
+        if time.is_polled:
+            _poll_until(due, process, clock, poll)
+        clock.wait_until(due, process)
+
+
+def _poll_until(
+    due: float, process: RosProcess, clock: SteadyClock, poll: Callable[[], object]
+) -> None:
+    """Poll every 0.01 s, counted back from a step: so the last time is just before it."""
+    nb_polls = math.ceil((due - clock.now()) / _POLL_EVERY_S - _SAME_TIME) - 1
+    for left in range(nb_polls, 0, -1):
+        clock.wait_until(due - left * _POLL_EVERY_S, process)
+        if process.stopping:
+            return
+        poll()

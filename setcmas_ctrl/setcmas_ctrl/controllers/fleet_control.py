@@ -19,11 +19,11 @@ from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, 
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.script_outcomes import end_stuck_script
 from setcmas_simu.robot_node import RobotNode, run_nodes
+from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import FleetNode, RosProcess
-from setcmas_simu.ros.step_loop import SteadyClock
 
 
 def prepared_fleet(

@@ -11,9 +11,9 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.ros.clocks import ScaledClock, SteadyClock, TopicClock
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import SIMULATED_TIME, FleetNode, RosProcess
-from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, TopicClock
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 1.5

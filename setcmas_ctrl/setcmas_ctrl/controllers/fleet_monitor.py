@@ -13,9 +13,9 @@ from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.reports import Launcher
+from setcmas_simu.robot_node import StepTime
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
-from setcmas_simu.ros.step_loop import StepTime
 
 
 class FleetMonitor:

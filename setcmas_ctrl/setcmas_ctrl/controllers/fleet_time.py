@@ -11,9 +11,9 @@ from sensor_msgs.msg import TimeReference
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_loop import SteadyClock
 
 _SAME_S = 0.02  # covers the travel time of messages between machines
 _RECENT_S = 1.0

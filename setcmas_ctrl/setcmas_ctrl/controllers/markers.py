@@ -20,7 +20,7 @@ from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.step_loop import SteadyClock
+from setcmas_simu.ros.clocks import SteadyClock
 
 
 class TaskTopic:

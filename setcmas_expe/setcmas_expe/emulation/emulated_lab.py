@@ -36,11 +36,11 @@ from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.duplicate_simulators import refuse_second_simulator
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
-from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 
 class Schedule:

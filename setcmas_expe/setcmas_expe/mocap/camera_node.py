@@ -21,9 +21,9 @@ from setcmas_expe.mocap.picture_sources import NewestPicture, pictures
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
-from setcmas_simu.ros.step_loop import StepTime, run_steps
 
 _STEP_HZ = 100.0
 _REPORT_S = 5.0

@@ -1,10 +1,8 @@
-"""Loop of steps at a fixed rate, in real, scaled or another simulator's time."""
+"""Clocks of the steps of nodes: in real, scaled or another simulator's time."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
 
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
@@ -95,73 +93,3 @@ class TopicClock(SteadyClock):
 
 
 _CLOCK_WAIT_S = 0.02
-_POLL_EVERY_S = 0.01
-_SAME_TIME = 1e-6
-
-
-class StepTime:
-    """Time of the current step, the same for all nodes of a process.
-
-    Attributes:
-        period: Time between steps in s; a change takes effect at the next step.
-        clock: Clock of the steps.
-        now: Time of the current step, in s on the clock.
-        stamp: The same for the headers of messages.
-        t: Time of the run in s, as control laws see it: it stands still in a pause.
-        is_polled: Whether the loop also polls between steps, for what cannot wait for the next.
-    """
-
-    def __init__(self, period: float, clock: SteadyClock | None = None) -> None:
-        self.period = period
-        self.clock = clock or SteadyClock()
-        self.t = 0.0
-        self.is_polled = False
-        self.begin_step(self.clock.now())
-
-    def begin_step(self, now: float) -> None:
-        """Let all nodes have this time from now on."""
-        self.now, self.stamp = now, self.clock.stamp()
-
-
-def run_steps(
-    process: RosProcess,
-    time: StepTime,
-    step: Callable[[float], object],
-    poll: Callable[[], object] = bool,
-) -> None:
-    """Step at once and then every period, until the process must stop.
-
-    In between, the process serves rare callbacks. The step itself polls frequent messages: a
-    callback for each would wake an executor that rebuilds its wait set every time. A late step
-    does not shift the next ones; steps whose time has passed are skipped.
-
-    Args:
-        process: The process of the nodes.
-        time: Time of the steps.
-        step: Called with the time of a step, in s on the clock.
-        poll: Called between steps, too, while the time says so.
-    """
-    clock = time.clock
-    due = clock.now()
-    while not process.stopping:
-        time.begin_step(clock.now())
-        step(time.now)
-        due += time.period
-        behind = clock.now() - due
-        if behind > 0.0:
-            due += time.period * math.floor(behind / time.period)
-        if time.is_polled:
-            _poll_until(due, process, clock, poll)
-        clock.wait_until(due, process)
-
-
-def _poll_until(
-    due: float, process: RosProcess, clock: SteadyClock, poll: Callable[[], object]
-) -> None:
-    """Poll every 0.01 s, counted back from a step: so the last time is just before it."""
-    nb_polls = math.ceil((due - clock.now()) / _POLL_EVERY_S - _SAME_TIME) - 1
-    for left in range(nb_polls, 0, -1):
-        clock.wait_until(due - left * _POLL_EVERY_S, process)
-        if process.stopping:
-            return
-        poll()
