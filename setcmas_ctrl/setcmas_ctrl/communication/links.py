@@ -10,16 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.link_properties import (
-    Channel,
-    Words,
-    happens,
-    normal,
-    streams_of,
-    thresholds,
-    word,
-)
+from setcmas_ctrl.communication.link_properties import Channel
 from setcmas_simu.arrays import Floats
+
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+Objects = NDArray[np.object_]
 
 
 @dataclass
@@ -55,74 +51,26 @@ class LinkCounts:
         return (self.last - self.first) / intervals
 
 
-Indices = NDArray[np.intp]
-Objects = NDArray[np.object_]
-Choice = slice | Indices | NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
-class Routes:
-    """Links from N senders to R receivers, sorted by sender.
+class Messages(NamedTuple):
+    """Messages of n senders that arrive together.
 
     Attributes:
+        arrival: Time of arrival in s.
         senders: Columns of the senders, shape (n,).
-        cells: Places of the links in a flattened matrix (R, N), shape (n,).
-        held: Places of x, y, theta in a flattened array (R, 3, N), shape (3, n).
-        delay: In s, shape (n,).
-        loss: Thresholds of `happens`, shape (n,).
-        noise: Standard deviations in m, shape (n,).
-        streams: Streams of random words, shape (n,).
+        over: Mask of the links that carry them, shape (R, n).
+        poses: Transmitted poses: rows x, y in m and theta in rad, shape (R, 3, n), or (1, 3, n)
+            if they are the same for all receivers.
+        contents: Their contents, shape (n,); None for a state without.
     """
 
+    arrival: float
     senders: Indices
-    cells: Indices
-    held: Indices
-    delay: Floats
-    loss: Words
-    noise: Floats
-    streams: Words
-
-    @classmethod
-    def of(cls, up: NDArray[np.bool_], channel: Channel, streams: Words) -> Routes:
-        """Return the links in a mask; mask, channel and streams have the shape (R, N)."""
-        senders, rows = np.nonzero(up.T)
-        nb_robots = up.shape[1]
-        return cls(
-            senders,
-            rows * nb_robots + senders,
-            (3 * rows + np.arange(3)[:, None]) * nb_robots + senders,
-            channel.delay[rows, senders],
-            thresholds(channel.loss[rows, senders]),
-            channel.noise[rows, senders],
-            streams[rows, senders],
-        )
-
-    def __getitem__(self, which: Choice) -> Routes:
-        return Routes(
-            self.senders[which],
-            self.cells[which],
-            self.held[:, which],
-            self.delay[which],
-            self.loss[which],
-            self.noise[which],
-            self.streams[which],
-        )
-
-    def sent_by(self, senders: Indices, nb_senders: int) -> Routes:
-        """Return the links from some of the senders, which are sorted."""
-        if len(senders) == nb_senders:
-            return self
-        if len(senders) == 1:
-            begin, end = np.searchsorted(self.senders, [senders[0], senders[0] + 1]).tolist()
-            return self[begin:end]
-        sending = np.zeros(nb_senders, dtype=bool)
-        sending[senders] = True
-        return self[np.flatnonzero(sending[self.senders])]
+    over: Mask
+    poses: Floats
+    contents: Objects
 
 
 _SAME_TIME_S = 1e-9
-_WORDS = 3  # random words for each message: loss, and two for noise
-_OF_NOISE = np.array([[1], [2]])
 
 
 class Links:
@@ -144,92 +92,83 @@ class Links:
     ) -> None:
         """Prepare links to some robots, by their sorted numbers; all links are down.
 
-        With `holds_own`, receivers hold their own states, too.
-        The random numbers of a message depend on seed, receiver and sender, on how many messages
-        the sender sent before, and, for a state sent once more, on how often the link came up.
+        With `holds_own`, receivers hold their own states, too. Each sender has random numbers of
+        its own, from which every robot of the fleet gets some for each message, so that what
+        happens to a message does not depend on the other senders and receivers.
         """
         nb_robots = len(channel.delay)
         rows: Indices = np.array(receivers, dtype=np.intp) - 1
-        self._receivers = rows
+        shape = (len(rows), nb_robots)
+        self._nb_robots, self._receivers = nb_robots, rows
         self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
         self._is_lossy = bool(self._channel.loss.any())
         self._is_noisy = bool(self._channel.noise.any())
-        self._streams = streams_of(seed, rows[:, None], np.arange(nb_robots))
-        shape = (len(rows), nb_robots)
-        self._up = np.zeros(shape, dtype=bool)
+        is_random = self._is_lossy or self._is_noisy
+        self._random = [
+            np.random.default_rng([seed, sender])
+            for sender in range(nb_robots if is_random else 0)
+        ]
+        self._up: Mask = np.zeros(shape, dtype=bool)
         self._adjacency: Floats | None = None
-        self._routes = Routes.of(self._up, self._channel, self._streams)
         self._held = np.full((len(rows), 3, nb_robots), np.nan)
-        self._flat_held = self._held.reshape(-1)
-        own = 3 * np.arange(len(rows)) + np.arange(3)[:, None]
-        self._own: Indices = own * nb_robots + rows
         self._holds_own = holds_own
         self.last_sent = np.full((3, nb_robots), np.nan)
-        self._numbers = np.full(nb_robots, -1)
-        self._times_up = np.zeros(shape, dtype=int)
         # A queue per delay: with equal delays, messages arrive in the order of sending.
         self._on_the_way: dict[float, deque[Messages]] = {
             delay: deque() for delay in np.unique(self._channel.delay).tolist()
         }
         self.counts = LinkCounts.zero(*shape)
-        self._flat = LinkCounts(*(count.reshape(-1) for count in vars(self.counts).values()))
-        self._all_received = False  # whether each link that is up has delivered a message
-        self._contents: _Contents | None = None  # of states without content there is none
+        self._has_contents = False
+        self._attached, self._contents = np.full((2, nb_robots), None)  # of the next, last states
+        self._held_contents = np.full(shape, None)
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph at the start of the run."""
-        self._wire(adjacency, self._wanted(adjacency))
-        routes = self._routes[self._numbers[self._routes.senders] >= 0]
-        self._flat_held[routes.held] = self._with_noise(routes)
-        if self._contents:
-            self._contents.held[routes.cells] = self._contents.sent[routes.senders]
+        self._adjacency, self._up = adjacency, self._wanted(adjacency)
+        poses = self._transmitted(np.arange(len(adjacency)))
+        self._held[:] = np.where(self._up[:, None], poses, np.nan)
+        self._held_contents[:] = self._contents
+        self._held_contents[~self._up] = None
 
     def connect(self, adjacency: Floats, now: float) -> None:
         """Bring links up and down to match a graph; `now` is in s on any steady clock."""
         if adjacency is self._adjacency:
             return
-        wanted = self._wanted(adjacency)
+        self._adjacency, wanted = adjacency, self._wanted(adjacency)
         if np.array_equal(wanted, self._up):
-            self._adjacency = adjacency
             return
         self._deliver(now)  # messages that arrived before a link goes down are not lost
-        rows, senders = np.nonzero(self._up & ~wanted)
-        self._held[rows, :, senders] = np.nan
-        if self._contents:
-            self._contents.held[rows * len(self._numbers) + senders] = None
-        new = wanted & ~self._up & (self._numbers >= 0)
-        self._times_up[new] += 1
-        self._wire(adjacency, wanted)
-        streams = streams_of(self._streams, self._times_up)
-        self._carry(Routes.of(new, self._channel, streams), now)
+        gone, new = self._up & ~wanted, wanted & ~self._up & np.isfinite(self.last_sent[0])
+        self._up = wanted
+        self._held.swapaxes(1, 2)[gone] = np.nan
+        self._held_contents[gone] = None
+        senders = np.flatnonzero(new.any(axis=0))
+        if len(senders):
+            self._carry(senders, new[:, senders], now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
         """Send the poses (3, n) of n robots at a time in s; `senders` are their sorted columns."""
         self._deliver(now)
         columns: Indices = np.asarray(senders, dtype=np.intp)
-        self._numbers[columns] += 1
         self.last_sent[:, columns] = poses
-        if self._contents:
-            self._contents.sent[columns] = self._contents.attached[columns]
-        self._carry(self._routes.sent_by(columns, len(self._numbers)), now)
+        self._contents[columns] = self._attached[columns]
+        self._carry(columns, self._up[:, columns], now)
 
     def attach(self, sender: int, content: object) -> None:
         """Let the states of a sender, a column, carry content from the next one on."""
-        self._contents = self._contents or _Contents.none(*self._up.shape)
-        self._contents.attached[sender] = content
+        self._has_contents = True
+        self._attached[sender] = content
 
     def forget_contents(self) -> None:
         """Drop all contents, those on their way too."""
-        self._contents = None
-        for delay, queue in self._on_the_way.items():
-            self._on_the_way[delay] = deque(one._replace(contents=None) for one in queue)
+        on_the_way = [one.contents for queue in self._on_the_way.values() for one in queue]
+        for contents in (self._attached, self._contents, self._held_contents, *on_the_way):
+            contents.fill(None)
 
     def contents(self, receiver: int) -> dict[int, Any]:
         """Return the content last received by a receiver, a row, by the senders' columns."""
-        if not self._contents:
-            return {}
-        held = self._contents.held.reshape(self._up.shape)[receiver]
-        return {sender: one for sender, one in enumerate(held.tolist()) if one is not None}
+        held = self._held_contents[receiver].tolist()
+        return {sender: one for sender, one in enumerate(held) if one is not None}
 
     def known_poses(self, own_poses: Floats, now: float) -> Floats:
         """Return the poses that each receiver knows at a time in s.
@@ -243,109 +182,59 @@ class Links:
         """
         self._deliver(now)
         own = self.last_sent[:, self._receivers] if self._holds_own else own_poses
-        self._flat_held[self._own] = own
+        self._held[np.arange(len(self._receivers)), :, self._receivers] = own.T
         return self._held
 
-    def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:
+    def _wanted(self, adjacency: Floats) -> Mask:
         return np.asarray(adjacency[self._receivers] > 0)
-
-    def _wire(self, adjacency: Floats, up: NDArray[np.bool_]) -> None:
-        self._adjacency, self._up = adjacency, up
-        self._routes = Routes.of(up, self._channel, self._streams)
-        self._all_received = False
 
     def _deliver(self, now: float) -> None:
         for queue in self._on_the_way.values():
             while queue and queue[0].arrival <= now + _SAME_TIME_S:
                 self._arrive(queue.popleft())
 
-    def _carry(self, routes: Routes, now: float) -> None:
-        """Send the senders' last states over links."""
-        self._flat.sent[routes.cells] += 1
-        lost = None
+    def _carry(self, senders: Indices, over: Mask, now: float) -> None:
+        """Send the last states of n senders over the links in a mask (R, n)."""
+        self.counts.sent[:, senders] += over
         if self._is_lossy:
-            words = word(routes.streams, self._numbers[routes.senders] * _WORDS)
-            lost = happens(words, routes.loss)
-            self._flat.lost[routes.cells] += lost
-        poses = self._with_noise(routes)
-        carried = self._contents and self._contents.sent[routes.senders]
+            draws = np.array([self._random[one].random(self._nb_robots) for one in senders])
+            lost = over & (draws.T[self._receivers] < self._channel.loss[:, senders])
+            self.counts.lost[:, senders] += lost
+            over = over & ~lost
+        poses, contents = self._transmitted(senders), self._contents[senders]
         for delay, queue in self._on_the_way.items():
-            which = self._arriving(routes, lost, delay)
-            cells, held = routes.cells[which], routes.held[:, which]
-            contents = None if carried is None else carried[which]
-            messages = Messages(now + delay, cells, held, poses[:, which], self._routes, contents)
+            late = over
+            if len(self._on_the_way) > 1:
+                late = over & (self._channel.delay[:, senders] == delay)
+            messages = Messages(now + delay, senders, late, poses, contents)
             if delay:
                 queue.append(messages)
             else:
                 self._arrive(messages)
 
-    def _arriving(self, routes: Routes, lost: NDArray[np.bool_] | None, delay: float) -> Choice:
-        """Return the links on which messages arrive after a delay in s."""
-        if len(self._on_the_way) == 1:
-            return slice(None) if lost is None else (~lost).nonzero()[0]
-        late: NDArray[np.bool_] = routes.delay == delay
-        return late if lost is None else late & ~lost
-
-    def _with_noise(self, routes: Routes) -> Floats:
-        poses = self.last_sent[:, routes.senders]
-        if self._is_noisy:
-            words = word(routes.streams, self._numbers[routes.senders] * _WORDS + _OF_NOISE)
-            poses[:2] += routes.noise * normal(words)
-        return poses
+    def _transmitted(self, senders: Indices) -> Floats:
+        """Return the last states of n senders, with noise, as in `Messages`."""
+        poses = self.last_sent[None, :, senders]
+        if not self._is_noisy:
+            return poses
+        of_fleet = (2, self._nb_robots)
+        draws = np.array([self._random[one].standard_normal(of_fleet) for one in senders])
+        noise = draws.transpose(2, 1, 0)[self._receivers] * self._channel.noise[:, None, senders]
+        disturbed = np.repeat(poses, len(noise), axis=0)
+        disturbed[:, :2] += noise
+        return disturbed
 
     def _arrive(self, messages: Messages) -> None:
-        arrival, cells, held, poses, routes, contents = messages
-        counts = self._flat
-        if routes is not self._routes:  # links may have gone down meanwhile
-            up = self._up.reshape(-1)[cells]
-            counts.lost[cells[~up]] += 1
-            cells, held, poses = cells[up], held[:, up], poses[:, up]
-            contents = None if contents is None else contents[up]
-        if not self._all_received:
-            counts.first[cells[np.isnan(counts.first[cells])]] = arrival
-            self._all_received = not np.isnan(counts.first[self._routes.cells]).any()
-        counts.last[cells] = arrival
-        counts.received[cells] += 1
-        self._flat_held[held] = poses
-        if contents is not None and self._contents:
-            self._contents.held[cells] = contents
-
-
-class Messages(NamedTuple):
-    """Messages that arrive together.
-
-    Attributes:
-        arrival: Time of arrival in s.
-        cells: Their links, as in `Routes`, shape (n,).
-        held: As in `Routes`, shape (3, n).
-        poses: Transmitted poses: rows x, y in m and theta in rad, shape (3, n).
-        routes: Links that were up at the time of sending.
-        contents: Their contents, shape (n,); None if no robot has attached one.
-    """
-
-    arrival: float
-    cells: Indices
-    held: Indices
-    poses: Floats
-    routes: Routes
-    contents: Objects | None
-
-
-class _Contents(NamedTuple):
-    """Contents of states; None for a state without.
-
-    Attributes:
-        attached: Those that the next states of the senders will carry, shape (N,).
-        sent: Those of the last states sent, shape (N,).
-        held: Those that the receivers hold, as `Routes.cells`, shape (R * N,).
-    """
-
-    attached: Objects
-    sent: Objects
-    held: Objects
-
-    @classmethod
-    def none(cls, nb_receivers: int, nb_senders: int) -> _Contents:
-        """Return those of robots that have sent states only."""
-        sizes = nb_senders, nb_senders, nb_receivers * nb_senders
-        return cls(*(np.full(size, None, dtype=object) for size in sizes))
+        arrival, senders, over, poses, contents = messages
+        counts = self.counts
+        arrived = over & self._up[:, senders]  # links may have gone down meanwhile
+        counts.lost[:, senders] += over & ~arrived
+        counts.received[:, senders] += arrived
+        first, last = counts.first[:, senders], counts.last[:, senders]
+        counts.first[:, senders] = np.where(arrived & np.isnan(first), arrival, first)
+        counts.last[:, senders] = np.where(arrived, arrival, last)
+        held = self._held[:, :, senders]
+        self._held[:, :, senders] = np.where(arrived[:, None], poses, held)
+        if self._has_contents:
+            known = self._held_contents[:, senders]
+            self._held_contents[:, senders] = np.where(arrived, contents, known)
