@@ -87,7 +87,7 @@ def draw_thresholds(study: Study) -> Figure:
     panels[0].set_yscale('log')
     panels[0].plot(d, NB_ROBOTS + way / d, 'k--', label=r'$N + \Sigma_i |p_i(0) - \bar{p}| / d$')
     slowest = algebraic_connectivity('ring')
-    settling = np.log(20) / (slowest * study.plan.info.scenario['set']['K'])
+    settling = np.log(20) / (slowest * study.plan.base.law.set['K'])
     panels[1].axhline(
         settling,
         color='k',
@@ -118,8 +118,10 @@ def main() -> None:
         ('consensus_rate', rates, draw_rates),
         ('event_threshold', thresholds, draw_thresholds),
     ):
+        folder = Path(sys.argv[1]) / name
+        made = Study.load(folder) if folder.exists() else study(folder)
         with plot_style():
-            save(draw(study(Path(sys.argv[1]) / name)), HERE.parent / 'pictures' / f'{name}.png')
+            save(draw(made), HERE.parent / 'pictures' / f'{name}.png')
 
 
 if __name__ == '__main__':

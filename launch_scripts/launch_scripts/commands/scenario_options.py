@@ -118,12 +118,10 @@ def _base(args: argparse.Namespace) -> Scenario | None:
 def _earlier_scenario(folder: Path) -> Scenario:
     if (folder / INFO_FILE).is_file():
         return Scenario.load(folder / INFO_FILE)
-    from setcmas_tools.study.study_files import FILE_NAME
-    from setcmas_tools.study.study_plan import located_in, read_plan
+    from setcmas_tools.study.study_plan import FILE_NAME, read_plan
 
     if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
-        kept = read_plan(folder.parent).kept_scenario(int(folder.name))
-        return located_in(folder.parent, kept)
+        return read_plan(folder.parent).scenario(int(folder.name))
     raise SetcmasError(
         f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
         'of a study and the number of a run, such as study/417; to simulate a recording, give '

@@ -1,21 +1,19 @@
 """Run a control law many times offline with varied parameters.
 
-Writes runs.csv with a row per run, plots, and study.yaml, from which the study can be repeated. To
-continue a stopped study, run the same command in the same folder. A run whose law fails, hangs or
-dies still gets a row. To repeat a single run, use setcmas offline (or run) --from FOLDER/NUMBER.
+Writes runs.csv with a row per run, plots, and study.yaml, from which runs can be repeated: use
+setcmas offline (or run) --from FOLDER/NUMBER. A run whose law fails, hangs or dies still gets a
+row. Ctrl-C ends a study early and writes the rows so far.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2
   setcmas sweep --algo consensus --nb-robots 8 --vary K=0.2:2:10 --seeds 20 --random-poses -o study
   setcmas sweep --algo consensus --nb-robots 8 --vary graph=ring,path --vary loss=0,0.2,0.4
-  setcmas sweep --algo consensus --nb-robots 8 --seeds 500 --random-poses --dry-run
   setcmas offline --from study/417 -o run            repeat run 417 of that study, with plots
 """
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from launch_scripts.commands.plot_options import FormatOptions
@@ -27,12 +25,13 @@ from launch_scripts.commands.scenario_options import (
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.study.study_options import StudyFolderOptions, SweepOptions
+from setcmas_tools.run.run_folder import RunOptions
+from setcmas_tools.study.study_options import SweepOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    StudyFolderOptions.add_to(parser)
+    RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
     SweepOptions.add_to(parser)
     add_scenario_arguments(parser, without=('cmd_timeout', 'rtf'))
@@ -42,26 +41,17 @@ def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
     from setcmas_tools.study.study import carry_out, runs_in_words
-    from setcmas_tools.study.study_columns import check_known, metric_in
-    from setcmas_tools.study.study_plan import check_names, make_plan
+    from setcmas_tools.study.study_columns import check_known
+    from setcmas_tools.study.study_plan import make_plan
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
-    varied = list(map(_named, options.vary))
-    check_names([name for name, _ in varied], seeds=1)
-    own = {
-        Path(name).stem: metric_in(Path(name)) for name in options.metric if name.endswith('.py')
-    }
-    metrics = [Path(name).stem for name in options.metric]
-    check_known(metrics, own)
-    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, own)
-    if options.dry_run:
-        print(runs_in_words(len(plan.runs)))
-        return 0
+    check_known(options.metric)
+    plan = make_plan(scenario, map(_named, options.vary), options.seeds)
     folder = output_folder(args, scenario.found())
     try:
         study = carry_out(plan, folder, options, args.overwrite)
     except KeyboardInterrupt:
-        warn(f"setcmas sweep: stopped; run the same command with -o '{folder}' to continue")
+        warn(f"setcmas sweep: stopped; '{folder}' has the runs that had finished")
         raise
     print(study.summary)
     drawn = []
@@ -70,7 +60,7 @@ def main(args: argparse.Namespace) -> int:
         from setcmas_tools.study.study_plots import plot
 
         look = PlotSettings(tuple(args.format), args.palette)
-        drawn = plot(study, folder / 'plots', metrics, look)
+        drawn = plot(study, folder / 'plots', options.metric, look)
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
     print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')
     return SCRIPT_FAILED if _failures(study) else 0

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,16 +17,17 @@ from tqdm import tqdm
 
 from setcmas_ctrl.laws.control_options import Algo
 from setcmas_simu.errors import SetcmasError, file_errors, needs
+from setcmas_simu.limited_file import written_whole
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, predicted
-from setcmas_tools.study.study_files import TABLE, finished_rows, prepare, stored_rows, write_table
 from setcmas_tools.study.study_options import SweepOptions
-from setcmas_tools.study.study_plan import SEED, Plan, Variation, located_in, make_plan, read_plan
-from setcmas_tools.study.study_run import made_rows
+from setcmas_tools.study.study_plan import SEED, TABLE, Plan, make_plan, read_plan, store
+from setcmas_tools.study.study_run import Row, made_rows
+from setcmas_tools.study.variation import Variation
 
 
 def sweep(
@@ -60,50 +59,44 @@ def sweep(
             combinations are run.
         seeds: Number of seeds for each of them.
         metrics: Further metrics by name: functions of a run, which become columns.
-        output: Folder of the study. If it holds the same study, perhaps with fewer seeds, only
-            the missing runs are made. None keeps the study as long as it is used.
-        options: `cases`, `jobs`, `timeout`, as on the command line; all other arguments of
-            `simulate`.
+        output: Folder of the study. None keeps the study as long as it is used.
+        options: `jobs` and `timeout`, as on the command line; all other arguments of `simulate`.
 
     Raises:
         SetcmasError: An argument is invalid, or the folder holds something else.
     """
     if multiprocessing.parent_process():  # a script without that line, as a worker imports it
         raise StartError(UNGUARDED)
-    own = SweepOptions.__dataclass_fields__.keys() & options.keys()
-    given = {name: options.pop(name) for name in own}
-    if given.get('cases'):
-        given['cases'] = Path(given['cases'])
-    chosen = SweepOptions(seeds=seeds, **given)
+    own = {name: options.pop(name) for name in ('jobs', 'timeout') if name in options}
+    chosen = SweepOptions(seeds=seeds, **own)
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     options |= {name: value for name, value in sizes.items() if value is not None}
     if isinstance(scenario, Scenario):
         base = scenario.replace(**options)
     else:
         base = Scenario.of(scenario, **options)
-    plan = make_plan(base, vary or {}, chosen.cases, seeds, metrics)
+    plan = make_plan(base, (vary or {}).items(), seeds, metrics)
     return carry_out(plan, Path(output) if output else None, chosen)
 
 
 def carry_out(
     plan: Plan, folder: Path | None, options: SweepOptions, overwrite: bool = False
 ) -> Study:
-    """Make the missing runs of a study in a folder, or raise SetcmasError.
+    """Make the runs of a study in a folder, or raise SetcmasError.
 
-    The folder None is a temporary one.
+    The folder None is a temporary one. The table of an interrupted study has the finished runs.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
     with file_errors(f"study '{place}' cannot be written"):
-        prepare(place, plan.info, plan.contents, overwrite)
-        rows = finished_rows(place)
-        left = [run for run in range(1, len(plan.runs) + 1) if run not in rows]
-        made = made_rows(plan, left, options) if left else ()
-        stored, before = stored_rows(place, made), len(rows)
-        for row in tqdm(stored, 'runs', len(plan.runs), initial=before, disable=None):
-            rows[row['run']] = row
-        if left or not (place / TABLE).is_file():
-            write_table(table_of(plan, rows), place)
-    study = Study.load(place, plan)
+        store(plan, place, overwrite)
+        rows: dict[int, Row] = {}
+        try:
+            for row in tqdm(made_rows(plan, options), 'runs', len(plan.runs), disable=None):
+                rows[row['run']] = row
+        finally:
+            if rows:
+                write_table(table_of(plan, rows), place)
+    study = Study(plan, read_table(place), place)
     if not folder:
         weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
     return study
@@ -149,9 +142,9 @@ class Study:
     folder: Path
 
     @classmethod
-    def load(cls, folder: str | Path, plan: Plan | None = None) -> Study:
-        """Read a finished study, whose plan may be known, or raise SetcmasError."""
-        return cls(plan or read_plan(Path(folder)), read_table(Path(folder)), Path(folder))
+    def load(cls, folder: str | Path) -> Study:
+        """Read a study, or raise SetcmasError."""
+        return cls(read_plan(Path(folder)), read_table(Path(folder)), Path(folder))
 
     def __len__(self) -> int:
         return len(self.table)
@@ -159,7 +152,7 @@ class Study:
     @property
     def names(self) -> list[str]:
         """Varied names, without the seeds."""
-        return self.plan.names
+        return [*self.plan.vary]
 
     @property
     def metrics(self) -> list[str]:
@@ -184,7 +177,7 @@ class Study:
 
     def run(self, number: int) -> Run:
         """Repeat a run, and return it with all its data."""
-        return simulate(located_in(self.folder, self.plan.kept_scenario(number)))
+        return simulate(self.plan.scenario(number))
 
     def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:
         """Return a plot of a metric over a varied name, by default the first.
@@ -197,14 +190,14 @@ class Study:
     @property
     def title(self) -> str:
         """Title in plots, such as 'consensus, 600 runs'."""
-        algo = Path(str(self.plan.info.scenario['algo'])).stem
+        algo = Path(str(name_of(self.plan.base.law.algo))).stem
         runs = runs_in_words(len(self))
         return f'{algo}, {runs}' if 'algo' not in self.names else runs
 
     @property
     def summary(self) -> str:
         """Medians over seeds of each case as a table; of all runs if there are too many cases."""
-        is_long = len(self) / self.plan.info.seeds > _MOST_CASES
+        is_long = len(self) / self.plan.seeds > _MOST_CASES
         names = [] if is_long else self.names
         numbers = {name: self.numbers(name) for name in self._summed_up()}
         keys = self.table[names] if names else pd.DataFrame({'': 0}, self.table.index)
@@ -231,28 +224,20 @@ class Study:
         varied = f', {", ".join(self.names)} varied' if self.names else ''
         return f'Study({self.title}{varied})'
 
-    def _repr_html_(self) -> str:
-        title, summary = escape(self.title), escape(self.summary)
-        return f'<div><b>{title}</b><pre style="line-height:1.2">{summary}</pre></div>'
 
-
-def table_of(plan: Plan, rows: Mapping[int, Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the table of a study from the rows of its runs."""
-    values = [{name: _text(value) for name, value in run.items()} for run in plan.runs]
-    merged = [{**rows[run], **own} for run, own in enumerate(values, 1)]
-    table = pd.DataFrame(merged)
-    first = ['run', *plan.names, SEED, *OUTCOME]
+def table_of(plan: Plan, rows: Mapping[int, Row]) -> pd.DataFrame:
+    """Return the table of a study from the rows of its runs by number."""
+    table = pd.DataFrame([{**rows[run], **plan.runs[run - 1]} for run in sorted(rows)])
+    first = ['run', *plan.vary, SEED, *OUTCOME]
     others = set(table) - {*first}
     known = [name for name in COLUMNS if name in others]
     return table[[*first, *known, *sorted(others - {*known})]]
 
 
-def _text(value: Any) -> str:
-    if value is None:
-        return ''
-    if isinstance(value, float):
-        return repr(value).removesuffix('.0')
-    return json.dumps(value) if isinstance(value, (list, Mapping, bool)) else str(value)
+def write_table(table: pd.DataFrame, folder: Path) -> None:
+    """Write the runs.csv of a study, whole or not at all."""
+    with written_whole(folder / TABLE) as file:
+        table.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')
 
 
 def read_table(folder: Path) -> pd.DataFrame:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -163,49 +160,19 @@ def _rounded(number: float | None) -> float | None:
 
 
 def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Return metrics that are functions and whose names can be columns, or raise SetcmasError."""
-    for name, metric in metrics.items():
-        if not name.isidentifier():
-            raise SetcmasError(f"metric '{name}' must have letters, digits and _ in its name")
+    """Return a study's own metrics, or raise SetcmasError if a name is taken."""
+    for name in metrics:
         if name in METRICS or name in COLUMNS:
             raise SetcmasError(f"metric '{name}' exists already; choose another name")
-        if not callable(metric):
-            raise SetcmasError(
-                f"metric '{name}' is a {type(metric).__name__}; it must be a function of a run"
-            )
     return dict(metrics)
 
 
-def check_known(names: Sequence[str], own: Mapping[str, Metric]) -> None:
-    """Check that metrics are columns of a study with its own ones, or raise SetcmasError."""
-    parts = (*own, *(name for name in METRICS.plugins() if name not in SHIPPED))
+def check_known(names: Sequence[str]) -> None:
+    """Check that metrics are columns of a study, or raise SetcmasError."""
+    of_plugins = tuple(name for name in METRICS.plugins() if name not in SHIPPED)
     for name in names:
-        if name not in COLUMNS and not name.startswith(parts):
+        if name not in COLUMNS and not name.startswith(of_plugins):
             raise SetcmasError(
-                f"--metric '{name}': unknown column; must be one of {', '.join([*COLUMNS, *own])}"
-                f'{did_you_mean(name, [*COLUMNS, *own], 2)}'
+                f"--metric '{name}': unknown column; must be one of {', '.join(COLUMNS)}"
+                f'{did_you_mean(name, COLUMNS, 2)}'
             )
-
-
-def metric_in(path: Path) -> Metric:
-    """Return the function in a file that has its name, or raise SetcmasError."""
-    known: dict[str, Any] = {'__name__': f'metric {path.stem}', '__file__': str(path)}
-    try:
-        exec(compile(path.read_bytes(), path, 'exec'), known)
-    except OSError as error:
-        raise SetcmasError(f"metric '{path}' cannot be read: {error.strerror}") from error
-    except Exception as error:
-        reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-        raise SetcmasError(f"metric '{path}' does not load: {reason}") from error
-    if not callable(metric := known.get(path.stem)):
-        raise SetcmasError(f"metric '{path}' must define a function {path.stem}(run)")
-    return metric  # type: ignore[no-any-return]
-
-
-def digest_of(metric: Metric) -> str:
-    """Return the SHA-256 of the source of a metric; of its name if there is no source."""
-    try:
-        source = inspect.getsource(metric)
-    except (OSError, TypeError):
-        source = getattr(metric, '__qualname__', '')
-    return hashlib.sha256(source.encode()).hexdigest()

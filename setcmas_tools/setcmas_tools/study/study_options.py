@@ -6,13 +6,11 @@ import os
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_kinds import DURATION, Kind, PathTo, Whole
-from setcmas_simu.options import Form, Options, flag, option
-from setcmas_tools.run.run_folder import RunOptions
+from setcmas_simu.option_kinds import DURATION, Kind, Whole
+from setcmas_simu.options import Form, Options, option
 
 
 def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
@@ -37,19 +35,6 @@ def cores() -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyFolderOptions(RunOptions):
-    """Where the results of a study go."""
-
-    output: Path | None = option(
-        PathTo(metavar='DIR'),
-        'folder of the study; continues the same study if it exists',
-        default=None,
-        short='-o',
-    )
-    overwrite: bool = flag('delete the study in that folder and start again')
-
-
-@dataclass(frozen=True, kw_only=True)
 class SweepOptions(Options):
     """Varied values of a study, its metrics and its workers."""
 
@@ -64,16 +49,10 @@ class SweepOptions(Options):
         default=(),
         complete=_names,
     )
-    cases: Path | None = option(
-        PathTo(metavar='FILE.csv'),
-        'vary several names together: a CSV file with a line of names, then a line per case',
-        default=None,
-    )
     seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
     metric: tuple[str, ...] = option(
-        Kind(metavar='COLUMN|FILE.py'),
-        'metric to plot, such as disagreement (see setcmas list), or FILE.py, whose '
-        'function FILE(run) computes a metric of your own; may be repeated',
+        Kind(metavar='COLUMN'),
+        'metric to plot, such as disagreement (see setcmas list); may be repeated',
         form=Form.REPEATED,
         default=(),
         complete=_columns,
@@ -82,4 +61,3 @@ class SweepOptions(Options):
         Whole(1), 'simultaneous runs', default=cores(), default_text='the number of cores'
     )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
-    dry_run: bool = flag('only print the number of runs')

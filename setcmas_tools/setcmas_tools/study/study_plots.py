@@ -1,4 +1,4 @@
-"""Plots of a study: medians of metrics over varied names, with the band of 90 % of the runs."""
+"""Plots of a study: medians of metrics over varied names, with bars of 90 % of the runs."""
 
 from __future__ import annotations
 
@@ -24,11 +24,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BAND = (0.05, 0.95)
-"""Quantiles of a band with 90 % of the runs."""
+"""Quantiles of the ends of bars with 90 % of the runs."""
 
 _MOST_LINES = 6
-_MARGIN = 0.04
-_BETWEEN_BARS = 0.06  # of two lines at the same value
+_LINE_SHIFT = 0.06  # between the bars of two lines over words
 _SHADES = 'viridis'
 _THEORY = 'predicted'
 _DRAWN = (
@@ -50,7 +49,7 @@ def spread(values: pd.Series, by: pd.Series) -> pd.DataFrame:
 
 
 def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
-    """Draw a metric over a name: the median with a band; a line per value of a second name."""
+    """Draw a metric over a name: medians with bars; a line per value of a second name."""
     picture.set_size_inches(8.0, 5.0)
     words, unit = _words_and_unit(metric)
     label = f'{words} ({unit})' if unit else words
@@ -61,7 +60,7 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
     lines = [*study.table.groupby(split, sort=False)] if split else [('', study.table)]
     colours = colormaps[_SHADES](np.linspace(0.0, 0.85, len(lines)))
     handles: dict[str, Any] = {}  # matplotlib itself leaves out names that begin with _
-    for colour, (value, rows) in zip(colours, lines, strict=True):
+    for line, (colour, (value, rows)) in enumerate(zip(colours, lines, strict=True)):
         name = as_written(f'{split} = {shown(value)}') if split else ''
         if theory in study.metrics:
             name = name or 'measured'
@@ -71,16 +70,11 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
                 places, known, look, color='0.8', lw=6, ms=30, mew=6, label=_THEORY
             )
         band = spread(numbers[rows.index], rows[by]).reindex(values)
-        if is_scale:
-            (handles[name],) = axes.plot(places, band.middle, 'o-', color=colour, label=name)
-            axes.fill_between(places, band.low, band.high, color=colour, alpha=0.18, linewidth=0)
-        else:
-            known = band.where(np.isfinite(band))
-            bars = np.array([known.middle - known.low, known.high - known.middle])
-            handles[name] = axes.errorbar(
-                places, band.middle, bars, None, 'o', color=colour, label=name
-            )
-            places = [place + _BETWEEN_BARS for place in places]
+        known = band.where(np.isfinite(band))
+        bars = np.array([known.middle - known.low, known.high - known.middle])
+        at = places if is_scale else [place + line * _LINE_SHIFT for place in places]
+        look = 'o-' if is_scale else 'o'
+        handles[name] = axes.errorbar(at, band.middle, bars, fmt=look, color=colour, label=name)
     names = sorted(filter(None, handles), key=lambda name: name == _THEORY)
     legend(axes, [handles[name] for name in names])
     _note(axes, study, metric)
@@ -95,13 +89,8 @@ def _axis(axes: Axes, column: pd.Series) -> tuple[list[Any], list[Any], bool]:
         axes.set_xlim(-0.5, len(values) - 0.5)  # also where nothing is drawn
         return values, list(range(len(values))), False
     values.sort()
-    low, high = values[0], values[-1]
-    if len(values) > 2 and low > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
+    if len(values) > 2 and values[0] > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
         axes.set_xscale('log')
-        margin = (high / low) ** _MARGIN
-        axes.set_xlim(low / margin, high * margin)
-    elif high > low:  # also where a line breaks off since its values are never reached
-        axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
     return values, values, True
 
 
@@ -118,7 +107,7 @@ def _words_and_unit(metric: str) -> tuple[str, str]:
 
 
 def _note(axes: Axes, study: Study, metric: str) -> None:
-    """Describe the band, and count the runs that it leaves out."""
+    """Describe the bars, and count the runs that they leave out."""
     words = ['median and 90 % of the runs']
     if broken := int(study.is_broken.sum()):
         words.append(f'{runs_in_words(broken, "broken")} left out')

@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -32,8 +32,8 @@ Row = dict[str, Any]
 """A row by column: 'run', its outcome, and its metrics."""
 
 
-def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Row]:
-    """Make runs of a study, and yield their rows as they finish, or raise SetcmasError.
+def made_rows(plan: Plan, options: SweepOptions) -> Iterator[Row]:
+    """Make the runs of a study, and yield their rows as they finish, or raise SetcmasError.
 
     A thread controls the process of each run: joblib's own processes could not be ended
     individually when a script hangs, and one that dies would end all. Within
@@ -45,7 +45,8 @@ def made_rows(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterato
     limits = options.timeout, _memory_of_each(options.jobs)
     parallel = joblib.Parallel(options.jobs, prefer='threads', return_as='generator_unordered')
     yield from parallel(
-        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, *limits) for run in runs
+        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, *limits)
+        for run in range(1, len(plan.runs) + 1)
     )
 
 

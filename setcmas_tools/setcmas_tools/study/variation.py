@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,15 @@ from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number, Whole
-from setcmas_simu.options import Form
-from setcmas_tools.scenario.scenario import Scenario, options
+from setcmas_simu.options import plain
+from setcmas_tools.scenario.scenario import Scenario, name_of, options
 
-SETTING, OPTION = 'set.', 'option.'
-"""Prefixes for names that are both an option and a variable of the script."""
+Variation = str | Sequence[Any] | Mapping[str, Any]
+"""Values of a name: text as on the command line, a sequence, or values by label."""
+
+_NOT_VARIED = ('set', 'exercise', 'pose', 'cmd_timeout', 'rtf', 'seed')
+OPTIONS = {name: one for name, one in options().items() if name not in _NOT_VARIED}
+"""The values of a scenario that a study can vary, by name."""
 
 
 def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
@@ -29,72 +34,64 @@ def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
     return {name for path in paths for name in names_to_set(path)}
 
 
-_NOT_VARIED = ('set', 'exercise', 'pose', 'cmd_timeout', 'rtf')
-OPTIONS = {name: one for name, one in options().items() if name not in _NOT_VARIED}
-"""The values of a scenario that a study can vary, by name."""
-
-
-def is_setting(name: str) -> bool:
-    """Return whether a varied name is a variable of the script."""
-    return name.startswith(SETTING) or plain(name) not in OPTIONS
-
-
-def plain(name: str) -> str:
-    """Return a name without its prefix."""
-    return name.removeprefix(SETTING).removeprefix(OPTION)
-
-
 def checked_name(name: str, script_names: Collection[str]) -> str:
     """Return a varied name with _ for - in options, or raise SetcmasError if unknown or both."""
-    own = plain(name)
-    option = own.replace('-', '_')
-    if option in OPTIONS and not name.startswith(SETTING):
-        if own in script_names and not name.startswith(OPTION):
-            raise SetcmasError(
-                f'--vary {name}: both an option and a variable of the script; write '
-                f"'{OPTION}{name}' or '{SETTING}{name}'"
-            )
-        return name.replace('-', '_')
-    if own in script_names and not name.startswith(OPTION):
+    option = name.replace('-', '_')
+    if option in OPTIONS and name in script_names:
+        raise SetcmasError(
+            f'--vary {name}: both an option and a variable of the script; rename the variable'
+        )
+    if option in OPTIONS:
+        return option
+    if name in script_names:
         return name
-    known = [*OPTIONS, *script_names]
     raise SetcmasError(
-        f'--vary {name}: unknown name{did_you_mean(own, known, 2) or ";"} options are '
-        f'{", ".join(OPTIONS)}; names of the script: {", ".join(sorted(script_names)) or "none"}'
+        f'--vary {name}: unknown name{did_you_mean(name, [*OPTIONS, *script_names], 2) or ";"} '
+        f'options are {", ".join(OPTIONS)}; names of the script: '
+        f'{", ".join(sorted(script_names)) or "none"}'
     )
+
+
+def with_values(base: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """Return a scenario with varied values, or raise SetcmasError if one is invalid."""
+    changes = {name: value for name, value in values.items() if name in OPTIONS}
+    settings = {name: value for name, value in values.items() if name not in OPTIONS}
+    return base.replace(**changes, set={**base.law.set, **settings})
+
+
+def values_by_label(name: str, values: Variation) -> dict[str, Any]:
+    """Return the values of a name by their labels in the table, or raise SetcmasError."""
+    if isinstance(values, str):
+        values = parse_values(name, values)
+    if isinstance(values, Mapping):
+        return {str(label): value_of(name, value) for label, value in values.items()}
+    return {label_of(value): value for value in (value_of(name, one) for one in values)}
 
 
 def value_of(name: str, value: Any) -> Any:
     """Convert a text, a number or a value from Python for its option, or raise SetcmasError."""
-    if is_setting(name):
-        text = f'{plain(name)}={value}'
-        return parse_setting(text)[1] if isinstance(value, str) else value
-    option = OPTIONS[plain(name)]
-    if option.form is Form.FLAG:
-        return _truth(name, value)
+    if name not in OPTIONS:
+        return parse_setting(f'{name}={value}')[1] if isinstance(value, str) else plain(value)
     if callable(value):
         return value
-    is_number = isinstance(option.kind, (Number, Whole))
-    if is_number and isinstance(value, str):
-        value = option.kind.parse(value)
-    value = option.value(value)
-    if is_number:
-        option.kind.check(f'--vary {name}', value)
+    if OPTIONS[name].is_switch:
+        return yaml.safe_load(value) if isinstance(value, str) else value
+    kind = OPTIONS[name].kind
+    is_number = isinstance(kind, (Number, Whole)) and isinstance(value, str)
+    value = kind.parse(value) if is_number else OPTIONS[name].value(value)
     return str(value) if isinstance(value, Path) else value
 
 
-def _truth(name: str, value: Any) -> bool:
-    known = yaml.safe_load(value) if isinstance(value, str) else value
-    if not isinstance(known, bool):
-        raise SetcmasError(f'--vary {name} is {value!r}; it must be yes or no')
-    return known
-
-
-def with_values(base: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return a scenario with varied values, or raise SetcmasError if they contradict."""
-    changes = {plain(name): value for name, value in values.items() if not is_setting(name)}
-    settings = {plain(name): value for name, value in values.items() if is_setting(name)}
-    return base.replace(**changes, set={**base.law.set, **settings})
+def label_of(value: Any) -> str:
+    """Return the text of a value in the table."""
+    if callable(value):
+        return str(name_of(value))
+    value = plain(value)
+    if isinstance(value, float):
+        return repr(value).removesuffix('.0')
+    if isinstance(value, (list, Mapping, bool)):
+        return json.dumps(value)
+    return '' if value is None else str(value)
 
 
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
@@ -109,7 +106,12 @@ def parse_values(name: str, text: str) -> list[Any]:
     Values of a list stay strings unless the list is YAML, such as '[[1, 2], [3, 4]]'.
     """
     if found := _RANGE.fullmatch(text):
-        return _range(name, text, bool(found[1]), float(found[2]), float(found[3]), int(found[4]))
+        log, first, last, count = bool(found[1]), float(found[2]), float(found[3]), int(found[4])
+        if count < 1 or (log and not (first > 0 and last > 0)):
+            more = ' with bounds above 0' if log else ''
+            raise SetcmasError(f"--vary {name} '{text}' must be a range of 1 value or more{more}")
+        numbers = np.geomspace(first, last, count) if log else np.linspace(first, last, count)
+        return [float(f'{number:.{_DIGITS}g}') for number in numbers.tolist()]
     values: Any = text.split(',')
     if text.startswith('['):
         values = []
@@ -122,11 +124,3 @@ def parse_values(name: str, text: str) -> list[Any]:
             'log:FIRST:LAST:COUNT'
         )
     return [value.strip() if isinstance(value, str) else value for value in values]
-
-
-def _range(name: str, text: str, log: bool, first: float, last: float, count: int) -> list[float]:
-    if count < 1 or (log and not (first > 0 and last > 0)):
-        more = ' with bounds above 0' if log else ''
-        raise SetcmasError(f"--vary {name} '{text}' must be a range of 1 value or more{more}")
-    numbers = np.geomspace(first, last, count) if log else np.linspace(first, last, count)
-    return [float(f'{number:.{_DIGITS}g}') for number in numbers.tolist()]

@@ -1,7 +1,3 @@
-import contextlib
-import subprocess
-import sys
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +7,6 @@ from matplotlib.cbook import is_math_text
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
-from setcmas_tools.study import study_run
-from setcmas_tools.study.study_files import ROWS
 from setcmas_tools.study.study_plots import spread
 
 LAW = """
@@ -79,30 +73,6 @@ def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
 
     for name in ('runs.csv', 'study.yaml'):
         assert (tmp_path / 'two' / name).read_bytes() == (study.folder / name).read_bytes()
-
-
-@pytest.mark.nightly
-def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
-    script = tmp_path / 'study.py'
-    arguments = f'{str(law)!r}, 3, 8, output="half", jobs=1, **{STUDY!r}'
-    script.write_text(
-        f'from setcmas_tools import sweep\nif __name__ == "__main__":\n    sweep({arguments})\n'
-    )
-    process = subprocess.Popen([sys.executable, str(script)], cwd=tmp_path)
-    part = tmp_path / 'half' / ROWS
-    with contextlib.suppress(FileNotFoundError):
-        while process.poll() is None and (not part.exists() or part.stat().st_size < 1000):
-            time.sleep(0.01)
-    process.kill()
-    process.wait()
-    assert part.exists()
-    before = part.read_bytes().rpartition(b'\n')[0]
-    with pytest.raises(SetcmasError, match=r'holds another study \(--duration differs\)'):
-        sweep(law, 3, 9, output=tmp_path / 'half', **STUDY)
-    assert part.read_bytes().startswith(before)
-    sweep(law, 3, 8, output=tmp_path / 'half', jobs=1, **STUDY)
-
-    assert (tmp_path / 'half/runs.csv').read_bytes() == (study.folder / 'runs.csv').read_bytes()
 
 
 def test_the_summary_has_each_column_once_and_what_is_predicted_next_to_it(study):
@@ -182,22 +152,6 @@ def test_words_are_joined_by_no_line():
     assert axes.get_lines()[0].get_ydata().tolist() == study.table['path_length'].tolist()
 
 
-@pytest.mark.parametrize(
-    ('text', 'told'),
-    [
-        ('K,delya\n1,0\n', 'line 1: delya: unknown name; did you mean delay'),
-        ('K,loss\n1,0\n\n1,2\n', 'line 4: loss is 2; it must be'),
-        ('graph\nring\nrign\n', "line 3: unknown graph 'rign'; .*did you mean ring"),
-        ('K\n1\nfast\n', "line 3: setting K: 'fast' is a string"),
-    ],
-)
-def test_a_mistake_in_a_file_of_cases_has_its_line(tmp_path, law, text, told):
-    (tmp_path / 'cases.csv').write_text(text)
-
-    with pytest.raises(SetcmasError, match=rf"^cases '.*cases.csv', {told}"):
-        sweep(law, 3, 8, cases=str(tmp_path / 'cases.csv'), vary={'delay': [0, 0.1]})
-
-
 def test_functions_and_what_they_are_called():
     def towards(gain):
         def law(robotNo, nbRobots, poses, t):
@@ -218,12 +172,12 @@ def test_functions_and_what_they_are_called():
     [
         ({'vary': {'gain': [1]}}, 'unknown name'),
         ({'vary': {'K': ['fast']}}, 'must be a number'),
+        ({'vary': {'event_triggered': '3'}}, 'must be true or false'),
         ({'vary': {'loss': [2]}}, 'from 0 to 1'),
         ({'vary': {'delay': [1, -1]}}, 'at least 0'),
         ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign'.* did you mean ring"),
         ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
         ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
-        ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'vary the seed; remove one'),
         ({'speed': 3}, "has no value 'speed'"),
         ({'seeds': 0}, 'seeds is 0'),
     ],
@@ -234,45 +188,26 @@ def test_mistakes_are_reported_before_anything_starts(law, tmp_path, given, told
     assert not (tmp_path / 'study').exists()
 
 
-def seeded(law, folder, seeds, **changes):
-    return sweep(law, 3, 2, vary={'K': [0.5, 1.0]}, seeds=seeds, output=folder, jobs=1, **changes)
-
-
-def test_more_seeds_continue_a_study(law, tmp_path, monkeypatch):
-    first = seeded(law, tmp_path / 'grown', 2)
-    made, made_row = [], study_run.made_row
-    monkeypatch.setattr(
-        study_run, 'made_row', lambda run, *rest: made.append(run) or made_row(run, *rest)
-    )
-    grown = seeded(law, tmp_path / 'grown', 3)
-    assert made == [5, 6]
-
-    whole = seeded(law, tmp_path / 'whole', 3)
-
-    assert (grown.folder / 'runs.csv').read_bytes() == (whole.folder / 'runs.csv').read_bytes()
-    assert first.table['run'].tolist() == [1, 2, 3, 4]
-    assert Study.load(grown.folder).plan.info.seeds == 3
-    with pytest.raises(SetcmasError, match='holds another study'):
-        seeded(law, tmp_path / 'grown', 2)
-
-
-def test_metrics_of_ones_own_are_columns(law, tmp_path):
+def test_metrics_of_ones_own_are_columns(law):
     def spread(run):
         return run.poses[:, 0].max()  # a numpy scalar
 
     own = {'spread': spread, 'wrong': lambda _: {'a': 1}}
-    study = seeded(law, tmp_path / 'study', 1, metrics=own)
+    study = sweep(law, 3, 2, vary={'K': [0.5, 1.0]}, jobs=1, metrics=own)
 
     run = study.run(1)
     assert study.table['spread'][0] == pytest.approx(spread(run))
     assert study.table['state'].tolist() == ['complete', 'complete']
     assert "metric 'wrong' returned a value of type dict; it must" in study.table['message'][0]
-    with pytest.raises(SetcmasError, match='metrics differs'):
-        seeded(law, tmp_path / 'study', 1, metrics={'spread': spread})
-    for metrics, told in (
-        ({'disagreement': spread}, 'exists already'),
-        ({'a b': spread}, 'letters, digits'),
-        ({'spread': 3}, 'must be a function'),
-    ):
+    with pytest.raises(SetcmasError, match='exists already'):
+        sweep(law, 3, 2, metrics={'disagreement': spread})
+
+
+def test_a_folder_with_something_else_is_left_alone(study, law, tmp_path):
+    (tmp_path / 'run.yaml').touch()
+    for folder, told in ((study.folder, 'an earlier study'), (tmp_path, 'not a study')):
         with pytest.raises(SetcmasError, match=told):
-            seeded(law, tmp_path / 'other', 1, metrics=metrics)
+            sweep(law, 3, 8, output=folder)
+    assert len(Study.load(study.folder)) == 12
+    with pytest.raises(SetcmasError, match='must be from 1 to 12'):
+        study.run(13)
