@@ -17,7 +17,6 @@ from setcmas_ctrl.drawing.canvas import drawn_on
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import StopCall
-from setcmas_ctrl.script_outcomes import end_stuck_script
 from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -79,7 +78,6 @@ def _control(fleet: ControlledFleet) -> int:
     """Control the robots until the process must stop; then they rest. Return the exit status."""
     process, scripts = fleet.process, fleet.scripts
     process.take_signals()  # scripts may have changed the handlers while loading
-    end_stuck_script(process, scripts.watch)
     has_reloader = fleet.options.watch and scripts.laws
     reloader = ScriptReloader(fleet) if has_reloader else None
 

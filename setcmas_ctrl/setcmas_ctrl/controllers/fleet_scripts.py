@@ -15,8 +15,9 @@ from setcmas_ctrl.communication.communication_settings import (
 from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
 from setcmas_ctrl.controllers.markers import TaskTopic
 from setcmas_ctrl.laws.call_watch import CallWatch
-from setcmas_ctrl.laws.control_law import ControlLaw, LawScripts
+from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
+from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
 from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_ctrl.laws.control_law import LawScripts
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_script
-from setcmas_ctrl.laws.script_search import find_script_of
+from setcmas_ctrl.laws.script_search import LawScripts, find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_ctrl.laws.si_to_uni_script import SI_TO_UNI, GivenConversion

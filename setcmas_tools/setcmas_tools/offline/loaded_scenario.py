@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.communication.graph import complete
-from setcmas_ctrl.laws.control_law import ControlLaw, LawScripts
+from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import Algo, LawOptions
 from setcmas_ctrl.laws.references import References, references_of_fleet
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_simu.arrays import Floats

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_ctrl.laws.control_law import LawScripts
 from setcmas_ctrl.laws.script_loader import names_to_set
+from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number, Whole
