@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-from array import array
-from collections.abc import Callable, Iterable, Sequence
+import math
+import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from io import TextIOWrapper
-from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import MAX_ROBOTS
@@ -28,48 +27,29 @@ class Cells:
 
     Attributes:
         form: Format specification.
-        parsed: Returns the value of a cell, a number or a text; raises ValueError.
+        least: Least number; an infinite one allows NaN, too.
+        most: Largest number.
+        is_text: Whether they are texts.
+        may_be_empty: Whether a cell may be empty, which is NaN.
     """
 
     form: str
-    parsed: Callable[[str], Any] = float
-
-
-def _within(least: float, most: float, cell: str) -> float:
-    value = float(cell)
-    if not least <= value <= most:
-        raise ValueError
-    return value
-
-
-def _whole(least: float, most: float, cell: str) -> float:
-    value = _within(least, most, cell)
-    if value % 1:
-        raise ValueError
-    return value
-
-
-def _or_empty(parsed: Callable[[str], float], cell: str) -> float:
-    return parsed(cell) if cell else nan
-
-
-def _receiver(cell: str) -> str:
-    if cell != ALL:
-        ROBOT.parsed(cell)
-    return cell
+    least: float = -math.inf
+    most: float = math.inf
+    is_text: bool = False
+    may_be_empty: bool = False
 
 
 _LATEST_S = 1e6
-TIME = Cells('.6f', partial(_within, -_LATEST_S, _LATEST_S))
+TIME = Cells('.6f', -_LATEST_S, _LATEST_S)
 NUMBER = Cells('.9f')
 SHORT_NUMBER = Cells('.9g')
-COUNT = Cells('.0f', partial(_whole, 0, 1e15))
-ROBOT = Cells('.0f', partial(_whole, 1, MAX_ROBOTS))
-RECEIVER = Cells('', _receiver)
-SECONDS = Cells('', partial(_or_empty, float))
+COUNT = Cells('.0f', 0, 1e15)
+ROBOT = Cells('.0f', 1, MAX_ROBOTS)
+SECONDS = Cells('', may_be_empty=True)
 EXACT_NUMBER = Cells('')
-INDEX = Cells('', partial(_or_empty, COUNT.parsed))
-TEXT = Cells('', str)
+INDEX = Cells('', may_be_empty=True)
+TEXT = Cells('', is_text=True)
 
 
 @dataclass(frozen=True)
@@ -113,65 +93,66 @@ class CsvFile:
             file.write(f'{_header(columns)}\n')
             file.writelines(line.format(*row) for row in rows)
 
-    def read(self, path: Path) -> list[Any] | None:
-        """Return the values of each column, arrays or lists of text; None if there is no file.
+    def read(self, path: Path) -> list[NDArray[Any]] | None:
+        """Return the values of each column, numbers or texts; None if there is no file.
 
         Raises:
             SetcmasError: The file cannot be read or is damaged.
         """
         try:
-            binary = open_limited(path, _MOST_BYTES)
-            with TextIOWrapper(binary, 'utf-8-sig', newline='') as file:
-                return self._read(path, file)
+            with TextIOWrapper(open_limited(path, _MOST_BYTES), 'utf-8-sig') as file:
+                return self._read(file)
         except FileNotFoundError:
             return None
         except OSError as error:
             raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
-        except (UnicodeDecodeError, csv.Error) as error:
+        except ValueError as error:
+            reason = ' '.join(str(error)[:_LONGEST_REASON].split())
             raise SetcmasError(
-                f"'{path}' is not a CSV file; it must have the columns {self.header}"
+                f"'{path}' is damaged ({reason}); it must have the columns {self.header}"
             ) from error
 
-    def _read(self, path: Path, file: TextIOWrapper) -> list[Any]:
-        rows = csv.reader(iter(partial(file.readline, _LONGEST_LINE), ''))
-        header = ','.join(next(rows, []))
-        for columns in (self.columns, self.columns + self.further):
-            if _header(columns) == header:
-                return _values(path, columns, rows)
-        raise SetcmasError(
-            f"'{path}', line 1: '{_short(header)}' is not the columns {self.header}"
-        )
+    def _read(self, file: TextIOWrapper) -> list[NDArray[Any]]:
+        """Return the columns of an open file, or raise ValueError."""
+        header = file.readline().rstrip('\n')
+        columns = self.columns
+        if header != self.header:
+            columns += self.further
+            if header != _header(columns):
+                raise ValueError(f"its first line is '{header}'")
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore', UserWarning)  # a table without rows is one
+            rows = np.loadtxt(
+                file,
+                dtype=[(one.name, object if one.cells.is_text else float) for one in columns],
+                delimiter=',',
+                comments=None,
+                converters={
+                    i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty
+                },
+                ndmin=1,
+            )
+        return [_within_limits(column, rows[column.name]) for column in columns]
 
 
 _MOST_BYTES = 1_000_000_000
-_LONGEST_LINE = 100_000
-_LONGEST_SHOWN = 200
-
-
-def _short(text: str) -> str:
-    line = ' '.join(text[: 2 * _LONGEST_SHOWN].split())
-    return line if len(line) <= _LONGEST_SHOWN else f'{line[:_LONGEST_SHOWN]}…'
+_LONGEST_REASON = 300
 
 
 def _header(columns: Iterable[CsvColumn]) -> str:
     return ','.join(column.name for column in columns)
 
 
-def _values(path: Path, columns: Sequence[CsvColumn], rows: Iterable[list[str]]) -> list[Any]:
-    values: list[Any] = [
-        [] if column.cells in (TEXT, RECEIVER) else array('d') for column in columns
-    ]
-    into = [(column.cells.parsed, own.append) for column, own in zip(columns, values, strict=True)]
-    for line, row in enumerate(rows, start=2):
-        try:
-            for (parsed, append), cell in zip(into, row, strict=True):
-                append(parsed(cell))
-        except ValueError:
-            raise SetcmasError(
-                f"'{path}', line {line}: '{_short(','.join(row))}' is not a row of "
-                f'{_header(columns)} (t up to {_LATEST_S:g} s, robots from 1 to {MAX_ROBOTS})'
-            ) from None
-    return [np.array(own) if isinstance(own, array) else own for own in values]
+def _number_or_nan(cell: str) -> float:
+    return float(cell) if cell else math.nan
+
+
+def _within_limits(column: CsvColumn, values: NDArray[Any]) -> NDArray[Any]:
+    """Return values, or raise ValueError if the column allows fewer."""
+    least, most = column.cells.least, column.cells.most
+    if math.isfinite(least) and not ((least <= values) & (values <= most)).all():
+        raise ValueError(f'{column.name} must be from {least:g} to {most:g}')
+    return values
 
 
 def _columns(cells: Cells, /, **meanings: str) -> tuple[CsvColumn, ...]:
@@ -226,7 +207,7 @@ COUNTS = CsvFile(
     'messages on each link, and broadcasts of each robot',
     (
         *_columns(ROBOT, sender='number of the robot that sent'),
-        *_columns(RECEIVER, receiver=f'number of the receiving robot; `{ALL}`: broadcasts'),
+        *_columns(TEXT, receiver=f'number of the receiving robot; `{ALL}`: broadcasts'),
         *_columns(COUNT, sent='messages sent', received='messages that arrived'),
         *_columns(COUNT, lost='messages that were lost'),
         *_columns(SECONDS, mean_interval='mean time between arrivals, or broadcasts, in s'),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from operator import itemgetter
@@ -95,7 +95,7 @@ def write_tables(tables: RunTables, folder: Path) -> None:
     if tables.drawings:
         DRAWINGS.write(folder / DRAWINGS.name, map(_drawing_row, tables.drawings))
     if safety := tables.safety:
-        rows = _rows(safety.t, safety.robot, safety.state, safety.overruled)
+        rows = _rows(safety.t, safety.robot, np.array(safety.state, object), safety.overruled)
         SAFETY.write(folder / SAFETY.name, rows)
     if tables.messages:
         rows = (row for one in tables.messages for row in _message_rows(one))
@@ -121,19 +121,9 @@ def read_tables(fleet_csv: Path) -> RunTables:
     )
 
 
-_AT_ONCE = 1000
-
-
-def _values(column: Any) -> Iterator[Any]:
-    """Yield the values of an array or a list; few numbers at a time are objects of Python."""
-    for i in range(0, len(column), _AT_ONCE):
-        part = column[i : i + _AT_ONCE]
-        yield from part.tolist() if isinstance(part, np.ndarray) else part
-
-
-def _rows(*columns: Any) -> Iterable[Any]:
-    """Return the rows of columns that are arrays or lists."""
-    return zip(*map(_values, columns), strict=True)
+def _rows(*columns: Any) -> Iterator[Any]:
+    """Return the rows of columns that are arrays."""
+    return zip(*(column.tolist() for column in columns), strict=True)
 
 
 def write_fleet(table: FleetTable, path: Path) -> None:
@@ -230,10 +220,14 @@ def read_communication(folder: Path) -> CommunicationRecord | None:
         counts = Counts(int(sent), int(received), int(lost), mean_interval)
         if receiver == ALL:
             robots[int(sender)] = counts
-        else:
+        elif receiver.isdecimal():
             links[int(receiver), int(sender)] = counts
-    triggers = TRIGGERS.read(folder / TRIGGERS.name) or [()] * len(TRIGGERS.columns)
-    changes = GRAPH.read(folder / GRAPH.name) or [()] * len(GRAPH.columns)
+        else:
+            raise SetcmasError(
+                f"'{folder / COUNTS.name}' is damaged: '{receiver[:40]}' is no robot"
+            )
+    triggers = TRIGGERS.read(folder / TRIGGERS.name) or [np.empty(0)] * len(TRIGGERS.columns)
+    changes = GRAPH.read(folder / GRAPH.name) or [np.empty(0)] * len(GRAPH.columns)
     return CommunicationRecord(robots, links, np.column_stack(triggers), np.column_stack(changes))
 
 
