@@ -115,7 +115,7 @@ class Links:
         self.last_sent = np.full((3, nb_robots), np.nan)
         # A queue per delay: with equal delays, messages arrive in the order of sending.
         self._on_the_way: dict[float, deque[Messages]] = {
-            delay: deque() for delay in np.unique(self._channel.delay).tolist()
+            delay: deque() for delay in sorted(set(self._channel.delay.flat))
         }
         self.counts = LinkCounts.zero(*shape)
         self._has_contents = False

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-import numpy as np
-
 from setcmas_ctrl.communication import graph
 from setcmas_simu.arrays import Floats
 
@@ -77,5 +75,5 @@ class Conditions:
 
 def of_all_links(values: Floats, adjacency: Floats) -> float:
     """Return the value (N, N) that all links of a graph have; 0 if they differ."""
-    found = np.unique(values[adjacency > 0])
-    return float(found[0]) if len(found) == 1 else 0.0
+    found = values[adjacency > 0]
+    return float(found[0]) if found.size and (found == found[0]).all() else 0.0

@@ -71,8 +71,9 @@ class LinearLaw:
         h, delay = conditions.period, conditions.delay
         if self.own_delay == delay:
             values = np.linalg.eigvals(self.matrix)
-            decaying = np.unique(values[np.argsort(np.abs(values))][self.kept :].round(12))
-            models = [[(np.array([[value]]), delay / h)] for value in decaying]
+            decaying = values[np.argsort(np.abs(values))][self.kept :].round(12)
+            different = np.sort_complex(list(set(decaying.tolist())))
+            models = [[(np.array([[value]]), delay / h)] for value in different]
         else:
             robot = np.arange(len(self.matrix)) % len(conditions.adjacency)
             received = np.where(robot[:, None] != robot, self.matrix, 0.0)
