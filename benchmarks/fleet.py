@@ -29,6 +29,7 @@ from pathlib import Path
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)  # else each start would compile all modules
 
 import matplotlib
 
@@ -220,6 +221,8 @@ def main() -> None:
 def measure(args: argparse.Namespace) -> dict[Path, dict[int, dict[str, float]]]:
     """Return the median figures of each version and number of robots; the versions take turns."""
     runs: dict[tuple[Path, int], list[dict[str, float]]] = {}
+    for setcmas in args.setcmas:
+        measure_fleet(2, 0.5, setcmas)  # compiles the modules, as the first start does
     for _ in range(args.repeat):
         for nb_robots in args.nb_robots:
             for setcmas in args.setcmas:
