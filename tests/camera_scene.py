@@ -40,6 +40,14 @@ def camera(x=0.0, y=0.3, tilt=0.15, name='left'):
     return Camera(name, '0', lens, pose)
 
 
+def seen_at(camera, points):
+    """Return the pixels (N, 2) at which a camera sees points x, y, z in m, shape (N, 3)."""
+    rotation = np.array(camera.pose.rotation)
+    shift = -cv2.Rodrigues(rotation)[0] @ camera.pose.position
+    lens = camera.lens.matrix, np.array(camera.lens.distortion)
+    return cv2.projectPoints(points, rotation, shift, *lens)[0].reshape(-1, 2)
+
+
 def scene(*cameras):
     """Return the content of a camera file."""
     return CameraFile(RobotTags(0.12, 0.2), cameras or (camera(),), FLOOR_TAGS)
@@ -63,7 +71,7 @@ def true_poses():
 def with_copy(picture, robot, x, y):
     """Return the first picture with a second tag of a robot at x, y in m."""
     (column, row), (to_column, to_row) = (
-        camera().pixels(np.array([[*place, 0.2]]))[0].round().astype(int)
+        seen_at(camera(), np.array([[*place, 0.2]]))[0].round().astype(int)
         for place in (true_poses()[0][robot][:2], (x, y))
     )
     half, copied = 40, picture.copy()

@@ -17,7 +17,7 @@ from processes import SETCMAS, TIMEOUT_S, die_with_parent
 from ros_peer import Peer
 from std_msgs.msg import String
 
-from setcmas_expe.pause.operator_joystick import REACTION_S
+from setcmas_expe.pause.press_judge import REACTION_S
 from setcmas_simu.fleet.planar_pose import wrap_angle, yaw_of_quaternion
 from setcmas_simu.fleet.topics import truth_topic
 

@@ -14,7 +14,7 @@ import time
 import psutil
 from processes import SETCMAS, TIMEOUT_S
 
-from setcmas_expe.pause.operator_joystick import REACTION_S
+from setcmas_expe.pause.press_judge import REACTION_S
 
 ESCAPE = re.compile('\x1b\\[[0-9;?]*[A-Za-z]')
 

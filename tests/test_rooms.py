@@ -37,7 +37,7 @@ MAY_IMPORT_ROS = {
         'simulation_pause'
     ),
     'setcmas_expe.doctor': 'lab_examination',
-    'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 inject_fault',
+    'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 faults',
     'setcmas_expe.guard': 'guard_node guard_watch motor_power',
     'setcmas_expe.mocap': 'camera_node receiver',
     'setcmas_expe.pause': 'bridge_watch joystick_reader operator_joystick pause_node public_stops',

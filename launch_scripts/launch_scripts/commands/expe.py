@@ -138,11 +138,10 @@ def main(args: argparse.Namespace) -> int:
 
 def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
     """Return the options of the lab; a scenario file tightens what the lab file sets."""
-    own = {'cmd_vel_type': args.cmd_vel_type, 'joystick_button': args.joystick_button}
     typed = typed_values(args)
     if args.scenario and not scenario.lab.emulate and scenario.lab.lab and 'lab' not in typed:
         raise SetcmasError(f"'{args.scenario}' names a lab; in experiments add --lab instead")
-    return bounded_lab_options(scenario, typed, args.scenario is not None, **own)
+    return bounded_lab_options(scenario, typed, args.scenario is not None)
 
 
 def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:

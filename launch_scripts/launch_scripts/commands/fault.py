@@ -13,7 +13,7 @@ import os
 from dataclasses import dataclass
 
 from launch_scripts.environment import local_environment, require_ros
-from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, FaultKind
+from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, FaultKind, inject
 from setcmas_simu.option_kinds import DURATION, Whole
 from setcmas_simu.options import Options, option
 
@@ -38,8 +38,6 @@ def main(args: argparse.Namespace) -> int:
     """Request the fault; return the exit status."""
     require_ros()
     os.environ.update(local_environment())  # where `setcmas expe --emulate` is, before ROS starts
-    from setcmas_expe.emulation.inject_fault import inject
-
     options = FaultOptions.of(args)
     inject(Fault(FaultKind[args.kind.upper()], options.robot, options.seconds))
     return 0

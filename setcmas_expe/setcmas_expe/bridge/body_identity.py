@@ -39,7 +39,6 @@ class Proving:
         self._digits = (len(robots) - 1).bit_length()
         self._turn_s = max(_SHORTEST_TURN_S, _SPARE * PROOF_M / CRAWL_M_S / max(1, self._digits))
         self._time = 0.0
-        self._doubted: dict[int, bool] = {}  # whether the robot wants to go
         self.left = dict.fromkeys(robots, PROOF_M)
         self.left_to_turn = dict.fromkeys(robots, PROOF_RAD)
 
@@ -51,22 +50,8 @@ class Proving:
         """End the proof of a robot: another body may have its name."""
         self.left[robot], self.left_to_turn[robot] = PROOF_M, PROOF_RAD
 
-    def doubt(self, robot: int) -> None:
-        """Have a robot prove itself again while the others wait."""
-        self.end(robot)
-        self._doubted[robot] = True
-
-    @property
-    def others_wait(self) -> bool:
-        """Whether robots wait while a doubted one proves itself."""
-        return any(self._doubted.values())
-
     def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
         """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
-        if robot in self._doubted:
-            self._doubted[robot] = V != 0.0
-        elif self.others_wait:
-            return 0.0, 0.0
         if not (math.isfinite(V) and math.isfinite(omega)):
             return V, omega
         if robot in self.left and not self._has_turn(robot):
@@ -95,7 +80,6 @@ class Proving:
         if self.left[robot] > 0.0:
             return False
         del self.left[robot]
-        self._doubted.pop(robot, None)
         return True
 
     def _has_turn(self, robot: int) -> bool:

@@ -13,9 +13,7 @@ def time_since_boot() -> float:
 
     `time.monotonic` does not: it misses the hour for which a laptop was closed.
     """
-    if hasattr(time, 'CLOCK_BOOTTIME'):  # Linux
-        return time.clock_gettime(time.CLOCK_BOOTTIME)
-    return time.monotonic()
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 class StallDetector:

@@ -44,7 +44,7 @@ class MotionWatch:
 
     def see(self, views: Mapping[int, RobotView], now: float) -> None:
         """Judge the newest poses of all robots, by number."""
-        proved = []
+        proved, is_doubted = [], False
         for robot, check in self._checks.items():
             view = views[robot]
             if view.pose is None:
@@ -61,10 +61,14 @@ class MotionWatch:
                 robot in self._proving.left_to_turn,
             )
             if deviation and robot not in self._deviations:
-                self._doubt(robot, deviation, now)
+                self._deviations[robot] = self._reason(robot, deviation), now
+                is_doubted = True
             elif self._proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
-        if proved:
+        if is_doubted:  # if names were exchanged, another robot has the wrong one, too
+            self._forget_motion()
+            self.end_proofs()
+        elif proved:
             self._report(f'{robots_in_words(proved, "are")} identified by motion: full speed')
         self._uneven = _unevenness([view.height for view in views.values()])
         self._deviations = {
@@ -97,8 +101,7 @@ class MotionWatch:
         else:
             self._paused_for += step
             self._deviations.clear()
-            for check in self._checks.values():
-                check.forget()
+            self._forget_motion()
         self._announce_crawl([robot for robot, (V, _) in commands.items() if V])
         for robot, check in self._checks.items():
             check.command(*commands.get(robot, (0.0, 0.0)), now)
@@ -121,14 +124,16 @@ class MotionWatch:
         moved, turned = motion_between(self._places.setdefault(robot, pose), pose)
         return moved > _CARRIED_M or turned > _CARRIED_RAD
 
-    def _doubt(self, robot: int, deviation: Deviation, now: float) -> None:
+    def _forget_motion(self) -> None:
+        for check in self._checks.values():
+            check.forget()
+
+    def _reason(self, robot: int, deviation: Deviation) -> str:
+        """Return how a robot deviates from its commands, and what to check."""
         proved = self.is_proved(robot)
         why = '' if proved else self._mistaken(robot)
         axes_proved = proved and robot not in self._proving.left_to_turn
-        self._deviations[robot] = why or deviation.text(axes_proved), now
-        self._checks[robot].forget()
-        self._proving.doubt(robot)
-        self._announced.discard(robot)
+        return why or deviation.text(axes_proved)
 
     def _mistaken(self, robot: int) -> str:
         """Return which other robot's commands explain the motion; empty if none."""
@@ -147,7 +152,6 @@ class MotionWatch:
             f'{robots_in_words(sorted(new))} crawl'
             f'{"s" if len(new) == 1 else ""} at {CRAWL_M_S:g} m/s for {100 * PROOF_M:.0f} cm'
             f'{turns}, to verify which body is which robot'
-            f'{"; the others wait" if self._proving.others_wait else ""}'
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import statistics
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,7 +13,6 @@ from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
 
-_PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
 _NEARLY_LOW_PERCENT = 30.0
 _SLOWEST_HZ = 10.0
 
@@ -26,33 +24,22 @@ class ArrivalStatistics:
     Attributes:
         rate: Messages per second.
         largest_gap: In s, including the time before the first and after the last message.
-        age: Median age at arrival by the message's stamp, in s; None where the clocks of sender
-            and receiver differ, or stamps are not set.
     """
 
     rate: float
     largest_gap: float
-    age: float | None
 
 
-def arrival_statistics(
-    arrivals: list[float], stamps: list[float], begin: float, end: float
-) -> ArrivalStatistics:
-    """Return the regularity of messages from `begin` to `end`, all in s.
-
-    Stamps are of a clock that should agree; 0 if not set.
-    """
+def arrival_statistics(arrivals: list[float], begin: float, end: float) -> ArrivalStatistics:
+    """Return the regularity of messages from `begin` to `end`, all in s."""
     times = [begin, *arrivals, end]
     largest = max(later - earlier for earlier, later in itertools.pairwise(times))
     gaps = [later - earlier for earlier, later in itertools.pairwise(arrivals)]
     rate = len(gaps) / sum(gaps) if sum(gaps) > 0 else 0.0
-    ages = [arrival - stamp for arrival, stamp in zip(arrivals, stamps, strict=True) if stamp]
-    age = statistics.median(ages) if ages else math.nan
-    least, most = _PLAUSIBLE_AGE_S
-    return ArrivalStatistics(rate, largest, age if least <= age <= most else None)
+    return ArrivalStatistics(rate, largest)
 
 
-COLUMNS = ('robot', 'mocap', 'gap', 'age', 'place', 'cmd_vel', 'guard', 'battery')
+COLUMNS = ('robot', 'mocap', 'gap', 'place', 'cmd_vel', 'guard', 'battery')
 
 _Remark = tuple[str, str, str, str]
 """Level, part of the robot, result and advice."""
@@ -88,8 +75,7 @@ class RobotCheck:
         return [
             robot_name(self.robot.number),
             f'{mocap.rate:.0f} Hz' if seen else 'silent',
-            _ms(mocap.largest_gap if seen else None),
-            _ms(mocap.age),
+            f'{1e3 * mocap.largest_gap:.1f} ms' if seen else '-',
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
             ', '.join(dict.fromkeys(self.kinds)) or 'no node',
             self._guard_state(),
@@ -179,7 +165,3 @@ class RobotCheck:
         if self.battery is not None and self.battery < _NEARLY_LOW_PERCENT:
             level = PROBLEM if self.battery < LOW_PERCENT else NOTE
             yield level, 'battery', f'{self.battery:.0f} %', 'charge it'
-
-
-def _ms(seconds: float | None) -> str:
-    return '-' if seconds is None else f'{1e3 * seconds:.1f} ms'

@@ -33,7 +33,6 @@ class RobotWatch:
         track: Its poses, and which of them to trust.
         guard: The watch over its guard.
         arrivals: When its poses arrived, in s on the system's clock.
-        stamps: Their stamps, in s.
         fault: What was wrong with the last bad pose; None if all were good.
         battery: Charge in percent; None if unknown.
         scale: Scale of its battery's messages.
@@ -43,7 +42,6 @@ class RobotWatch:
     track: PoseTrack
     guard: GuardWatch
     arrivals: list[float] = field(default_factory=list)
-    stamps: list[float] = field(default_factory=list)
     fault: str | None = None
     battery: float | None = None
     scale: Battery = field(default_factory=Battery)
@@ -79,7 +77,6 @@ class LabWatch(FleetNode):
         self.take_guards()
         for watch in self.robots:
             watch.arrivals.clear()
-            watch.stamps.clear()
             watch.fault = None
 
     def take_guards(self) -> None:
@@ -100,7 +97,7 @@ class LabWatch(FleetNode):
         allowed = map(self.full_name, (bridge, f'/{topics.PAUSE_NODE}'))
         return RobotCheck(
             robot=robot,
-            mocap=arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time()),
+            mocap=arrival_statistics(watch.arrivals, self._begin, time.time()),
             pose=None if watch.track.fault else watch.track.pose,
             fault=watch.fault or self.mocap.trouble(robot.mocap_name) or None,
             kinds=[listener.kind for listener in self.listeners(robot)],
@@ -111,7 +108,6 @@ class LabWatch(FleetNode):
 
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
-        watch.stamps.append(sample.stamp)
         watch.track.take(sample, time.monotonic())
         if fault := fault_of(sample, self._arena):
             watch.fault = text_of(fault, sample, self._arena)

@@ -17,6 +17,13 @@ _INT32_MAX = 2**31 - 1
 _PUSH_SPEED = 0.4  # m/s
 _FULL = 100.0  # percent
 _ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
+_RADIUS_M = 0.07  # of a robot, for the lidars of the others
+
+LIDAR_RATE_HZ = 5.0
+"""Turns of an LDS-01 in a second."""
+
+LIDAR_POINTS = 360
+"""Points that it measures in a turn, the first straight ahead, then to the left."""
 
 
 def truncated(velocity: float) -> float:
@@ -104,3 +111,21 @@ class EmulatedFleet:
             np.maximum(0.0, left - Ts, out=left)
         self.odometry = unicycle.step(self.odometry, self.V, self.omega, Ts)
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
+
+    def scan(self, index: int, people: Floats) -> Floats:
+        """Return what a robot's lidar measures in a turn, in m, shape (LIDAR_POINTS,).
+
+        It sees the other robots, and people: discs with rows x, y, radius in m, shape (3, M). It
+        is inf where it sees nothing.
+        """
+        others = np.delete(self.poses[:2], index, axis=1)
+        robots = np.vstack([others, np.full(others.shape[1], _RADIUS_M)])
+        discs = np.hstack([people, robots])
+        x, y = discs[:2] - self.poses[:2, [index]]
+        angles = np.linspace(0.0, 2.0 * math.pi, LIDAR_POINTS, endpoint=False)
+        turned = np.arctan2(y, x) - self.poses[2, index] - angles[:, np.newaxis]
+        ahead, beside = np.hypot(x, y) * (np.cos(turned), np.sin(turned))
+        half_chord = np.sqrt(np.maximum(0.0, discs[2] ** 2 - beside**2))
+        hits = (np.abs(beside) < discs[2]) & (ahead > 0.0)
+        seen: Floats = np.where(hits, ahead - half_chord, math.inf).min(axis=1, initial=math.inf)
+        return seen

@@ -19,8 +19,7 @@ from nav_msgs.msg import Odometry
 from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
-from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
-from setcmas_expe.emulation.emulated_lidar import LIDAR_RATE_HZ, ranges
+from setcmas_expe.emulation.emulated_fleet import LIDAR_RATE_HZ, EmulatedFleet
 from setcmas_expe.emulation.emulated_mocap import EmulatedMocap
 from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3
 from setcmas_expe.emulation.emulation_options import (
@@ -129,7 +128,6 @@ _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
 _REQUESTS_HZ = 10.0
 _PERSON_AHEAD_M, _PERSON_RADIUS_M = 0.45, 0.15
-_ROBOT_RADIUS_M = 0.07
 
 
 class EmulatedLab(FleetNode):
@@ -238,11 +236,10 @@ class EmulatedLab(FleetNode):
     def _publish_scans(self, stamp: Time, now: float) -> None:
         """Publish what the lidar of each robot sees of people and of the other robots."""
         people = [(x, y, _PERSON_RADIUS_M) for x, y, until in self._people.values() if now < until]
-        robots = [(x, y, _ROBOT_RADIUS_M) for x, y in self._fleet.poses[:2].T.tolist()]
+        discs = np.array(people).reshape(-1, 3).T
         for index, (robot, off) in enumerate(zip(self._robots, self._off_until, strict=True)):
-            discs = np.array([*people, *robots[:index], *robots[index + 1 :]]).reshape(-1, 3).T
             if not off:
-                robot.publish_scan(stamp, ranges(self._fleet.poses[:, index], discs))
+                robot.publish_scan(stamp, self._fleet.scan(index, discs))
 
     def _on_fault(self, message: String) -> None:
         try:

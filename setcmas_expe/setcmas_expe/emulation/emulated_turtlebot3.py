@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_srvs.srv import SetBool
 
-from setcmas_expe.emulation.emulated_lidar import NB_POINTS
+from setcmas_expe.emulation.emulated_fleet import LIDAR_POINTS
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
@@ -50,7 +50,7 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom = Odometry(child_frame_id='base_footprint')
         self._odom.header.frame_id = 'odom'
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
-        step = 2.0 * math.pi / NB_POINTS
+        step = 2.0 * math.pi / LIDAR_POINTS
         self._scan = LaserScan(angle_increment=step, range_min=0.12, range_max=3.5)
         self._scan.header.frame_id = 'base_scan'
         self._scan_publisher = self.create_publisher(LaserScan, topics.SCAN, qos.SENSOR)

@@ -1,12 +1,14 @@
-"""Faults of an emulated lab, and the text message that injects one."""
+"""Faults of an emulated lab, and the message that injects one."""
 
 from __future__ import annotations
 
 import enum
+import os
 import re
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
 from setcmas_simu.option_kinds import DURATION
 
 
@@ -75,3 +77,28 @@ def parse_fault(text: str) -> Fault:
     seconds = DURATION.parse(words[2]) if words[2:] else DEFAULT_S
     DURATION.check(f"the duration of fault '{text}'", seconds)
     return Fault(kind, int(words[1]), float(seconds))
+
+
+_DISCOVERY_S = 3.0
+_SENDING_S = 2.0
+
+
+def inject(fault: Fault) -> None:
+    """Send a fault to the emulated lab in this ROS domain, or raise SetcmasError."""
+    from rclpy.duration import Duration
+    from std_msgs.msg import String
+
+    from setcmas_simu.ros import qos
+    from setcmas_simu.ros.process import FleetNode, ros_process
+
+    with ros_process() as process:
+        node = FleetNode('inject_fault')
+        process.add(node)
+        publisher = node.create_publisher(String, topics.EMULATED_FAULT, qos.EVENT)
+        if not process.spin_until(lambda: publisher.get_subscription_count() > 0, _DISCOVERY_S):
+            raise SetcmasError(
+                f'there is no emulated lab in ROS domain {os.environ.get("ROS_DOMAIN_ID", "0")}: '
+                'start one with setcmas expe --emulate'
+            )
+        publisher.publish(String(data=str(fault)))
+        publisher.wait_for_all_acked(Duration(seconds=_SENDING_S))

@@ -28,7 +28,7 @@ from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, Gua
 from setcmas_expe.guard.guard_watch import report_message
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
-from setcmas_expe.mocap.pose_judge import StampClock
+from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet import topics
 from setcmas_simu.option_kinds import OneOf
 from setcmas_simu.options import Options, flag, option

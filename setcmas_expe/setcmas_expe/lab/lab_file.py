@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import ipaddress
 import itertools
 import math
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
 from setcmas_ctrl.filter.filter_options import FILTERS
-from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts, robot_width
+from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap import sources
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
@@ -67,7 +65,7 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         robots=_robots(given.get('robots'), nb_robots, mocap.source),
         mocap=mocap,
         arena=arena,
-        min_separation=_separation(chosen['min_separation'], arena, limits),
+        min_separation=float(_POSITIVE.of(chosen['min_separation'])),
         obstacles=Obstacles.listed(chosen['obstacles']),
         filter=OneOf(FILTERS).of(chosen['filter']),
         limits=limits,
@@ -84,7 +82,7 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
             groups['joystick']['topic'], _TOPIC.fullmatch, 'a topic, such as /joy'
         ),
         static_peers=tuple(
-            _checked(peer, _may_be_address, 'an address, such as 192.168.1.21')
+            _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
             for peer in groups['network']['static_peers'].items()
         ),
     )
@@ -183,16 +181,6 @@ def _interval(entry: Entry) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _separation(entry: Entry, arena: Arena, limits: VelocityLimits) -> float:
-    value = float(_POSITIVE.of(entry))
-    if value < (width := robot_width(limits)):
-        raise entry.mistake(f'at least the width of a robot, {width:.2f} m')
-    across = math.hypot(arena.xmax - arena.xmin, arena.ymax - arena.ymin)
-    if value >= across:
-        raise entry.mistake(f'less than the {across:.2f} m that the arena measures across')
-    return value
-
-
 def _limits(entry: Entry) -> VelocityLimits:
     fields = entry.fields(_LIMITS) if isinstance(entry.value, dict) else {}
     if limits := ROBOT_LIMITS.get(str(entry.plain())):
@@ -201,15 +189,6 @@ def _limits(entry: Entry) -> VelocityLimits:
         expected = f'{", ".join(ROBOT_LIMITS)}, or a mapping with {", ".join(_LIMITS)}'
         raise entry.mistake(expected, ROBOT_LIMITS)
     return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
-
-
-def _may_be_address(text: str) -> bool:
-    """Return whether a text may be an address, or the name of a machine."""
-    if set(text) <= set('0123456789.'):
-        with suppress(ValueError):
-            return ipaddress.IPv4Address(text) is not None
-        return False
-    return bool(_ADDRESS.fullmatch(text))
 
 
 def _checked(entry: Entry, accepts: Callable[[str], object], expected: str) -> str:

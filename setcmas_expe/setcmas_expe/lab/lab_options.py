@@ -11,8 +11,7 @@ from setcmas_expe.lab.lab import Lab, Mocap
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.option_kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
+from setcmas_simu.option_kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo
 from setcmas_simu.options import Options, flag, names_and_files, option
 from setcmas_simu.robots.arena import FORM, Arena, Borders, Obstacles, ObstaclesKind
 from setcmas_simu.robots.model import ROBOT_LIMITS
@@ -74,12 +73,6 @@ class LabOptions(LabChoice):
     )
     obstacles: str | None = option(ObstaclesKind(), f'obstacles to avoid: {FORM}', default=None)
     accel: float | None = option(ACCELERATION, 'largest forward acceleration', default=None)
-    cmd_vel_type: str | None = option(
-        OneOf((AUTO, *CMD_VEL_TYPES)), 'message type of cmd_vel', default=None
-    )
-    joystick_button: int | None = option(
-        Whole(metavar='B'), 'joystick button that starts the robots (the first is 0)', default=None
-    )
 
     def chosen(self) -> Lab:
         """Return the lab.
@@ -88,7 +81,7 @@ class LabOptions(LabChoice):
             SetcmasError: The lab file has a mistake, or a name does not suit motion capture.
         """
         lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
-        names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
+        names = ('arena', 'min_separation', 'filter', 'accel')
         given = {name: getattr(self, name) for name in names}
         given['mocap'] = _mocap(self.mocap, lab) if self.mocap else None
         given['limits'] = ROBOT_LIMITS[self.limits] if self.limits else None

@@ -80,7 +80,7 @@ class CameraPose(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
-    """A camera, which maps points above the floor to pixels and back.
+    """A camera, which maps pixels to points above the floor.
 
     Attributes:
         name: Its name.
@@ -108,13 +108,6 @@ class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
     def _turn(self) -> Floats:
         return np.asarray(cv2.Rodrigues(np.array(self.placed.rotation))[0], float)
 
-    def pixels(self, points: Floats) -> Floats:
-        """Return the pixels (N, 2) of points x, y, z in m, shape (N, 3)."""
-        shift = -self._turn @ self.placed.position
-        rotation, distortion = np.array(self.placed.rotation), np.array(self.lens.distortion)
-        found, _ = cv2.projectPoints(points, rotation, shift, self.lens.matrix, distortion)
-        return np.asarray(found, float).reshape(-1, 2)
-
     def points(self, pixels: Floats, height: float) -> Floats:
         """Return x and y in m (N, 2) where the rays of pixels (N, 2) meet the plane of a height.
 
@@ -126,13 +119,6 @@ class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
         x, y, z = self.placed.position
         fall = np.where(directions[:, 2] < 0, directions[:, 2], np.nan)
         return (x, y) + ((height - z) / fall)[:, None] * directions[:, :2]
-
-    def sees(self, point: Floats) -> bool:
-        """Return whether a point x, y, z in m is inside the picture."""
-        if (self._turn @ (point - self.placed.position))[2] <= 0:
-            return False
-        pixel = self.pixels(point[None])[0]
-        return bool((pixel >= 0).all() and (pixel <= np.array(self.lens.size) - 1).all())
 
 
 class CameraFile(Struct, frozen=True, forbid_unknown_fields=True):

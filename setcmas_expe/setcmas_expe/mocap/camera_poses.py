@@ -115,6 +115,8 @@ class CameraPoses:
         self._nb_robots = nb_robots
         self._detector = TagDetector()
         self._cameras = {one.name: one for one in file.cameras}
+        for one in file.cameras:
+            _ = one.placed  # else it says how to calibrate
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
         self._seen: dict[int, tuple[str, float]] = {}  # by which camera, and when
 
@@ -164,9 +166,7 @@ class FloorWatch:
         self.fault = self._moved = ''
         self.is_right = True
         self._camera = camera
-        self._places = {
-            tag: place for tag, place in floor_tags.items() if camera.sees(np.array([*place, 0.0]))
-        }
+        self._places = floor_tags
         self._last_seen = self._last_right = math.inf
 
     def look(self, t: float, corners: Mapping[int, Floats]) -> None:

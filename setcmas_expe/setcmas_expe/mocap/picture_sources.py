@@ -20,7 +20,6 @@ FOLDER_HZ = 10.0
 """Pictures a second from a folder."""
 _SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp')
 _OLDEST_STAMP_S = 1.0
-_LATEST_S = 0.2
 
 
 def pictures(source: str, size: Size | None) -> Iterator[Shot]:
@@ -76,21 +75,17 @@ def _device(source: str, size: Size) -> Iterator[Shot]:
 
 def _recording(path: Path) -> Iterator[Shot]:
     """Yield the pictures of a video, or of a folder in the order of their names, at their rate."""
-    begin, rate = time.time(), FOLDER_HZ
-    if path.is_dir():
-        recorded = _folder(path)
-    else:
+    rate, recorded = FOLDER_HZ, _folder(path)
+    if not path.is_dir():
         video = cv2.VideoCapture(str(path))
-        rate = video.get(cv2.CAP_PROP_FPS) or FOLDER_HZ
-        recorded = _frames(video)
-    count = 0
-    for count, picture in enumerate(recorded, 1):
-        ahead = begin + (count - 1) / rate - time.time()
-        if ahead < -_LATEST_S:  # this machine is too slow: it plays more slowly
-            begin, ahead = begin - ahead, 0.0
-        time.sleep(max(0.0, ahead))
-        yield begin + (count - 1) / rate, picture
-    if not count:
+        rate, recorded = video.get(cv2.CAP_PROP_FPS) or FOLDER_HZ, _frames(video)
+    is_empty, shown = True, time.time()
+    for picture in recorded:
+        yield shown, picture
+        is_empty = False
+        time.sleep(max(0.0, shown + 1.0 / rate - time.time()))
+        shown = time.time()
+    if is_empty:
         raise SetcmasError(f"'{path}' has no pictures ({', '.join(_SUFFIXES)}, or a video)")
 
 

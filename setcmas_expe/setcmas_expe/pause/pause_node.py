@@ -23,12 +23,12 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console import Action, ConsoleReader, OperatorRequest, Status
-from setcmas_expe.pause.operator_joystick import (
+from setcmas_expe.pause.operator_joystick import OperatorJoystick
+from setcmas_expe.pause.press_judge import (
     REACTION_S,
     RELEASES_WITHIN_S,
     Emergency,
     HeldStart,
-    OperatorJoystick,
     StartRequests,
 )
 from setcmas_expe.pause.public_stops import PublicStops, Stops

@@ -25,20 +25,20 @@ from setcmas_tools.scenario.scenario import Scenario
 
 
 def bounded_lab_options(
-    scenario: Scenario, typed: Mapping[str, Any], from_file: bool, **others: Any
+    scenario: Scenario, typed: Mapping[str, Any], from_file: bool
 ) -> LabOptions:
-    """Return the options of a lab; a scenario file may tighten the others, never loosen them.
+    """Return the options of a lab; a scenario file may tighten the lab's, never loosen them.
 
-    Values that were `typed` override the lab file; scenarios do not have the `others`.
+    Values that were `typed` override the lab file.
 
     Raises:
         SetcmasError: The scenario loosens something.
     """
-    options = _lab_options(scenario, **others)
+    options = _lab_options(scenario)
     if not from_file:
         return options
     which = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
-    bounds = _lab_options(Scenario.of(**{**which, **typed}), **others).chosen()
+    bounds = _lab_options(Scenario.of(**{**which, **typed})).chosen()
     own = scenario.safety.obstacles
     if own and 'obstacles' not in typed:
         both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
@@ -77,12 +77,12 @@ def check_tightens(lab: Lab, bounds: Lab) -> None:
             )
 
 
-def _lab_options(scenario: Scenario, **others: Any) -> LabOptions:
+def _lab_options(scenario: Scenario) -> LabOptions:
     """Return the lab's options for the processes; robots without limits have the lab's."""
     values = scenario.values()
     if values['limits'] == NO_LIMITS:
         values['limits'] = None
-    return LabOptions.among({**values, **others})
+    return LabOptions.among(values)
 
 
 def check_emulated(scenario: Scenario, lab: Lab) -> None:

@@ -40,7 +40,7 @@ def test_one_robot_crawls_without_a_break_until_it_is_proved():
     assert not proving.went(1, -0.03, 0.0)
     assert proving.went(1, 0.08, 0.0)
     assert proving.allowed(1, 0.2, 0.4) == (0.2, 0.4)
-    proving.doubt(1)
+    proving.end(1)
     assert proving.allowed(1, 0.2, 0.0) == (CRAWL_M_S, 0.0)
 
 
@@ -58,16 +58,3 @@ def test_a_robot_turns_slowly_on_its_curve_until_its_turning_is_proved_and_drive
     assert proving.allowed(1, 0.2, 1.5) == (0.2, 1.5)
     proving.end(1)
     assert proving.allowed(1, 0.0, 1.5) == pytest.approx((0.0, SLOW_TURN_RAD_S))
-
-
-def test_others_wait_while_a_robot_that_is_doubted_wants_to_prove_itself():
-    proving = Proving([1, 2])
-    for robot in (1, 2):
-        proving.went(robot, PROOF_M, PROOF_RAD)
-    proving.doubt(1)
-    assert proving.allowed(1, 0.0, 0.0) == (0.0, 0.0)
-    assert proving.allowed(2, 0.2, 0.0) == (0.2, 0.0)  # it has arrived, and shows nothing
-    proving.allowed(1, 0.2, 0.0)
-    assert proving.allowed(2, 0.2, 0.1) == (0.0, 0.0)
-    assert proving.went(1, PROOF_M, 0.0)
-    assert proving.allowed(2, 0.2, 0.0) == (0.2, 0.0)

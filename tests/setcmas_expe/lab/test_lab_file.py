@@ -106,7 +106,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('arena:\n  x:\n  - 0\n  - wide\n', 4, r"arena.x\[1\] is 'wide'; it must be a number"),
         ('arena: {x: [.nan, 1]}\n', 1, 'is nan; it must be a finite number'),
         ('min_separation: 0\n', 1, 'min_separation is 0; it must be above 0'),
-        ('arena: {x: [0, 3], y: [0, 4]}\nmin_separation: 5\n', 2, 'less than the 5.00 m'),
         (
             'limits: {forward: 1.0e+9, turn: 1, wheel: 1, wheel_separation: 1}\n',
             1,
@@ -114,7 +113,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ),
         ('min_separation: true\n', 1, 'is True; it must be a number'),
         ('min_separation:\n', 1, 'min_separation is empty'),
-        ('min_separation: 0.05\n', 1, 'is 0.05; it must be at least the width of a robot, 0.18 m'),
         (
             'limits: segway\n',
             1,
@@ -127,11 +125,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
         ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
         ('network: {static_peers: [a;b]}\n', 1, 'an address'),
-        (
-            'network: {static_peers: [192.168.1.999]}\n',
-            1,
-            "'192.168.1.999'; it must be an address",
-        ),
         ('min_separation: 1\nmin_separation: 2\n', 2, 'appears twice'),
         ('robots: [{number: 2}]\n', 1, 'without a gap'),
         ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),

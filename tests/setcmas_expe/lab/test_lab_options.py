@@ -23,15 +23,14 @@ def test_what_options_say_goes_before_the_lab_file():
         '--limits=waffle',
         '--arena=-2,2.5,-1,1',
         '--min-separation=0.4',
-        '--cmd-vel-type=twist',
-        '--joystick-button=2',
+        '--accel=0.5',
     ).chosen()
 
     assert lab.nb_robots == 3
     assert lab.mocap.preset == 'vicon'
     assert lab.limits == ROBOT_LIMITS['waffle']
     assert lab.arena == Arena(-2, 2.5, -1, 1)
-    assert (lab.min_separation, lab.cmd_vel_type, lab.joystick_button) == (0.4, 'twist', 2)
+    assert (lab.min_separation, lab.accel) == (0.4, 0.5)
 
 
 def test_a_process_gets_the_same_lab():

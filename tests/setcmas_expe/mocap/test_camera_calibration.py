@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, pictures
+from camera_scene import DISTORTION, FLOOR_TAGS, camera, cv2, pictures, seen_at
 from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose
@@ -88,7 +88,7 @@ def floor_corners(places):
     """Return the corners in px of floor tags with a side of 120 mm."""
     corners = 0.12 * np.column_stack([TAG_CORNERS.real, TAG_CORNERS.imag, np.zeros(4)])
     return {
-        tag: camera().pixels(corners + np.array([*place, 0.0])) for tag, place in places.items()
+        tag: seen_at(camera(), corners + np.array([*place, 0.0])) for tag, place in places.items()
     }
 
 

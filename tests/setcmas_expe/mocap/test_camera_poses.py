@@ -5,7 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from camera_scene import FLOOR_TAGS, camera, cv2, pictures, scene, true_poses, with_copy
+from camera_scene import (
+    FLOOR_TAGS,
+    camera,
+    cv2,
+    pictures,
+    scene,
+    seen_at,
+    true_poses,
+    with_copy,
+)
 
 from setcmas_expe.mocap.camera_file import RobotTags
 from setcmas_expe.mocap.camera_poses import (
@@ -94,7 +103,7 @@ def test_a_robot_is_seen_by_one_camera_until_that_one_loses_it():
 
 @pytest.mark.parametrize('grey', [255, 140])
 def test_a_robot_whose_tag_is_covered_has_no_pose(grey):
-    middle = camera().pixels(np.array([[*TRUTH[3][:2], 0.2]]))[0].round().astype(int).tolist()
+    middle = seen_at(camera(), np.array([[*TRUTH[3][:2], 0.2]]))[0].round().astype(int).tolist()
     picture = cv2.circle(PICTURE.copy(), middle, 20, grey, cv2.FILLED)
 
     assert CameraPoses(FILE, 7).look('left', 0.0, picture).keys() == TRUTH.keys() - {3}
@@ -139,6 +148,6 @@ NO_SQUARE = 'it is not a square; it must be flat, level and not covered'
     ],
 )
 def test_a_tag_that_is_not_as_the_file_says_is_refused(tags, corners, reason):
-    pixels = camera().pixels(corners + np.array([0, 0, FILE.tags.height]))
+    pixels = seen_at(camera(), corners + np.array([0, 0, FILE.tags.height]))
 
     assert reason in tag_pose(camera(), tags, pixels)

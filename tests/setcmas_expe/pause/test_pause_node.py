@@ -19,7 +19,7 @@ from setcmas_expe.bridge.bridge_decision import BridgeState, Cause, Decision, St
 from setcmas_expe.bridge.bridge_report import BridgeReport
 from setcmas_expe.bridge.machine_load import OVERLOADED, time_since_boot
 from setcmas_expe.pause.console import OLD_AFTER_S, Action, OperatorRequest, Status
-from setcmas_expe.pause.operator_joystick import REACTION_S
+from setcmas_expe.pause.press_judge import REACTION_S
 from setcmas_simu.reports import LineDecoder
 from setcmas_simu.ros import qos
 
