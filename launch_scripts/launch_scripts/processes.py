@@ -13,6 +13,7 @@ from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_simu.reports import Paused, Ready, Recording, Started
 from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions
+from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -77,12 +78,12 @@ class RecordedRun:
         failures: Periods in which laws and conditions failed, after `finish`.
     """
 
-    def __init__(self, supervisor: Supervisor, bag: Path) -> None:
+    def __init__(self, supervisor: Supervisor, bag: Path, rtf: float = 1.0) -> None:
         self.status = 0
         self.failed: tuple[ScriptCall, ...] = ()
         self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
-        recorder = node_command(RECORDER, ['--output', str(bag)])
+        recorder = node_command(RECORDER, RecorderOptions(output=bag, rtf=rtf).arguments())
         self.recorder = supervisor.start('record', recorder)
 
     def elapsed(self, wall_s: float) -> float:
@@ -102,9 +103,9 @@ class SimulatedRun(RecordedRun):
     is_stuck = False
 
     def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path) -> None:
-        super().__init__(supervisor, bag)
         given = SimulationOptions.among(scenario.values())
         simulation = replace(given, nb_robots=scenario.nb_robots)
+        super().__init__(supervisor, bag, simulation.rtf)
         self._rtf = simulation.rtf
         robots = node_command(SIMULATOR, simulation.arguments())
         self._simulator = supervisor.start('simu', robots)

@@ -159,7 +159,7 @@ Timed = tuple[int, Received]
 
 
 class ArrivalTimes:
-    """Times of arrival, possibly scaled.
+    """Times of arrival in the time of the robots.
 
     They start on the system's clock, but do not follow when it is set during a recording:
     a jump of an hour would otherwise freeze or stretch the recorded run.
@@ -167,16 +167,22 @@ class ArrivalTimes:
 
     def __init__(
         self,
-        pace: Callable[[int], int] = int,
+        rtf: float = 1.0,
         system_ns: Callable[[], int] = time.time_ns,
         steady_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Start; `pace` converts a time in ns to that of the bag, a steady clock is never set."""
-        self._pace = pace
+        """Start.
+
+        Args:
+            rtf: Seconds of the robots per second.
+            system_ns: Clock of the messages, in ns; it may be set.
+            steady_ns: A clock that is never set, in ns.
+        """
+        self._rtf = rtf
         self._system_ns = system_ns
         self._steady_ns = steady_ns
-        self._offset = system_ns() - steady_ns()
-        self._last = 0
+        self._begin = self._last = system_ns()
+        self._offset = self._begin - steady_ns()
 
     def of(self, messages: list[Received]) -> Iterator[Timed]:
         """Yield messages with their times, in order, and take them from the list."""
@@ -184,14 +190,7 @@ class ArrivalTimes:
         jump = now - self._steady_ns() - self._offset
         messages.sort(key=lambda message: message.time_ns)
         for message in messages:
-            self._last = max(self._last, (message.time_ns or now) - jump)  # 0 is unknown
-            yield self._pace(self._last), message
+            arrival = (message.time_ns or now) - jump  # 0 is unknown
+            self._last = max(self._last, arrival)
+            yield self._begin + round((self._last - self._begin) * self._rtf), message
         messages.clear()
-
-
-def bag_times(rtf: float, begin: float) -> ArrivalTimes:
-    """Return the times for robots with a real-time factor, and time 0 in s of the system."""
-    if rtf == 1.0:
-        return ArrivalTimes()
-    begin_ns = round(begin * 1e9)
-    return ArrivalTimes(lambda ns: max(0, round((ns - begin_ns) * rtf)))

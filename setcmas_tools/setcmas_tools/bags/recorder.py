@@ -21,29 +21,35 @@ from setcmas_tools.bags.recorded_topic import (
     ArrivalTimes,
     Received,
     RecordedTopic,
-    bag_times,
     stored_qos,
 )
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 _TAKE_PERIOD_S = 0.05
-_ANNOUNCED_WITHIN_NS = 10**9  # after the first message of a robot
-_OF_NO_ROBOT = dict.fromkeys((topics.FLEET, topics.ROSOUT, topics.PARAMETER_EVENTS), 10**10)
 
 
 class GraphRecorder:
     """Subscribes to each topic and writes its messages to a bag.
 
-    `drain` and `close` raise OSError where the disk is full or fails.
+    `drain` raises OSError where the disk is full or fails.
     """
 
-    def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
-        """Start without any topic; `chosen` are full names of topics, None for all."""
+    def __init__(
+        self, node: Node, writer: BagWriter, chosen: list[str] | None = None, rtf: float = 1.0
+    ) -> None:
+        """Start without any topic.
+
+        Args:
+            node: It sees the graph.
+            writer: The bag.
+            chosen: Full names of the topics to record; None for all.
+            rtf: Seconds of the robots per second.
+        """
         self._node = node
         self._requests = PolledServices(node)
         self._writer = writer
         self._chosen = chosen
-        self._times: ArrivalTimes | None = None
+        self._times = ArrivalTimes(rtf)
         self._waiting: list[Received] = []
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
@@ -78,17 +84,13 @@ class GraphRecorder:
 
     def drain(self) -> None:
         """Write the messages received so far, in order."""
-        self._take()
-        self._write()
-
-    def close(self) -> None:
-        """Write all messages received so far, including those held back."""
-        self.drain()
-        self._times = self._times or bag_times(self._fleet.rtf, self._fleet.begin)
-        self._write()
-
-    def _take(self) -> None:
         self._waiting += [message for topic in self._topics.values() for message in topic.take()]
+        for message in self._waiting:
+            if not message.topic.connection:
+                self._follow(message.topic.name, [message.topic.msgtype])
+        for stamp, message in self._times.of(self._waiting):
+            if message.topic.connection:
+                self._writer.write(message.topic.connection, stamp, message.data)
 
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
@@ -127,30 +129,6 @@ class GraphRecorder:
             self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
         return self._topics.get(name)
 
-    def _write(self) -> None:
-        if not self._knows_times():
-            return
-        assert self._times
-        for message in self._waiting:
-            if not message.topic.connection:
-                self._follow(message.topic.name, [message.topic.msgtype])
-        for stamp, message in self._times.of(self._waiting):
-            if message.topic.connection:
-                self._writer.write(message.topic.connection, stamp, message.data)
-
-    def _knows_times(self) -> bool:
-        """Return whether the robots have announced the time that they follow."""
-        if self._times is None and self._waiting:
-            self._fleet.take()
-            now = time.time_ns()
-            late = any(
-                now - one.time_ns > _OF_NO_ROBOT.get(one.topic.name, _ANNOUNCED_WITHIN_NS)
-                for one in self._waiting
-            )
-            if late or self._fleet.is_complete:
-                self._times = bag_times(self._fleet.rtf, self._fleet.begin)
-        return self._times is not None
-
     def _print_once(self, line: str) -> None:
         if line not in self._printed:
             self._printed.add(line)
@@ -179,7 +157,7 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
     chosen = [node.name_in_fleet(name) for name in options.topics or ()] or None
     try:
         with BagWriter(options.output) as writer:
-            recorder = GraphRecorder(node, writer, chosen)
+            recorder = GraphRecorder(node, writer, chosen, options.rtf)
             _record(process, recorder, writer)
     except OSError as error:
         reason = f'{error.strerror}; earlier messages are readable'
@@ -218,7 +196,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
             next_flush = now + _FLUSH_PERIOD_S
             writer.flush()
         time.sleep(_TAKE_PERIOD_S)
-    recorder.close()
+    recorder.drain()
 
 
 if __name__ == '__main__':

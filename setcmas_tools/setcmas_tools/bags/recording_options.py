@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from setcmas_simu.option_kinds import Kind, Number, PathTo
 from setcmas_simu.options import Form, Options, option
+from setcmas_simu.simulation_options import ClockOptions
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecorderOptions(Options):
-    """Topics to record, and the bag."""
+class RecorderOptions(ClockOptions):
+    """Topics to record, their time, and the bag."""
+
+    TITLE: ClassVar[str] = ''
 
     output: Path = option(PathTo(metavar='DIR'), 'folder for the bag; must not exist', short='-o')
     topics: tuple[str, ...] | None = option(
