@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -10,7 +10,6 @@ from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers.driven_robots import DrivenRobots
 from setcmas_ctrl.controllers.fleet_monitor import FleetMonitor
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
-from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_network import FleetNetwork
@@ -91,10 +90,8 @@ class ControlledFleet:
         self.phases: list[Sequence[Any]] = [self.controllers, *self.driven.phases]
         every_node: list[FleetNode] = [node, *chain(*self.phases, self.senders)]
         warn_of_unknown(every_node)
-        is_alone = isinstance(node, RobotNode)
-        graph = GraphWatch(node, self.poses, self._topic_of, announced, si_to_unis, is_alone)
         self.monitor = FleetMonitor(
-            node, options, self.robots, self.poses, si_to_unis, graph, process.launcher, self.time
+            node, options, self.robots, self.poses, si_to_unis, process.launcher, self.time
         )
         process.requests = RequestWait(every_node, self.monitor.urgent)  # while they wait, too
 
@@ -118,11 +115,6 @@ class ControlledFleet:
                 nodes.append(EventTriggeredComm(robot, options.experiment, **of_nodes))
         return nodes
 
-    @property
-    def _topic_of(self) -> Callable[[int], str]:
-        """The topic with the poses of a robot that is not told another one."""
-        return topics.mocap_topic if self.options.experiment else topics.odometry_topic
-
     def _subscribed_poses(
         self, si_to_unis: Sequence[SiToUni], safety: FilterOptions
     ) -> FleetPoses:
@@ -134,8 +126,9 @@ class ControlledFleet:
             or any(sender.broadcast.measures for sender in self.senders)
             or (safety.is_on and si_to_unis)
         ):
+            topic_of = topics.mocap_topic if self.options.experiment else topics.odometry_topic
             everyone = range(1, self.scripts.nb_robots + 1)
-            sources = {robot: (self.node, self._topic_of(robot)) for robot in everyone}
+            sources = {robot: (self.node, topic_of(robot)) for robot in everyone}
         own: tuple[Any, ...] = (*self.senders, *si_to_unis, *self.controllers)
         sources |= {one.robot: (one, one.odom_topic) for one in own}
         return FleetPoses(sources, self.scripts.nb_robots)

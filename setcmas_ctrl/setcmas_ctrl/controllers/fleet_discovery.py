@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 
@@ -21,19 +21,14 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 _REMIND_EVERY_S = 2.0
 
 
-def robots_with_odometry(
-    node: Node,
-    topic_of: Callable[[int], str] = topics.odometry_topic,
-    known: Container[int] = (),
-) -> list[int]:
-    """Return the sorted numbers of robots with odometry publishers, except known ones."""
+def _robots_with_odometry(node: Node) -> list[int]:
+    """Return the sorted numbers of robots with odometry publishers."""
     robots = [
         robot
         for name, types in node.get_topic_names_and_types()
         if _ODOMETRY_TYPE in types
         and (robot := topics.robot_of(name))
-        and robot not in known
-        and name == topic_of(robot)
+        and name == topics.odometry_topic(robot)
         and node.count_publishers(name)
     ]
     return sorted(robots)
@@ -69,7 +64,7 @@ def wait_for_fleet(
     def is_known() -> bool:
         nonlocal changed, seen
         listener.take()
-        robots = [] if listener.robots else robots_with_odometry(node)
+        robots = [] if listener.robots else _robots_with_odometry(node)
         if (len(listener.robots), robots) != seen:
             changed, seen = time.monotonic(), (len(listener.robots), robots)
         settled_s = time.monotonic() - changed

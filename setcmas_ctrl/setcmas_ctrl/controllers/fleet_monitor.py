@@ -36,12 +36,11 @@ class FleetMonitor:
         robots: Sequence[int],
         poses: FleetPoses,
         drivers: Sequence[SiToUni],
-        graph: GraphWatch,
         launcher: Launcher,
         time: StepTime,
     ) -> None:
         """Watch some robots of the fleet in `poses`; `drivers` command them."""
-        self.graph, self._time = graph, time
+        self.graph, self._time = GraphWatch(node, poses, drivers), time
         self.lost = LostRobots(robots, poses, node.get_logger().warning)
         self.urgent: list[PolledTopic] = []
         if options.experiment:

@@ -1,20 +1,18 @@
-"""Monitor of the ROS graph: robots that do not listen, other controllers, new robots."""
+"""Monitor of the ROS graph: robots that do not listen, and other controllers."""
 
 from __future__ import annotations
 
 import enum
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 
-from setcmas_ctrl.controllers.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
-from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
 _MOST_CHECKS = 2  # robots checked per step
@@ -27,7 +25,6 @@ class Problem(enum.Enum):
 
     MIXED = 'its cmd_vel has listeners of several types', _NOW_S
     UNHEARD = 'nothing listens to its cmd_vel', _SOON_S
-    LATE = 'it has appeared later', _SOON_S  # DDS discovers robots one after another
     # A killed process stays in the graph for a while.
     RIVAL = 'another node commands it', _FORGOTTEN_AFTER_S
     SEVERAL = 'several nodes publish its velocity', _FORGOTTEN_AFTER_S
@@ -36,26 +33,12 @@ class Problem(enum.Enum):
 class GraphWatch:
     """Checks the graph now and then, and reports each problem of a robot once."""
 
-    def __init__(
-        self,
-        node: Node,
-        poses: FleetPoses,
-        topic_of: Callable[[int], str],
-        announced: FleetListener,
-        drivers: list[SiToUni],
-        is_of_one: bool,
-    ) -> None:
-        """Begin; new robots are found by their topics, those of known ones are in `poses`.
-
-        A process that is to have one robot alone (`is_of_one`) minds no others.
-        """
+    def __init__(self, node: Node, poses: FleetPoses, drivers: Sequence[SiToUni]) -> None:
+        """Begin to watch the robots that some nodes command."""
         self._node = node
-        self._topic_of = topic_of
         self._own = cmd_vel_topics.own_participant(node)
         self._poses = poses
-        self._announced = announced
         self._drivers = drivers
-        self._known = None if is_of_one else set(range(1, poses.poses.shape[1] + 1))
         self._next_round = 0.0
         self._unchecked: list[SiToUni] = []
         self._found: dict[tuple[Problem, int], str] = {}  # in this round, and what it is about
@@ -116,7 +99,6 @@ class GraphWatch:
         for driver in some:
             self._check_robot(driver)
         if some and not self._unchecked:
-            self._look_for_latecomers()
             self._report(now)
 
     def _check_robot(self, driver: SiToUni) -> None:
@@ -135,13 +117,6 @@ class GraphWatch:
                 nodes = sorted(node.name for node in cmd_vel_topics.publishers(driver, topic))
                 text = f'{topic} is published by {" and ".join(nodes)}'
                 self._found[Problem.SEVERAL, robot] = text
-
-    def _look_for_latecomers(self) -> None:
-        if self._known is not None:
-            self._announced.take()
-            found = robots_with_odometry(self._node, self._topic_of, self._known)
-            for robot in {*found, *self._announced.robots} - self._known:
-                self._found[Problem.LATE, robot] = ''
 
     def _report(self, now: float) -> None:
         """Report what has lasted long enough, and has not been reported."""
@@ -169,11 +144,6 @@ def _in_words(problem: Problem, robots: list[int], about: str) -> str:
         return f'{about}{more}; choose with --cmd-vel-type'
     if problem is Problem.UNHEARD:
         return f'nothing listens to cmd_vel of {robots_in_words(robots)}: commands do not arrive'
-    if problem is Problem.LATE:
-        return (
-            f'{robots_in_words(robots, "have")} appeared; this controller does not control all of '
-            'them: restart it, if necessary with --nb-robots'
-        )
     if problem is Problem.RIVAL:
         return (
             f'another controller also commands {robots_in_words(robots)} ({about}); stop one of '

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -205,41 +204,13 @@ def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
     if kind == 'disc' and len(numbers) == 3 and numbers[2] > 0:
         return Disc(*numbers)
     if kind == 'polygon' and len(numbers) >= 6 and len(numbers) % 2 == 0:
-        corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
-        _check_sides(Polygon(corners), name)
-        return Polygon(corners)
+        return Polygon(tuple(zip(numbers[::2], numbers[1::2], strict=True)))
     if kind == 'disc' and len(numbers) == 2:
         raise SetcmasError(f'{name} has no radius; write disc X Y RADIUS, such as disc 1 2 0.5')
     raise SetcmasError(
         f'invalid {name}; must be a disc (x, y, radius above 0) or a polygon (x and y of at '
         'least 3 corners), such as disc 1 2 0.5'
     )
-
-
-def _check_sides(polygon: Polygon, name: str) -> None:
-    for first, second in combinations(polygon.sides, 2):
-        if _meet(first, second) and not {*first} & {*second}:
-            raise SetcmasError(
-                f'{name}: the sides {_side(first)} and {_side(second)} cross; list the corners in '
-                'order around the polygon'
-            )
-    if len({*polygon.corners}) < len(polygon.corners):
-        raise SetcmasError(f'{name} has the same corner twice; remove one')
-
-
-def _meet(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
-    """Return whether two segments, unless parallel, have a point in common."""
-    (a, b), (c, d) = first, second
-    return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
-
-
-def _turn(a: Point, b: Point, c: Point) -> float:
-    """Return twice the signed area of a triangle."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _side(side: tuple[Point, Point]) -> str:
-    return ' to '.join(f'({x:g}, {y:g})' for x, y in side)
 
 
 def _flat(corners: Sequence[Point]) -> Iterator[float]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import inspect
 import math
-import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -16,78 +14,10 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, is_per_robot, parse_per_robot
-from setcmas_simu.plugins import InvalidPluginError, Plugin, PluginGroup
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
-from setcmas_simu.robots.model import TWIST, Motion, RobotModel, Shape, limits_named
+from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
 from setcmas_simu.robots.unicycle import Unicycle
-
-
-class PluginModel(RobotModel):
-    """A model of a plugin, whose results are checked."""
-
-    def __init__(self, model: RobotModel, plugin: Plugin, warn: Callable[[str], None]) -> None:
-        """Take a model and its plugin; `warn` shows a message about its first failure."""
-        self.shape, self.V_max = model.shape, model.V_max
-        self.motion, self.limits = model.motion, model.limits
-        self.failed = False
-        self._model = model
-        self._name = f'robot model {plugin.title}'
-        self._warn = warn
-        if hasattr(model, 'command'):
-            self.command = self._command
-
-    def start(self, poses: Floats) -> Floats:
-        """Return the states (6+, N) of robots at rest at poses (3, N), or raise SetcmasError."""
-        states, reason = self._result('start', (None, poses.shape[1]), poses)
-        if reason:
-            raise SetcmasError(f'{self._name}: {reason}')
-        return states
-
-    def _command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands (3, N) for velocities (2, N); zero if the model fails."""
-        commands, reason = self._result('command', poses.shape, velocities, poses, komega)
-        return self._or_fail(commands, reason, np.zeros(poses.shape))
-
-    def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states one period later; robots stop if the model fails."""
-        later, reason = self._result('step', states.shape, states, commands, Ts)
-        rest: Floats = states.copy()
-        rest[TWIST] = 0.0
-        return self._or_fail(later, reason, rest)
-
-    def _result(
-        self, name: str, shape: tuple[int | None, ...], *arguments: Any
-    ) -> tuple[Floats, str]:
-        """Return the result of a method, and why it cannot be used; '' if it can."""
-        method = getattr(self._model, name)
-        try:
-            result = np.asarray(method(*arguments), dtype=float)
-        except Exception as error:  # a plugin may raise anything
-            last = traceback.extract_tb(error.__traceback__)[-1]
-            text = ' '.join(f'{type(error).__name__}: {error}'.split())
-            return np.empty(0), f'{text} ({Path(last.filename).name}, line {last.lineno})'
-        code = getattr(inspect.unwrap(method), '__code__', None)
-        place = f' ({Path(code.co_filename).name}, line {code.co_firstlineno})' if code else ''
-        rows, columns = shape
-        if (
-            result.ndim != 2
-            or result.shape[1] != columns
-            or result.shape[0] != (rows or max(TWIST.stop, len(result)))
-        ):
-            wanted = f'({rows or "6 or more"}, {columns})'
-            return result, f'{name} returned an array {result.shape}, not {wanted}{place}'
-        if not np.isfinite(result).all():
-            return result, f'{name} returned NaN or inf{place}'
-        return result, ''
-
-    def _or_fail(self, result: Floats, reason: str, rest: Floats) -> Floats:
-        if not reason:
-            return result
-        if not self.failed:
-            self.failed = True
-            self._warn(f'{self._name}: {reason}; its robots stop')
-        return rest
-
 
 _SYMBOL_SIDE = 1.587
 
@@ -283,7 +213,6 @@ def robot_models(
     """
     unicycle, files = Unicycle(limits_named(limits)), _files(names)
     models: list[RobotModel] = []
-    plugins: dict[str, RobotModel] = {}
     for name, robot in zip(names, robots, strict=True):
         if name == UNICYCLE:
             models.append(unicycle)
@@ -292,8 +221,7 @@ def robot_models(
         elif name in files:
             models.append(files[name].robot(robot))
         else:
-            plugins.setdefault(name, _model(name, warn))
-            models.append(plugins[name])
+            models.append(MODELS.get(name))
     return models
 
 
@@ -301,11 +229,6 @@ def seed_scripts(names: Sequence[str], seed: int) -> None:
     """Seed the random numbers that the robot scripts among some models draw."""
     if any(map(is_script, names)):
         _script_loader().seed(seed)
-
-
-def _model(name: str, warn: Callable[[str], None]) -> RobotModel:
-    model, plugin = MODELS.get(name), MODELS.plugin(name)
-    return model if plugin.built_in else PluginModel(model, plugin, warn)
 
 
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:

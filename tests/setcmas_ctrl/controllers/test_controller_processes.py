@@ -239,18 +239,13 @@ def test_single_nodes_make_up_a_fleet_with_those_of_others(start, start_alone, p
 
 
 @pytest.mark.nightly
-def test_a_single_node_waits_for_its_robot_beside_others(start, start_alone, peer):
+def test_a_single_node_waits_for_its_robot_beside_others(start, start_alone):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     converter = start_alone('si_to_uni', '/tb3_2')
     converter.wait_for_output('waiting for the odometry of robot 2')
     start(*SIMU, '--nb-robots', '3', '--robots', '2')
     converter.wait_for_output('controlling robot 2')
-    start(*SIMU, '--nb-robots', '3', '--robots', '3')
-    last = peer.odometry(3)
-    peer.wait_for(lambda: len(last) > 70)  # after two looks at the graph
-
     assert converter.end() == 0
-    assert 'appeared' not in converter.output()
 
 
 def test_two_fleets_of_single_nodes_are_apart(start, start_alone, peer):

@@ -1,5 +1,5 @@
 import pytest
-from processes import CTRL, SIMU
+from processes import CTRL
 
 pytest.importorskip('rclpy')
 
@@ -65,13 +65,3 @@ def test_a_fleet_with_something_else_on_the_topic_is_found_too(start, peer, scri
     peer.wait_for(lambda: 'controlling robots 1-2' in process.output())
     assert process.output().count('/fleet: a message is ignored') == 1
     assert 'robots 1-2 are found by odometry' in process.output()
-
-
-@pytest.mark.nightly
-def test_robots_that_are_announced_later_are_named(start, script):
-    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', script(STAND))
-    process.wait_for_output('controlling robots 1-2')
-    start(*SIMU, '--robots', '3-4')
-
-    process.wait_for_output('robots 3-4 have appeared')
