@@ -212,8 +212,11 @@ def nested(depth, content):
 
 
 PACKED = {
-    'bomb.zip': (archive({'law.py': bytes(1 << 28)}, zipfile.ZIP_DEFLATED), 'at most 200 kB'),
-    'depth.zip': (nested(9, b''), '3 zip files in each other'),
+    'bomb.zip': (
+        archive({'law.py': bytes(1 << 28)}, zipfile.ZIP_DEFLATED),
+        'is larger than 1 MB',
+    ),
+    'depth.zip': (nested(9, b''), 'is a zip file in a zip file'),
     'entries.zip': (archive(dict.fromkeys(map(str, range(2000)), b'')), 'more than 1,000 files'),
     'outside.zip': (archive({'../../law.pyc': b'control = 1'}), 'only law.pyc'),
     'absolute.zip': (archive({'/tmp/law.pyc': b'control = 1'}), 'only law.pyc'),

@@ -24,9 +24,8 @@ from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
-from setcmas_tools.submissions.confinement import obstacle
+from setcmas_tools.submissions.confinement import obstacle, without_paths
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
-from setcmas_tools.submissions.machine_paths import without_paths
 from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions

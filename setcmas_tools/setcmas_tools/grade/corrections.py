@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
 import io
 import math
@@ -24,9 +23,6 @@ from setcmas_tools.grade.marks import Correction, Marks, Student
 from setcmas_tools.grade.rubric import Rubric
 
 _POINTS = Number(least=0, most=1e6)
-
-LATE_KEYS = ('deadline', 'per_day', 'grace', 'at_most', 'submitted', 'times')
-"""Keys of lateness in corrections.yaml."""
 
 
 class Students:
@@ -78,25 +74,21 @@ def read_time(entry: Entry) -> datetime:
     return value
 
 
-_DAYS = ('%A, %d %B %Y', '%A, %B %d, %Y', '%a, %d %b %Y', '%d %B %Y', '%B %d, %Y', '%d %b %Y')
-_FORMATS = (
-    '%Y-%m-%d', '%Y-%m-%d %H:%M', '%Y-%m-%d %H:%M:%S', '%Y-%m-%dT%H:%M', '%Y-%m-%dT%H:%M:%S',
-    '%Y-%m-%d %H:%M:%S %z',
-    *(f'{day}, {clock}' for day in _DAYS for clock in ('%I:%M %p', '%H:%M', '%I:%M:%S %p')),
-)  # fmt: skip
+_FORMATS = '%A, %d %B %Y, %I:%M %p', '%A, %B %d, %Y, %I:%M %p'  # of Moodle in English
 
 
 def time_of(text: str) -> datetime | None:
-    """Return a time as platforms write it, as on their clock; None for another text."""
+    """Return a time in ISO 8601, or as Moodle writes it, on its clock; None for another text."""
+    text = ' '.join(text.split())
+    with suppress(ValueError):
+        return datetime.fromisoformat(text).replace(tzinfo=None)
     for form in _FORMATS:
         with suppress(ValueError):
-            return datetime.strptime(' '.join(text.split()), form).replace(tzinfo=None)
+            return datetime.strptime(text, form)
     return None
 
 
 _SHARE = re.compile(r'(\d+(?:\.\d+)?) ?%')
-_SPAN = re.compile(r'(\d+(?:\.\d+)?) ?(min|h|days?)')
-_UNITS = {'min': 60, 'h': 3600, 'day': 86400, 'days': 86400}
 
 
 def _points_or_share(entry: Entry) -> tuple[float, bool]:
@@ -108,13 +100,6 @@ def _points_or_share(entry: Entry) -> tuple[float, bool]:
     return _POINTS.of(entry), False
 
 
-def _span(entry: Entry) -> timedelta:
-    found = _SPAN.fullmatch(entry.value.strip()) if isinstance(entry.value, str) else None
-    if not found:
-        raise entry.mistake('a time such as 15 min, 2 h or 1 day')
-    return timedelta(seconds=float(found[1]) * _UNITS[found[2]])
-
-
 @dataclass(frozen=True)
 class Lateness:
     """Points (or a share of the rubric's points) taken for each day begun after a deadline."""
@@ -122,13 +107,12 @@ class Lateness:
     deadline: datetime
     per_day: tuple[float, bool]
     most: tuple[float, bool]
-    grace: timedelta
     submitted: Mapping[str, datetime]
 
     def taken(self, marks: Marks) -> tuple[str, float]:
         """Return the lateness of a submission as text, and the points that it costs."""
         time = self.submitted.get(marks.submission)
-        if time is None or time <= self.deadline + self.grace:
+        if time is None or time <= self.deadline:
             return '', 0.0
         days = math.ceil((time - self.deadline) / timedelta(days=1))
         per_day, most = (
@@ -158,48 +142,43 @@ def read_lateness(entry: Entry, fields: Mapping[str, Entry], known: Students) ->
         deadline=read_time(fields['deadline']),
         per_day=_points_or_share(fields['per_day']),
         most=_points_or_share(fields['at_most']) if 'at_most' in fields else (math.inf, False),
-        grace=_span(fields['grace']) if 'grace' in fields else timedelta(),
         submitted=times,
     )
 
 
-_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
-_WHO = ('identifier', 'id', 'sid', 'email address', 'email', 'full name', 'name', 'student')
-_WHEN = ('last modified (submission)', 'submission time', 'submitted')
+_WHO = ('identifier', 'email address', 'full name', 'student')
+_WHEN = ('last modified (submission)', 'submitted')
+"""Columns of Moodle's grading worksheet, and last those of a table of one's own."""
 
 
 def _times_of_table(entry: Entry, known: Students) -> dict[str, datetime]:
     """Return times by submission from a table of a platform; other students are skipped."""
     path = entry.file.parent / entry.text()
     try:
-        content = read_limited(path, 1 << 24)
-        text = content.decode('utf-16' if content[:2] in _UTF_16 else 'utf-8-sig')
-        comma = max(',;\t', key=text.partition('\n')[0].count)
-        rows = list(csv.reader(io.StringIO(text, newline=''), delimiter=comma))
+        text = read_limited(path, 1 << 24).decode('utf-8-sig')
     except UnicodeError as error:
         raise entry.error(f"'{path}' is not in UTF-8; save it as CSV in UTF-8") from error
-    except (OSError, csv.Error) as error:
+    except OSError as error:
         raise entry.error(f"'{path}' cannot be read: {error}") from error
-    header = [name.strip().lower() for name in rows[0]] if rows else []
-    who = [header.index(name) for name in _WHO if name in header]
-    when = [header.index(name) for name in _WHEN if name in header]
+    comma = max(',;\t', key=text.partition('\n')[0].count)
+    rows = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=comma)
+    columns = rows.fieldnames = [name.strip().lower() for name in rows.fieldnames or ()]
+    who = [name for name in _WHO if name in columns]
+    when = [name for name in _WHEN if name in columns]
     if not who or not when:
         raise entry.error(
             f"'{path}' has no column for the student or the time; it must have one of "
             f'{", ".join(_WHO)}, and one of {", ".join(_WHEN)}'
         )
     times: dict[str, datetime] = {}
-    for number, row in enumerate(rows[1:], start=2):
-        cells = [cell.strip().removeprefix('Participant ') for cell in row]
-        texts = [cells[i] for i in who if i < len(cells) and cells[i] in known]
-        time = cells[when[0]] if when[0] < len(cells) else ''
-        if texts and time not in ('', '-'):
+    for row in rows:
+        names = (row[name].strip().removeprefix('Participant ') for name in who)
+        student, time = next(filter(known.__contains__, names), ''), row[when[0]].strip()
+        if student and time not in ('', '-'):
             found = time_of(time)
             if found is None:
-                raise SetcmasError(
-                    f"{path}, line {number}: '{time}' is not a time such as 2026-11-20 23:59"
-                )
-            times[known.submission_of(entry, texts[0])] = found
+                raise entry.error(f"'{path}' has '{time}', not a time such as 2026-11-20 23:59")
+            times[known.submission_of(entry, student)] = found
     return times
 
 
@@ -218,9 +197,9 @@ def untimed(
 CORRECTIONS = 'corrections.yaml'
 """Name of the file in the folder of a class, or of its grades."""
 
-_SIGNED = ('reason', 'author', 'date')
 _KEYS = ('author', 'date', 'late', 'corrections')
-_OF_ONE = ('student', 'criterion', 'points', 'add', 'total', *_SIGNED)
+_OF_ONE = ('student', 'criterion', 'points', 'add', 'total', 'reason')
+_OF_LATE = ('deadline', 'per_day', 'at_most', 'submitted', 'times', 'reason')
 _CHANGE = Number(least=-1e6, most=1e6)
 
 
@@ -318,11 +297,15 @@ def read_corrections(
     """
     content = read_entries(path)
     fields = content.fields(_KEYS)
+    missing = [key for key in ('author', 'date') if key not in fields]
+    if missing:
+        raise content.error(f'{missing[0]} is missing: corrections say who decided, and when')
+    author, day = fields['author'].text().strip(), f'{read_time(fields["date"]):%Y-%m-%d}'
+    signed = Correction('', 0.0, '', author, day)
     known = Students(students)
-    common = {key: one for key, one in fields.items() if key in ('author', 'date')}
     changes: dict[str, list[_Change]] = defaultdict(list)
     for item in fields['corrections'].items() if 'corrections' in fields else ():
-        submission, change = _change(item, known, rubric, common)
+        submission, change = _change(item, known, rubric, signed)
         of_student = changes[submission]
         same = [one for one in of_student if one.key == change.key != 'add']
         if any(one.criterion == change.criterion for one in same):
@@ -331,17 +314,19 @@ def read_corrections(
     if 'late' not in fields:
         return Corrections(changes)
     entry = fields['late']
-    own = entry.fields((*LATE_KEYS, *_SIGNED))
-    signed, late = _signed(entry, own, common, 'late submission'), read_lateness(entry, own, known)
-    return Corrections(changes, (signed, late), untimed(entry, late, students))
+    own = entry.fields(_OF_LATE)
+    reason = own['reason'].text() if 'reason' in own else 'late submission'
+    late = read_lateness(entry, own, known)
+    late_signed = replace(signed, reason=reason)
+    return Corrections(changes, (late_signed, late), untimed(entry, late, students))
 
 
 def _change(
-    item: Entry, known: Students, rubric: Rubric, common: Mapping[str, Entry]
+    item: Entry, known: Students, rubric: Rubric, signed: Correction
 ) -> tuple[str, _Change]:
     fields = item.fields(_OF_ONE)
-    if 'student' not in fields:
-        raise item.mistake('a correction with a student')
+    if 'student' not in fields or 'reason' not in fields:
+        raise item.mistake('a correction with a student and a reason')
     submission = known.submission_of(fields['student'], str(fields['student'].plain()))
     given = [key for key in ('points', 'add', 'total') if key in fields]
     if len(given) != 1:
@@ -359,7 +344,8 @@ def _change(
         criterion, most = _criterion(fields['criterion'], rubric)
         if key == 'points':
             Number(least=0, most=most).of(fields[key])
-    return submission, _Change(key, number, criterion, _signed(item, fields, common))
+    reason = ' '.join(fields['reason'].text().split())
+    return submission, _Change(key, number, criterion, replace(signed, reason=reason))
 
 
 def _criterion(entry: Entry, rubric: Rubric) -> tuple[tuple[str, str], float]:
@@ -376,20 +362,3 @@ def _criterion(entry: Entry, rubric: Rubric) -> tuple[tuple[str, str], float]:
         names = ' or '.join(f"'{scenario}: {name}'" for (scenario, name), _ in found)
         raise entry.error(f"several criteria are named '{text}'; write {names}")
     return found[0]
-
-
-def _signed(
-    item: Entry, fields: Mapping[str, Entry], common: Mapping[str, Entry], reason: str = ''
-) -> Correction:
-    """Return who, when and why; author and date may be those of the whole file."""
-    known = {**common, **fields}
-    missing = [key for key in _SIGNED if key not in known and not (key == 'reason' and reason)]
-    if missing:
-        raise item.error(f'{missing[0]} is missing: a correction says who, when and why')
-    if 'reason' in known:
-        reason = ' '.join(known['reason'].text().split())
-    author = known['author'].text().strip()
-    for key, text in (('reason', reason), ('author', author)):
-        if not text:
-            raise known[key].mistake('a text that is not empty')
-    return Correction('', 0.0, reason, author, f'{read_time(known["date"]):%Y-%m-%d}')

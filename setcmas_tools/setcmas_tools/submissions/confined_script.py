@@ -32,7 +32,7 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_ctrl.laws.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.submissions.machine_paths import without_paths
+from setcmas_tools.submissions.confinement import without_paths
 
 _LONGEST_TEXT = 1500
 _set_timer = getattr(signal, 'setitimer', None)

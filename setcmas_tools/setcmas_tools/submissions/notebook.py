@@ -12,8 +12,7 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 
-_WRITTEN = re.compile(r'%%(?:write)?file\s+([\w-]+\.py)\s*\n')
-_TRANSPARENT = ('%%time', '%%capture')  # the rest of the cell is ordinary code
+_TRANSPARENT = ('%%time', '%%capture', '%%writefile')  # the rest of the cell is ordinary code
 # With the lines that a backslash joins to it; or a question for help.
 _MAGIC = re.compile(
     r'^([ \t]*)(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*)$',
@@ -36,11 +35,9 @@ class Notebook:
 
     Attributes:
         cells: Source of each code cell.
-        written: Content of the scripts that `%%writefile` cells write, by name.
     """
 
     cells: tuple[str, ...]
-    written: dict[str, bytes]
 
     @property
     def source(self) -> str:
@@ -60,26 +57,18 @@ class Notebook:
 def read_notebook(content: bytes) -> Notebook:
     """Return the code cells of a notebook, or raise SetcmasError; nothing else of it counts."""
     try:
-        text = content.decode(json.detect_encoding(content), 'replace')
-        known: Any = json.loads(text, strict=False, parse_int=str, parse_float=str)
-        cells = known['cells'] if 'cells' in known else _of_version_3(known)
+        cells = json.loads(content)['cells']
         sources = [_source(cell) for cell in cells if cell['cell_type'] == 'code']
     except (RecursionError, KeyError, TypeError, ValueError) as error:
         raise SetcmasError('it is not a Jupyter notebook, or it is damaged') from error
-    written = {found[1]: one[found.end() :] for one in sources if (found := _WRITTEN.match(one))}
     if sum(map(len, sources)) <= MOST_SOURCE:
         runs: set[str] = {*_OF_JUPYTER}
         sources = [_without_runs(_without_magics(one), runs) for one in sources]
-    return Notebook(tuple(sources), {name: text.encode() for name, text in written.items()})
-
-
-def _of_version_3(known: Any) -> list[Any]:
-    return [cell for sheet in known['worksheets'] for cell in sheet['cells']]
+    return Notebook(tuple(sources))
 
 
 def _source(cell: Any) -> str:
-    source = cell['source'] if 'source' in cell else cell['input']
-    text = source if isinstance(source, str) else ''.join(source)
+    text = ''.join(cell['source'])  # a text, or a list of its lines
     text = text.encode(errors='replace').decode()  # halves of a character
     return text.replace('\r\n', '\n').replace('\r', '\n')
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -12,24 +13,22 @@ from tempfile import TemporaryDirectory
 
 from setcmas_ctrl.laws.exercise import same_functions
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.submissions.chosen_script import chosen_script
 from setcmas_tools.submissions.likeness import Print, fingerprint
-from setcmas_tools.submissions.notebook import Notebook, read_notebook, script_of
+from setcmas_tools.submissions.notebook import MOST_SOURCE, Notebook, read_notebook, script_of
 from setcmas_tools.submissions.student import Identity, Student, identity_of, own_names
 from setcmas_tools.submissions.submitted_files import (
-    MOST_FILES,
     Files,
     Unread,
     files_near,
     files_of_class,
-    is_empty,
     lay_out,
-    opened_class,
     unpacked,
 )
 
-_OF_ONE = 'submission'  # folder in which autograders put a single student's submission
-_SUFFIXES = ('.py', '.zip', '.ipynb', '.rar', '.7z', '.tar', '.gz')
+_CODE = ('.py', '.ipynb')
+_SUFFIXES = (*_CODE, '.zip', '.rar', '.7z', '.tar', '.gz')
+_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
+_MOST_NAMES = 5
 
 
 @dataclass(frozen=True)
@@ -110,26 +109,20 @@ def read_submission(packed: Packed) -> Submission:
             if one.top == top
         }
         for path, content in unpacked(own, top).items():
-            files.pop(path, None)  # the newest comes last
-            files[path], tops[path] = content, top
-    kept = sorted((path for path in files if not is_empty(path)), key=_is_code)[-MOST_FILES:]
-    files = {path: files[path] for path in kept}
-    last = packed.files[-1].top
+            files[path], tops[path] = content, top  # the newest comes last
     notebooks = _with_scripts(files)
     script, problem = chosen_script(files, packed.function)
     original = next((path for path in notebooks if script_of(path) == script), script)
-    top = tops.get(original, last)
+    top = tops.get(original, packed.files[-1].top)
     shown = _printable(top)
     if problem:
-        for path in notebooks:
-            problem = problem.replace(script_of(path).name, path.name)
-        return Submission(shown, packed.student, problem=problem)
+        return Submission(shown, packed.student, problem=_of_notebooks(problem, notebooks))
     neighbours = {
         path.relative_to(script.parent).as_posix(): content
         for path, content in files.items()
         if path.is_relative_to(script.parent) and not isinstance(content, Unread)
     }
-    is_whole = _is_code(PurePosixPath(top))
+    is_whole = PurePosixPath(top).suffix in _CODE
     sources = [content for name, content in neighbours.items() if name.endswith('.py')]
     return Submission(
         shown, packed.student, script.name, neighbours,
@@ -147,19 +140,17 @@ def submitted_notebook(path: Path) -> Submission:
         SetcmasError: It is not a notebook, or has no law.
         OSError: It cannot be read.
     """
-    own = {PurePosixPath(path.name): path.read_bytes()}
-    notebooks = _with_scripts(own)
-    script, problem = chosen_script(own, 'control')
-    others = (chosen_script(own, function) for function in ('ctc', 'si_to_uni'))
+    files = {PurePosixPath(path.name): path.read_bytes()}
+    notebooks = _with_scripts(files)
+    chosen = [chosen_script(files, function) for function in ('control', 'ctc', 'si_to_uni')]
+    script, problem = next((one for one in chosen if not one[1]), chosen[0])
     if problem:
-        script, problem = next((one for one in others if not one[1]), (script, problem))
-    if problem:
-        raise SetcmasError(problem.replace(script_of(PurePosixPath(path.name)).name, path.name))
-    files = {**files_near(path), **{str(one): content for one, content in own.items()}}
-    is_cells = script == script_of(PurePosixPath(path.name))
-    notebook = notebooks[PurePosixPath(path.name)] if is_cells else None
-    file = path.name if is_cells else script.name
-    return Submission(path.name, Student(path.name), script.name, files, '', file, notebook)
+        raise SetcmasError(_of_notebooks(problem, notebooks))
+    own = {str(one): content for one, content in files.items()}
+    return Submission(
+        path.name, Student(path.name), script.name, {**files_near(path), **own}, '', path.name,
+        notebooks[PurePosixPath(path.name)],
+    )  # fmt: skip
 
 
 Reader = Callable[[Sequence[Packed]], list[Submission]]
@@ -172,7 +163,7 @@ def find_submissions(
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
     Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
-    the same student's. A single folder with several scripts is the class itself.
+    the same student's. A class may be in a folder inside a zip file, as when a folder is packed.
 
     Args:
         place: The folder or zip file.
@@ -188,8 +179,7 @@ def find_submissions(
     for path, content in _of_class(files_of_class(place), function).items():
         top, *inside = path.parts
         identity = identity_of(top)
-        is_of_student = identity.group or path.suffix in _SUFFIXES  # not a list of the class
-        if not inside and (is_empty(path) or not is_of_student):
+        if not (inside or identity.group or path.suffix in _SUFFIXES):  # such as a list of names
             continue
         own = '/'.join(inside)
         if not inside and path.suffix != '.zip':  # what is in a zip file has paths of its own
@@ -215,33 +205,79 @@ def find_submissions(
 
 def _of_class(files: Files, function: str) -> Files:
     """Return files by path relative to the folder of the class, which may be inside another."""
-    top, *others = {path.parts[0] for path in files} or {_OF_ONE}
-    if others or top == _OF_ONE or identity_of(top).group:
+    tops = {path.parts[0] for path in files}
+    if len(tops) != 1 or any(identity_of(top).group for top in tops):
         return files
-    lone = files.get(PurePosixPath(top))
-    if lone is not None and top.endswith('.zip') and not isinstance(lone, Unread):
-        inner = opened_class(lone)
-    else:
-        inner = {
-            PurePosixPath(*path.parts[1:]): content
-            for path, content in files.items()
-            if len(path.parts) > (2 if is_empty(path) else 1)
-        }
+    inner = {
+        PurePosixPath(*path.parts[1:]): content
+        for path, content in files.items()
+        if len(path.parts) > 1
+    }
     some = {path.parts[0] for path, content in inner.items() if _may_be(path, content, function)}
-    if len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner):
-        return inner
-    deeper = _of_class(inner, function)
-    return files if deeper is inner else deeper
+    is_class = len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner)
+    return inner if is_class else files
 
 
 def _may_be(path: PurePosixPath, content: bytes, function: str) -> bool:
     """Return whether a file may be a submission with a function, without parsing it."""
+    return path.suffix == '.zip' or (path.suffix in _CODE and _mentions(content, function))
+
+
+def _mentions(content: bytes, function: str) -> bool:
     written = rf'(def {function}\b|{function}\s*=)'.encode()  # also within a notebook's text
-    return path.suffix == '.zip' or (_is_code(path) and re.search(written, content) is not None)
+    return re.search(written, content) is not None
 
 
-def _is_code(path: PurePosixPath) -> bool:
-    return path.suffix in ('.py', '.ipynb')
+def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
+    """Return the script to mark, the only one that defines the function, or why there is none."""
+    sources = {
+        path: content
+        for path, content in files.items()
+        if path.suffix == '.py' and not isinstance(content, Unread)
+    }
+    none = PurePosixPath()
+    if not sources:
+        return none, _without_script(files)
+    if (size := sum(map(len, sources.values()))) > MOST_SOURCE:
+        limit = MOST_SOURCE // 1000
+        return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
+    if len(sources) == 1:  # errors are reported when it is loaded
+        return next(iter(sources)), ''
+    fitting = [path for path, content in sources.items() if _defines(content, function)]
+    if not fitting:
+        return none, f'none of its {len(sources)} scripts has a function {function}'
+    if len({sources[path] for path in fitting}) > 1:  # not copies of one
+        names = ' and '.join(sorted(map(str, fitting))[:_MOST_NAMES])
+        each = 'both' if len(fitting) == 2 else 'all'
+        return none, (
+            f'{names} {each} have a function {function}; leave only the one to be marked in the '
+            'submission'
+        )
+    return fitting[0], ''
+
+
+def _without_script(files: Files) -> str:
+    if unread := [content for content in files.values() if isinstance(content, Unread)]:
+        return unread[0].decode(errors='replace')
+    names = sorted({path.name for path in files})
+    if not names:
+        return 'the submission is empty'
+    more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
+    return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
+
+
+def _defines(source: bytes, function: str) -> bool:
+    """Return whether a script defines or assigns a function, or may do so if it is not Python."""
+    try:
+        tree = ast.parse(source)
+    except _UNREADABLE:
+        return _mentions(source, function)
+    for node in tree.body:
+        targets = node.targets if isinstance(node, ast.Assign) else ()
+        names = [one.id for one in targets if isinstance(one, ast.Name)]
+        if function in names or (isinstance(node, ast.FunctionDef) and node.name == function):
+            return True
+    return False
 
 
 def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
@@ -255,11 +291,16 @@ def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
         except SetcmasError as error:
             files[path] = Unread.because(f'{path.name}: {error}')
             continue
-        for name, written in notebook.written.items():
-            files.setdefault(path.with_name(name), written)
         if notebook.source.strip():
             files[script_of(path)] = notebook.source.encode(errors='replace')
     return found
+
+
+def _of_notebooks(problem: str, notebooks: Iterable[PurePosixPath]) -> str:
+    """Return a problem with the names of notebooks instead of those of their scripts."""
+    for path in notebooks:
+        problem = problem.replace(script_of(path).name, path.name)
+    return problem
 
 
 def _printable(name: str) -> str:

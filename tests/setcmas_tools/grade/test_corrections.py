@@ -30,7 +30,7 @@ CLASS = [
     marks_of('Ada Lovelace', 4.0, id='12345', submission='Ada Lovelace_12345_file_'),
     marks_of('Alan Turing', 1.0, id='777', email='alan@example.org'),
 ]
-SIGNED = 'author: Ann, date: 2026-11-22'
+SIGNED = 'author: Ann\ndate: 2026-11-22\n'
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def corrected(tmp_path):
 
 
 def one_of(correction):
-    return f'corrections:\n  - {{{correction}, reason: seen by hand, {SIGNED}}}\n'
+    return f'{SIGNED}corrections:\n  - {{{correction}, reason: seen by hand}}\n'
 
 
 @pytest.mark.parametrize(
@@ -71,13 +71,9 @@ def test_a_person_changes_points_and_the_automatic_mark_is_kept(corrected, corre
     assert (ada.corrections[0].author, ada.corrections[0].date) == ('Ann', '2026-11-22')
 
 
-LATE = """
-author: Ann
-date: 2026-11-22
-late:
+LATE = f"""{SIGNED}late:
   deadline: 2026-11-20 23:59
   per_day: 10 %
-  grace: 15 min
 """
 
 
@@ -85,8 +81,8 @@ late:
     ('rule', 'time', 'score'),
     [
         ('', '2026-11-20', 2.5),
-        ('', '2026-11-21 00:14', 2.5),
-        ('', '2026-11-21 00:15', 1.65),
+        ('', '2026-11-20 23:59', 2.5),
+        ('', '2026-11-21 00:00', 1.65),
         ('', '2026-11-22 00:00:30', 0.8),
         ('  at_most: 1', '2026-12-24 12:00', 1.5),
         ('', '2026-12-24 12:00', 0.0),
@@ -112,7 +108,6 @@ AMERICAN = re.sub(r'(\d+) November 2026', r'November \1, 2026', MOODLE)
     'worksheet',
     [
         MOODLE.encode(),
-        MOODLE.removeprefix('\ufeff').encode('utf-16'),
         re.sub(r',(?=[\w"])', ';', MOODLE).encode(),
         AMERICAN.encode(),
         MOODLE.replace(' PM', '\u202fpm').encode(),
@@ -147,29 +142,29 @@ def test_lateness_costs_nothing_where_there_is_no_grade_yet(corrected):
     late = f'{LATE}  submitted: {{777: 2026-12-24}}\n'
 
     assert not corrected(late, [alan])[0].is_decided
-    [marks] = corrected(f'{late}{one_of("student: 777, total: 4")}', [alan])
+    [marks] = corrected(f'{late}{one_of("student: 777, total: 4").removeprefix(SIGNED)}', [alan])
     assert (marks.is_decided, marks.score) == (True, 4.0)
 
 
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
-        (one_of('student: Ada Lovelance, add: 1'), 2, 'did you mean Ada Lovelace?'),
+        (one_of('student: Ada Lovelance, add: 1'), 4, 'did you mean Ada Lovelace?'),
         (
             one_of('student: 777, criterion: They setle, points: 1'),
-            2,
+            4,
             "no criterion 'They setle'; did you mean They settle?",
         ),
-        (one_of('student: 777, criterion: All meet, points: 5'), 2, 'from 0 to 4'),
-        (one_of('student: 777, points: 5'), 2, 'add criterion: NAME, or use add or total'),
-        (one_of('student: 777, add: 1, total: 3'), 2, 'exactly one of points, add and total'),
-        (one_of('student: 777, ad: 1'), 2, 'did you mean add?'),
+        (one_of('student: 777, criterion: All meet, points: 5'), 4, 'from 0 to 4'),
+        (one_of('student: 777, points: 5'), 4, 'add criterion: NAME, or use add or total'),
+        (one_of('student: 777, add: 1, total: 3'), 4, 'exactly one of points, add and total'),
+        (one_of('student: 777, ad: 1'), 4, 'did you mean add?'),
         (one_of('student: 777, add: 1').replace('2026-11-22', 'yesterday'), 2, 'a date such as'),
-        (one_of('student: 777, add: 1').replace('author: Ann, ', ''), 2, 'author is missing'),
-        (LATE.replace('10 %', 'ten'), 6, 'such as 10 %'),
-        (LATE.replace('15 min', 'some'), 7, '15 min, 2 h or 1 day'),
-        (f'{LATE}  submitted: {{Bob: 2026-11-20}}', 8, "no student 'Bob'"),
-        (f'{LATE}  times: no.csv', 8, 'cannot be read'),
+        (one_of('student: 777, add: 1').replace('author: Ann\n', ''), 1, 'author is missing'),
+        (one_of('student: 777, add: 1').replace('reason', 'why'), 4, 'there is no key'),
+        (LATE.replace('10 %', 'ten'), 5, 'such as 10 %'),
+        (f'{LATE}  submitted: {{Bob: 2026-11-20}}', 6, "no student 'Bob'"),
+        (f'{LATE}  times: no.csv', 6, 'cannot be read'),
         ('curve: {scale: 1.1}', 1, "there is no key 'curve'"),
     ],
 )
@@ -191,7 +186,9 @@ def test_canvas_says_that_a_submission_is_late_but_not_when(corrected):
 
 def test_corrections_are_on_pages_and_in_every_export_beside_the_automatic_mark(corrected):
     hidden = 'student: 12345, criterion: SECRET bound, points: 1.5'
-    marks = corrected(one_of(hidden) + one_of('student: 777, add: 1').partition('\n')[2])
+    marks = corrected(
+        one_of(hidden) + one_of('student: 777, add: 1').partition('corrections:\n')[2]
+    )
     texts = tables_of(marks)
     texts['pages'] = ''.join(pages_of(marks).values())
 

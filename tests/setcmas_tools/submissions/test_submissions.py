@@ -1,7 +1,6 @@
 import os
 import re
 import zipfile
-from unicodedata import normalize
 
 import pytest
 from hostile_submissions import archive
@@ -37,7 +36,7 @@ def test_scripts_folders_and_zip_files_are_submissions_of_a_class(tmp_path, name
     files = {
         'ada.py': LAW,
         'bob/tp1/law.py': IMPORTING,
-        'bob/tp1/maths.py': LAW,
+        'bob/tp1/maths.py': b'',
         'bob/readme.txt': b'',
         f'{MOODLE}/law.zip': archive({'law.py': LAW, '__MACOSX/law.py': b''}),
         '.DS_Store': b'',
@@ -56,7 +55,7 @@ def test_scripts_folders_and_zip_files_are_submissions_of_a_class(tmp_path, name
 @pytest.mark.parametrize('name', ['all', 'all.zip'])
 @pytest.mark.parametrize('names', [['ada/law.py', 'bob/law.py'], ['Ada.py', 'bob.py']])
 def test_a_lone_folder_with_the_scripts_of_several_is_the_class(tmp_path, name, names):
-    files = {f'class/hand-in/{name}': LAW for name in names}
+    files = {f'class/{name}': LAW for name in names}
 
     assert list(found(tmp_path, files, name)) == [name.partition('/')[0] for name in names]
 
@@ -65,14 +64,6 @@ def test_a_lone_folder_with_a_script_and_its_module_is_a_students(tmp_path):
     files = {'bob/law.py': IMPORTING, 'bob/maths.py': b''}
 
     assert list(found(tmp_path, files)) == ['bob']
-
-
-def test_a_student_whose_folder_is_empty_is_not_lost(tmp_path):
-    (tmp_path / 'class/ada').mkdir(parents=True)
-
-    submissions = found(tmp_path, {'bob.py': LAW})
-
-    assert submissions['ada'].problem == 'the submission is empty'
 
 
 @pytest.mark.parametrize(
@@ -104,66 +95,21 @@ def test_files_that_canvas_makes_anonymous_are_one_submission(tmp_path):
     assert submission.files.keys() == {'law.py', 'maths.py'}
 
 
-ACCENTED = 'from régulateur import f\n'.encode() + LAW
-
-
-@pytest.mark.parametrize(
-    ('module', 'written'),
-    [
-        ('tp/régulateur.py', ''),
-        (normalize('NFD', 'tp/régulateur.py'), ''),
-        ('C:\\tp\\régulateur.PY.txt', ''),
-        ('/../../régulateur.py', ''),
-        ('tp/r@@gulateur.py', 'é'.encode()),  # of macOS, which does not say that it is UTF-8
-        ('tp/re@@gulateur.py', normalize('NFD', 'é').encode()[1:]),
-        ('tp/r@@gulateur.py', b'\x82'),  # of Windows
-    ],
-)
-def test_names_in_a_zip_file_are_read_as_each_system_writes_them(tmp_path, module, written):
-    law = re.sub(r'[^/\\]+$', 'LAW.PY', module)
-    stand_in = '@' * len(written)  # zipfile would add the flag of UTF-8
-    content = archive({law: ACCENTED, module.replace('@@', stand_in): b'f = 1'})
-    content = content.replace(stand_in.encode(), written) if written else content
+@pytest.mark.parametrize('module', ['C:\\tp\\régulateur.py', '/../../régulateur.py'])
+def test_names_in_a_zip_file_are_read_as_each_system_writes_them(tmp_path, module):
+    law = re.sub(r'[^/\\]+$', 'law.py', module)
+    content = archive({law: IMPORTING, module: b'f = 1'})
 
     one, _ = found(tmp_path, {'ada.zip': content, 'bob.py': LAW}).values()
 
     assert one.problem == ''
-    assert one.files.keys() == {'LAW.py', 'régulateur.py'}
+    assert one.files.keys() == {'law.py', 'régulateur.py'}
 
 
-def test_folders_of_a_class_are_known_by_backslashes_and_students_by_composed_accents(tmp_path):
-    files = {f'{normalize("NFD", "Zoé")}_7_assignsubmission_file_\\law.py': LAW, 'bob\\a.py': LAW}
+def test_endings_in_capitals_are_those_of_scripts(tmp_path):
+    files = {'ada.PY': LAW, 'dan.Zip': archive({'tp/LAW.PY': LAW})}
 
-    for name in ('class', 'class.zip'):
-        bob, zoe = found(tmp_path, files, name).values()
-        assert (bob.student.name, zoe.student.name) == ('bob', 'Zoé')
-        assert zoe.script == 'law.py'
-
-
-def test_endings_in_capitals_or_with_what_windows_hides_are_those_of_scripts(tmp_path):
-    files = {
-        'ada.PY': LAW,
-        'bob.py.txt': LAW,
-        'cid.py ': LAW,
-        'dan.Zip': archive({'tp/LAB.ZIP': archive({'LAW.PY': LAW})}),
-        'eve/law.py': LAW,
-        'eve/law.py.txt': LAW + b'# old',
-    }
-
-    submissions = found(tmp_path, files)
-
-    assert [one.problem for one in submissions.values()] == [''] * 5
-    assert list(submissions) == ['ada.py', 'bob.py', 'cid.py', 'dan.zip', 'eve']
-    assert submissions['eve'].files['law.py'] == LAW
-
-
-def test_a_script_is_not_lost_among_more_files_than_it_finds(tmp_path):
-    files = {'law.py': LAW, **{f'data/{k}.csv': b'' for k in range(300)}}
-
-    one, _ = found(tmp_path, {'ada.zip': archive(files), 'bob.py': LAW}).values()
-
-    assert one.script == 'law.py'
-    assert len(one.files) == 200
+    assert [one.problem for one in found(tmp_path, files).values()] == ['', '']
 
 
 def test_copies_of_one_law_are_one(tmp_path):
@@ -180,11 +126,13 @@ def test_copies_of_one_law_are_one(tmp_path):
         ({'law.ipynb': b'{}'}, 'law.ipynb: it is not a Jupyter notebook, or it is damaged'),
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
-        ({'law.py': LAW + b'#' * 2_000_000}, 'at most 200 kB are allowed'),
-        ({'law.py': b'def control(:\n', 'gains.py': b''}, 'law.py, line 1: SyntaxError'),
+        ({'law.py': LAW + b'#' * 2_000_000}, 'law.py is larger than 1 MB'),
+        (
+            {'law.zip': archive({'law.zip': LAW})},
+            'law.zip is a zip file in a zip file',
+        ),
         # several laws are named, and none is guessed
         (WITH_TEST | {'law_old.py': OTHER}, 'law.py and law_old.py both have'),
-        (WITH_TEST | {'consensus.py': OTHER}, 'consensus.py and law.py both have'),
         ({'a.py': LAW, 'b.py': OTHER, 'v2/c.py': LAW}, 'a.py and b.py and v2/c.py all have'),
         ({'a.py': LAW, 'b.py': OTHER}, 'leave only the one to be marked in the submission'),
     ],
@@ -210,8 +158,7 @@ def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
     [
         ({'ada/law.py': LAW, 'ada/test_law.py': b'from law import control\n'}, 'ada/law.py'),
         ({'ada/tp/law.py': b'control = print\n', 'ada/tp/gains.py': b''}, 'ada/tp/law.py'),
-        ({'ada/main.py': b'import more\n' + LAW, 'ada/more.py': b'import law\n',
-          'ada/law.py': LAW}, 'ada/main.py'),
+        ({'ada/law.py': b'def control(:\n', 'ada/gains.py': b''}, 'ada/law.py'),
         ({'ada.zip': archive({'law.py': LAW})}, 'ada.zip/law.py'),
         ({'ada.py': LAW}, 'ada.py'),
     ],
@@ -234,25 +181,14 @@ def test_links_are_not_followed(tmp_path):
     assert submissions['dan.py'].problem.startswith('dan.py is a symbolic link or no file')
 
 
-BOMBS = {
-    'bytes': (
-        lambda: archive({f'{k}.py': bytes(1 << 20) for k in range(99)}, zipfile.ZIP_DEFLATED),
-        '16 MB',
-    ),
-    'method': (lambda: archive({'a.py': bytes(1 << 20)}, zipfile.ZIP_BZIP2), 'unusual method'),
-}
-"""What test_sandbox.py does not have in PACKED."""
-
-
-@pytest.mark.parametrize('name', BOMBS)
 @pytest.mark.parametrize('place', ['class', 'class.zip'])
-def test_an_archive_that_unpacks_to_too_much_costs_its_student_alone(tmp_path, name, place):
-    bomb, problem = BOMBS[name]
+def test_an_archive_that_unpacks_to_too_much_costs_its_student_alone(tmp_path, place):
+    bomb = archive({f'{k}.py': bytes(1 << 20) for k in range(99)}, zipfile.ZIP_DEFLATED)
 
-    submissions = found(tmp_path, {'ada.py': LAW, 'bob.zip': bomb(), 'cid.py': LAW}, place)
+    submissions = found(tmp_path, {'ada.py': LAW, 'bob.zip': bomb, 'cid.py': LAW}, place)
 
     assert list(submissions) == ['ada.py', 'bob.zip', 'cid.py']
-    assert problem in submissions['bob.zip'].problem
+    assert '16 MB' in submissions['bob.zip'].problem
 
 
 def test_a_video_in_an_archive_is_left_out_and_the_law_is_read(tmp_path):
@@ -264,30 +200,20 @@ def test_a_video_in_an_archive_is_left_out_and_the_law_is_read(tmp_path):
     assert ada.script == 'law.py'
 
 
-def test_a_class_has_a_limit_and_who_hands_in_the_most_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(submitted_files, '_MOST_OF_CLASS', 1 << 20)
-    files = {f'{k}.py': LAW for k in range(9)}
+def test_a_class_has_a_limit(tmp_path, monkeypatch):
+    monkeypatch.setattr(submitted_files, '_OF_CLASS', (9, 1 << 20))
 
-    with pytest.raises(SetcmasError, match="more than 1 MB, most of it in 'big'; grade it in"):
-        found(tmp_path, {**files, **{f'big/{k}.csv': b'' for k in range(300)}})
-
-
-DEEP = {
-    'deep': archive({f'{"a/" * 2250}law.py': LAW}),
-    'long': archive({f'{"b" * 99}/' * 20 + 'law.py': LAW}),
-    'name': archive({f'{"c" * 300}.py': LAW}),
-}
+    with pytest.raises(SetcmasError, match='holds more than 9 files or 1 MB; grade it in parts'):
+        found(tmp_path, {f'{k}.py': LAW for k in range(10)})
 
 
-@pytest.mark.parametrize('name', DEEP)
-def test_a_path_that_no_disk_holds_costs_its_student_alone(tmp_path, name):
-    (tmp_path / 'lone.zip').write_bytes(DEEP[name])
+@pytest.mark.parametrize('path', [f'{"a/" * 2250}law.py', f'{"c" * 300}.py'])
+def test_a_path_that_no_disk_holds_costs_its_student_alone(tmp_path, path):
+    files = {'ada.zip': archive({path: LAW, 'law.py': OTHER}), 'other.py': LAW}
 
-    submissions = found(tmp_path, {f'{name}.zip': DEEP[name], 'other.py': LAW})
-
-    assert submissions['other.py'].problem == ''
-    assert re.match(r'the path of \S+ is too long', submissions[f'{name}.zip'].problem)
-    assert find_submissions(tmp_path / 'lone.zip', 'control')[0].problem
+    for submission in found(tmp_path, files).values():
+        with submission.unpacked():
+            pass
 
 
 def test_a_damaged_file_of_a_class_costs_its_student_alone(tmp_path):
