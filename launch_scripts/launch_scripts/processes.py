@@ -13,7 +13,6 @@ from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_simu.reports import Paused, Ready, Recording, Started
 from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -83,7 +82,7 @@ class RecordedRun:
         self.failed: tuple[ScriptCall, ...] = ()
         self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
-        recorder = node_command(RECORDER, RecorderOptions(output=bag, rtf=rtf).arguments())
+        recorder = node_command(RECORDER, ['--output', str(bag), '--rtf', str(rtf)])
         self.recorder = supervisor.start('record', recorder)
 
     def elapsed(self, wall_s: float) -> float:
