@@ -8,7 +8,6 @@ from setcmas_ctrl.predictions.conditions import Departure
 from setcmas_tools import simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
-CONDITION = 'def ctc(pos, last_pos, t):\n    return abs(pos[0] - last_pos[0]) > 0.1\n'
 SPARSE = {'graph': 'ring', 'range': 6.0}
 
 
@@ -209,41 +208,3 @@ def test_events_leave_less_disagreement_than_their_bound(own_state):
     else:
         assert BOUND not in found
     assert (np.ptp(centre, axis=0).max() < 1e-6) == (own_state == 'held')
-
-
-def test_the_bound_of_events_is_not_that_of_a_run_with_loss():
-    """With this loss eight robots end farther apart than |L| c / lambda_2 = c."""
-    given = {'event_triggered': True, 'threshold': 0.25, 'loss': 0.9, **THEORY, 'seed': 2}
-    metrics = simulate('consensus', 8, 60.0, **given).metrics()
-
-    assert metrics['consensus'].disagreement_at_end_m > 0.25
-    assert BOUND not in {one.metric for one in metrics['prediction'].figures}
-
-
-@pytest.mark.parametrize(
-    'departure',
-    [
-        {'delay': 0.5},
-        {'model': 'unicycle'},
-        {'set': {}},  # with a dead band
-        {'graph': 'directed_ring'},
-        {'ctc': CONDITION, 'threshold': None},
-    ],
-    ids=str,
-)
-def test_a_run_that_departs_from_the_assumptions_of_the_bound_has_none(tmp_path, departure):
-    (tmp_path / 'ctc.py').write_text(CONDITION)
-    given = EVENTS | departure
-    if 'ctc' in given:
-        given['ctc'] = str(tmp_path / 'ctc.py')
-    given = {name: value for name, value in given.items() if value is not None}
-    comparison = simulate('laplacian_consensus', 6, 40.0, **given).metrics()['prediction']
-
-    assert BOUND not in {one.metric for one in comparison.figures}
-
-
-@pytest.mark.parametrize(('graph', 'diameter'), [('path', 5), ('star', 2)])
-def test_leaders_are_elected_after_as_many_calls_as_the_diameter(graph, diameter):
-    run = simulate('leader_election', 6, 5.0, graph=graph, set={'NUMBERS': [1, 2, 3, 4, 5, 6]})
-
-    assert run.metrics()['messages'].agreement_time_s == pytest.approx(diameter / 5.0)

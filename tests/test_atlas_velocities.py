@@ -174,15 +174,3 @@ def test_a_law_that_cannot_do_what_it_should_is_one_line(
 
     assert capsys.readouterr().out.count(line) == 1
     assert any(line in one for one in theory_lines(run.metrics().parts))
-
-
-@pytest.mark.parametrize('law', LAWS)
-def test_robots_that_send_on_events_agree_nearly(law):
-    options = {'event_triggered': True, 'threshold': 0.05}
-    metrics = simulate(law, 4, 60.0, **options).metrics()
-
-    if law == 'second_order_consensus':
-        assert metrics['consensus'].disagreement_at_end_m < 0.5
-    else:
-        assert metrics['alignment'].spread_of_directions_at_end_rad < 0.5
-        assert metrics['robots'][1].path_length_m > 3.0

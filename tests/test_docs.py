@@ -87,13 +87,6 @@ def test_every_page_is_in_the_navigation(site):
         assert f'href="{page.relative_to(ROOT / "docs").with_suffix(".html")}"' in home
 
 
-@pytest.mark.nightly
-def test_pages_of_old_links_are_there(site):
-    for name in ('control_scripts', 'communication', 'lab'):
-        assert (ROOT / 'docs' / f'{name}.md').is_file()
-        assert (site / f'{name}.html').is_file()
-
-
 def test_generated_parts_are_up_to_date(monkeypatch):
     """`python docs/generators/generate.py` brings them up to date."""
     monkeypatch.syspath_prepend(GENERATORS)
@@ -103,18 +96,6 @@ def test_generated_parts_are_up_to_date(monkeypatch):
         path.name for path, text in generate.generated_files().items() if path.read_text() != text
     ]
     assert stale == []
-
-
-def test_without_entry_points_no_table_is_emptied(monkeypatch):
-    monkeypatch.syspath_prepend(GENERATORS)
-    import generate
-    import mocap_page
-
-    monkeypatch.setattr(generate, 'generated_files', mocap_page.text)
-    monkeypatch.setattr('setcmas_simu.plugins._plugins', lambda _: {})
-
-    with pytest.raises(SystemExit, match='is installed; install setcmas again'):
-        generate.main()
 
 
 def test_changelogs_of_packages_are_read_by_bloom(monkeypatch):
@@ -136,19 +117,6 @@ def test_changelogs_of_packages_are_read_by_bloom(monkeypatch):
         '    * A ``-p x_0:=2`` and more.',
         '    * B*',
     ]
-
-
-def test_topics_without_a_row_and_rows_without_a_topic_are_reported(monkeypatch, tmp_path):
-    monkeypatch.syspath_prepend(GENERATORS)
-    import topics_page
-
-    words = yaml.safe_load(topics_page.WORDS.read_text())
-    del words['experiment']['setcmas_expe.pause.pause_node topics.PAUSED']
-    monkeypatch.setattr(topics_page, 'WORDS', tmp_path / 'topics.yaml')
-    topics_page.WORDS.write_text(yaml.safe_dump(words))
-
-    with pytest.raises(ValueError, match=r'setcmas_expe\.pause\.pause_node topics\.PAUSED'):
-        topics_page.text()
 
 
 def test_the_citation_names_the_version_and_the_paper():

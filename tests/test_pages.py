@@ -138,3 +138,12 @@ def test_the_graph_file_has_the_two_graphs_that_its_picture_shows(tmp_path):
     assert np.argwhere(pairs.adjacency).tolist() == [[0, 1], [1, 0], [2, 3], [3, 2]]
     assert np.argwhere(chain.adjacency).tolist() == [[0, 1], [1, 2], [2, 3], [3, 2]]
     assert chain.adjacency[1, 2] == 0.5
+
+
+def test_the_predictions_on_the_page_of_control_scripts_are_those_of_the_run():
+    page = (ROOT / 'docs' / 'control_scripts.md').read_text()
+    options = r'--algo (\w+) --nb-robots (\d+) --graph (\w+) --duration (\d+)'
+    law, robots, graph, duration = re.search(options, page).groups()
+    metrics = simulate(law, int(robots), float(duration), graph=graph).metrics()
+
+    assert '\n'.join(metrics['prediction'].lines()) in page

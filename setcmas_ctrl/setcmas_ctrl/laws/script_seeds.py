@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import inspect
 import random
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -20,11 +18,9 @@ from setcmas_ctrl.laws.script_imports import calling_robot
 SEED = 0
 """Default seed."""
 
-_GENERATORS = (np.random.Generator, np.random.RandomState, random.Random)
 _system_bits: Callable[[int], int] = vars(bit_generator)['randbits']
 _seed_random = random.Random.seed
 _seed = SEED
-_on_unseeded: Callable[[], object] = bool
 _nb_unseeded: Counter[int] = Counter()
 """How many generators without a seed a robot's script has made."""
 
@@ -44,30 +40,11 @@ def seed_scripts(seed: int, first_robot: int = 1) -> None:
     np.random.seed(own)
 
 
-def warn_of_generators(function: Callable[..., Any], warn: Callable[[str], None]) -> None:
-    """Warn of random generators that a function uses but does not make itself."""
-    try:
-        used = inspect.getclosurevars(function)
-    except (TypeError, ValueError):  # not a Python function
-        return
-    for name, value in {**used.globals, **used.nonlocals}.items():
-        if isinstance(value, _GENERATORS):
-            warn(
-                f'{function.__name__} draws from {name}, which keeps its state between runs, so '
-                'repeated runs will differ; move both to a script, which is reloaded for each run'
-            )
-
-
 @contextmanager
-def seeded_generators(on_unseeded: Callable[[], object] = bool) -> Iterator[None]:
-    """Seed the generators that scripts make without a seed, inside.
-
-    Args:
-        on_unseeded: Called when a generator is made without a seed, but by no script.
-    """
+def seeded_generators() -> Iterator[None]:
+    """Seed the generators that scripts make without a seed, inside."""
     of_random = functools.partial(_seed_generator, vars(random)['_inst'])
     replacements = (
-        (sys.modules[__name__], '_on_unseeded', on_unseeded),
         (bit_generator, 'randbits', _bits),
         (random.Random, 'seed', _seed_generator),
         (random, 'seed', of_random),
@@ -86,7 +63,6 @@ def _bits(count: int) -> int:
     """
     robot = calling_robot()
     if robot is None:
-        _on_unseeded()
         return _system_bits(count)
     _nb_unseeded[robot] += 1
     name = f'{_seed} {robot} {_nb_unseeded[robot]}'

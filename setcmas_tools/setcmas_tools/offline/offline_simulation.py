@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.laws.control_options import Algo
 from setcmas_ctrl.laws.script_output import named_output
-from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators, warn_of_generators
+from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.model import POSE
@@ -88,28 +87,13 @@ def simulate(
     radio = OfflineCommunication(one.communication, one.nb_robots, warn)
     with (
         run_progress.of_run(),
-        seeded_generators(_warning_of_functions(one)),
+        seeded_generators(),
         named_output(),
         network.exchanged_by(radio),
         recorded_drawings() as drawings,
     ):
         one.load(lambda: radio.t)
         return _run(one, radio, drawings)
-
-
-def _warning_of_functions(one: Simulation) -> Callable[[], object]:
-    """Warn if functions draw numbers that no seed decides; return what to call when they do."""
-    law = one.scenario.law
-    given = [law.algo, law.si_to_uni, one.scenario.communication.ctc]
-    several = [value.values() if isinstance(value, Mapping) else [value] for value in given]
-    functions = [value for values in several for value in values if callable(value)]
-    for function in dict.fromkeys(functions):
-        warn_of_generators(function, one.warn)
-    message = (
-        'a function created an unseeded random generator, so repeated runs will differ; seed it, '
-        'for example with np.random.default_rng(robotNo)'
-    )
-    return cache(partial(one.warn, message)) if functions else bool
 
 
 def _run(one: Simulation, radio: OfflineCommunication, drawings: DrawingRecord) -> Run:

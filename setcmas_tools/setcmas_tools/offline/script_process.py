@@ -128,19 +128,18 @@ class ScriptProcess(Generic[Result]):
     ) -> Result:
         """Run the function; return its result. Call `look` now and then meanwhile.
 
-        It is ended when a call of a script, or all of it, takes longer than its limit in s; time
-        in which it waits for a core does not count.
+        It is ended when a call of a script, or all of it, takes longer than its limit in s.
 
         Raises:
             SetcmasError: The function raises it: the user's mistake.
             ScriptEndedError: A script has ended it, or lasts too long.
         """
         self._start()
-        begin = since = self._running_s()
+        begin = since = time.monotonic()
         calls, call = -1, self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
-            now = self._running_s()
+            now = time.monotonic()
             if now - begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
             if call.calls != calls or not call.robot:
@@ -186,13 +185,6 @@ class ScriptProcess(Generic[Result]):
             ) from error
         for writer in self._writers:
             writer.close()
-
-    def _running_s(self) -> float:
-        """Return a clock in s that stands still while the process waits for a core."""
-        waited = 0.0
-        with suppress(OSError):  # Linux only; it has ended
-            waited = int(Path(f'/proc/{self._process.pid}/schedstat').read_text().split()[1]) / 1e9
-        return time.monotonic() - waited
 
     def _answer(self, warn: Warn) -> tuple[str, Any] | None:
         """Wait a moment for the answer, and show what comes before it."""
@@ -344,7 +336,6 @@ def _separate(traces: Connection, memory: int | None, folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C
     if _IS_POSIX:
         os.setsid()
-        signal.signal(signal.SIGALRM, lambda *_: None)  # a script's alarm does nothing
         faulthandler.enable(traces.fileno(), all_threads=False)
         faulthandler.register(signal.SIGUSR1, traces.fileno(), all_threads=False)
     os.chdir(folder)

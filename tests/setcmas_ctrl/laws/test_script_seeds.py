@@ -5,7 +5,6 @@ import pytest
 
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
-from setcmas_tools import simulate
 
 DRAWS = {
     'default_rng': 'np.random.default_rng().random()',
@@ -64,21 +63,6 @@ def test_generators_of_others_have_no_seed():
         drawn = {np.random.default_rng().random(), random.Random().random()}
         seed_scripts(3)
         assert not drawn & {np.random.default_rng().random(), random.Random().random()}
-
-
-def test_a_function_is_warned_of_generators_without_a_seed():
-    rng = np.random.default_rng(1)
-    said = []
-
-    def control(robotNo, nbRobots, poses, t):
-        return rng.random(), np.random.default_rng().random()
-
-    simulate(control, nb_robots=2, duration=1, warn=said.append)
-
-    assert [text.partition(',')[0] for text in said] == [
-        'control draws from rng',
-        'a function created an unseeded random generator',
-    ]
 
 
 def test_everything_is_as_it_was_afterwards():
