@@ -9,7 +9,7 @@ from setcmas_tools.page.page_data import SCALE
 HOSTILE = '</script><img src=x onerror="document.title = 1">'
 
 LAW = f"""'''{HOSTILE}'''
-from setcmas_ctrl.drawing import rviz_marker
+from setcmas_ctrl.laws.drawing import rviz_marker
 
 
 def control(robotNo, nbRobots, poses, t):

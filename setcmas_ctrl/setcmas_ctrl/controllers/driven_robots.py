@@ -11,9 +11,9 @@ from setcmas_ctrl.controllers.markers import publish_obstacles
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
-from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_ctrl.si_to_uni_script import ScriptConversion
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words

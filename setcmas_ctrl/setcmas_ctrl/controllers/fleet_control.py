@@ -13,9 +13,9 @@ from setcmas_ctrl.controllers.fleet_readiness import wait_until_ready
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
 from setcmas_ctrl.controllers.markers import MarkerCanvas
 from setcmas_ctrl.controllers.script_reloader import ScriptReloader
-from setcmas_ctrl.drawing.canvas import drawn_on
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED, ControllerOptions, LawOptions
+from setcmas_ctrl.laws.drawing import drawn_on
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.ros.clocks import SteadyClock

@@ -19,9 +19,9 @@ from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
-from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
+from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.script_calls import Function

@@ -11,7 +11,6 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_scrip
 from setcmas_ctrl.laws.script_search import LawScripts, find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
-from setcmas_ctrl.laws.si_to_uni_script import SI_TO_UNI, GivenConversion
 from setcmas_simu import option_kinds as kinds
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
@@ -22,6 +21,12 @@ from setcmas_simu.robots.model import VelocityLimits
 Law = str | Path | Callable[..., Any]
 Algo = Law | Mapping[int, Law]
 """A control law of all robots, or a law for each."""
+
+SI_TO_UNI = 'si_to_uni(velocity, pose, komega)'
+"""The function that a script for `--si-to-uni` must define."""
+
+GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
+"""A script, a function, or a function for each robot; None is the built-in si_to_uni."""
 
 VNOM = 0.5
 """Default speed limit of robots, in m/s."""

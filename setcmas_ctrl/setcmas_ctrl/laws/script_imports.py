@@ -16,7 +16,7 @@ from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.drawing import rviz_marker, rviz_marker_array
+from setcmas_ctrl.laws.drawing import rviz_marker, rviz_marker_array
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
 

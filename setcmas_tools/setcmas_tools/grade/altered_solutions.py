@@ -28,8 +28,8 @@ from setcmas_ctrl.communication.triggering_conditions import (
 from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import load_script, names_to_set
-from setcmas_ctrl.laws.si_to_uni_script import load_conversion
 from setcmas_ctrl.si_to_uni import si_to_uni
+from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.rubric import TypicalMistake

@@ -20,8 +20,8 @@ from setcmas_ctrl.laws.control_options import Algo, LawOptions
 from setcmas_ctrl.laws.references import References, references_of_fleet
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_search import LawScripts
-from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.predictions.prediction import doubts_at_start
+from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_per_robot

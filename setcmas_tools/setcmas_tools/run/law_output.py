@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.drawing.canvas import Sphere, drawn_on
+from setcmas_ctrl.laws.drawing import Sphere, drawn_on
 from setcmas_simu.arrays import Floats
 from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
 from setcmas_ctrl.communication.message_content import Content, content_of
-from setcmas_ctrl.drawing.canvas import Sphere
+from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References, not_understood
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError

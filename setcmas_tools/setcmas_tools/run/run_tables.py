@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.message_content import checked_value
-from setcmas_ctrl.drawing.canvas import Sphere
+from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited, written_whole

@@ -7,10 +7,10 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from setcmas_ctrl.communication.triggering_conditions import CTC
+from setcmas_ctrl.laws.control_options import SI_TO_UNI
 from setcmas_ctrl.laws.script_function import CONTROL
 from setcmas_ctrl.laws.script_imports import MOST_BYTES
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
-from setcmas_ctrl.laws.si_to_uni_script import SI_TO_UNI
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.robots.models import is_file

@@ -29,7 +29,7 @@ from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
-from setcmas_ctrl.laws.si_to_uni_script import load_conversion
+from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.submissions.confinement import without_paths

@@ -4,7 +4,7 @@ from circling_fleets import circling_fleet
 from matplotlib.figure import Figure
 from runs import run_of
 
-from setcmas_ctrl.drawing.canvas import Sphere
+from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.robots.models import symbol
 from setcmas_tools import simulate

@@ -7,8 +7,8 @@ import pytest
 
 import setcmas_ctrl.templates
 from setcmas_ctrl.laws.script_errors import ErrorReports
-from setcmas_ctrl.laws.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_ctrl.si_to_uni import as_unicycles
+from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Scenario, simulate
 

@@ -1,8 +1,12 @@
-"""Drawing by control scripts: checks arguments, and passes spheres to the process's canvas."""
+"""Drawing by control scripts, which import `rviz_marker` and `rviz_marker_array` by these names.
+
+Arguments are checked, and spheres passed to the canvas of the process.
+"""
 
 from __future__ import annotations
 
 import re
+import types
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple, Protocol
@@ -92,13 +96,47 @@ def drawn_on(canvas: Canvas) -> Iterator[None]:
         _canvas = before
 
 
-def draw(robot: int, name: str, what: Sphere, trail: bool = False) -> None:
-    """Show a sphere on the topic of a robot, in place of the one before or as part of a trail.
+def _drawing_module(name: str, is_trail: bool, summary: str) -> types.ModuleType:
+    """Return a module for scripts whose function `publish_marker` draws."""
 
-    Raises:
-        TypeError: The robot or the name is invalid.
-        ValueError: The topic belongs to the robot itself.
-    """
-    robot, name = _checked_topic(robot, name)
-    if _canvas:
-        (_canvas.extend_trail if trail else _canvas.show)(robot, name, what)
+    def publish_marker(
+        x: float,
+        y: float,
+        z: float,
+        robotNo: int,
+        color: Sequence[float] = (0.25, 0.25, 0.25),
+        scale: float = 0.2,
+        marker_name: str = 'ref',
+        alpha: float = 0.5,
+    ) -> None:
+        """Show a sphere on /tb3_i/<marker_name>; offline runs write it to drawings.csv.
+
+        Args:
+            x: Position of the centre in the world frame, in m.
+            y: As x.
+            z: As x.
+            robotNo: Number of the marker's robot.
+            color: Red, green and blue, each in [0, 1].
+            scale: Diameter in m.
+            marker_name: Last part of the topic name, such as 'wp_ref'.
+            alpha: Opacity in [0, 1].
+
+        Raises:
+            TypeError: A value is invalid.
+            ValueError: The topic belongs to the robot itself.
+        """
+        shown = sphere(x, y, z, scale, color, alpha)
+        robot, topic = _checked_topic(robotNo, marker_name)
+        if _canvas:
+            (_canvas.extend_trail if is_trail else _canvas.show)(robot, topic, shown)
+
+    publish_marker.__qualname__ = 'publish_marker'  # in Python's messages about arguments
+    module = types.ModuleType(name, summary)
+    vars(module)['publish_marker'] = publish_marker
+    return module
+
+
+rviz_marker = _drawing_module('rviz_marker', False, 'One marker, which the next call moves.')
+rviz_marker_array = _drawing_module(
+    'rviz_marker_array', True, 'A trail of markers, which keeps the last 500.'
+)

@@ -18,19 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.laws.script_errors import (
-    ControlError,
-    ErrorReports,
-)
+from setcmas_ctrl.laws.control_options import SI_TO_UNI, GivenConversion
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function, file_of
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.arrays import Floats
-
-SI_TO_UNI = 'si_to_uni(velocity, pose, komega)'
-"""The function that a script for `--si-to-uni` must define."""
-
-GivenConversion = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
-"""A script, a function, or a function for each robot; None is the built-in si_to_uni."""
 
 
 class ScriptConversion:

@@ -1,1 +1,0 @@
-"""Drawing by control scripts, which import these modules by their bare names."""
