@@ -87,11 +87,6 @@ class Bridges:
 
 def publish_arena(node: FleetNode, lab: Lab) -> None:
     """Publish the arena's border, kept for late displays."""
-    publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
-    publisher.publish(MarkerArray(markers=[_border(lab)]))
-
-
-def _border(lab: Lab) -> Marker:
     xmin, xmax, ymin, ymax = lab.arena
     corners = [(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax), (xmin, ymin)]
     marker = Marker(ns='arena', id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
@@ -100,7 +95,8 @@ def _border(lab: Lab) -> Marker:
     marker.scale.x = _LINE_M
     marker.color.r, marker.color.a = 1.0, 1.0
     marker.points = [Point(x=x, y=y) for x, y in corners]
-    return marker
+    publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
+    publisher.publish(MarkerArray(markers=[marker]))
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:

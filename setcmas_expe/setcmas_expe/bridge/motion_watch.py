@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 
-from setcmas_expe.bridge.body_identity import CRAWL_M_S, PROOF_M, Proving
+from setcmas_expe.bridge.body_identity import PROOF_M, Proving
 from setcmas_expe.bridge.bridge_decision import RobotView
 from setcmas_expe.bridge.motion_check import Deviation, MotionCheck
 from setcmas_expe.mocap.sample import Pose, motion_between
@@ -147,12 +147,8 @@ class MotionWatch:
         if not new or not self._proving.left.keys() & set(moving):
             return
         self._announced |= new
-        turns = ', one at a time' if len(self._checks) > 1 else ''
-        self._warn(
-            f'{robots_in_words(sorted(new))} crawl'
-            f'{"s" if len(new) == 1 else ""} at {CRAWL_M_S:g} m/s for {100 * PROOF_M:.0f} cm'
-            f'{turns}, to verify which body is which robot'
-        )
+        way = f'{100 * PROOF_M:.0f} cm at a crawl, to verify which body is which robot'
+        self._warn(f'{robots_in_words(sorted(new))}: {way}')
 
 
 def _unevenness(bodies: Collection[float]) -> str:

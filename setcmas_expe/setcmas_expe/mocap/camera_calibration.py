@@ -19,9 +19,6 @@ from setcmas_simu.errors import SetcmasError, needs
 with needs('camera'):
     import cv2
 
-Places = Mapping[int, Place]
-"""Places of floor tags, by number."""
-
 _NB_VIEWS = 15
 _FEWEST_CORNERS = 8
 _MOST_LENS_ERROR_PX = 1.5
@@ -152,7 +149,9 @@ def _seen_tags(camera: Camera) -> dict[int, Floats]:
     return {tag: np.median(corners, axis=0) for tag, corners in seen.items()}
 
 
-def floor_pose(camera: Camera, places: Places, corners: Mapping[int, Floats]) -> CameraPose:
+def floor_pose(
+    camera: Camera, places: Mapping[int, Place], corners: Mapping[int, Floats]
+) -> CameraPose:
     """Return the pose from which a camera sees the `corners` (4, 2) in px of tags in their places.
 
     Raises:
@@ -175,7 +174,7 @@ def floor_pose(camera: Camera, places: Places, corners: Mapping[int, Floats]) ->
 
 
 def _fitted(
-    camera: Camera, places: Places, corners: Mapping[int, Floats], tags: Sequence[int]
+    camera: Camera, places: Mapping[int, Place], corners: Mapping[int, Floats], tags: Sequence[int]
 ) -> tuple[CameraPose, dict[int, float]]:
     """Return a pose, and the distance in m of each tag from its place."""
     points = np.array([[*places[tag], 0.0] for tag in tags])

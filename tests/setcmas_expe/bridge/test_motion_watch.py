@@ -80,7 +80,7 @@ def test_robots_crawl_until_they_are_proved_and_not_after_a_pause():
     fleet.drive(3.0)
 
     assert fleet.fastest == pytest.approx(0.2)
-    assert fleet.warnings[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, one at a time')
+    assert fleet.warnings[0].startswith('robots 1-2: 10 cm at a crawl')
     assert sorted(fleet.warnings[1:]) == [
         f'robot {i} is identified by motion: full speed' for i in (1, 2)
     ]

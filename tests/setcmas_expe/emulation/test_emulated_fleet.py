@@ -69,3 +69,16 @@ def test_robots_of_a_model_follow_with_its_lag_and_stand_at_once_without_torque(
     robots.set_torque(0, on=False)
     robots.step(0.02)
     assert robots.V[0] == 0.0
+
+
+def test_a_lidar_sees_the_nearest_thing_in_each_direction():
+    poses = np.array([[1.0, 2.0, -math.pi / 2], [2.0, 1.0, 0.0]]).T
+    robots = EmulatedFleet(poses, BURGER, np.random.default_rng(0))
+    people = np.array([[1.0, 1.0, 0.15], [1.0, 3.0, 0.2]]).T
+    measured = robots.scan(0, people)
+
+    assert measured[0] == pytest.approx(0.85)
+    assert measured[45] == pytest.approx(math.sqrt(2) - 0.07, rel=1e-3)  # a robot to its left
+    assert measured[180] == pytest.approx(0.8)
+    assert measured[90] == math.inf
+    assert np.isinf(robots.scan(1, np.empty((3, 0)))[:90]).all()
