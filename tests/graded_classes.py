@@ -5,9 +5,6 @@ from setcmas_tools.submissions.likeness import Similar
 from setcmas_tools.submissions.student import Student
 
 HOSTILE = '<script>document.title="forged"</script>'
-SOURCE = (
-    'def control(robotNo, nbRobots, poses, t):\n    x, y = poses[:, robotNo]\n    return -x, -y\n'
-)
 PATHS = (
     RobotPath(1, ((5, 5), (3, 3.4), (1, 1.2), (0.1, 0.2)), ((5, 5), (2.4, 2.4), (0, 0))),
     RobotPath(2, ((-5, 4), (-3, 1), (0.2, 0.1)), ((-5, 4), (-2.4, 2), (0, 0))),
@@ -35,8 +32,8 @@ def marks_of(name, points, **known):
 
 def graded_class():
     """Return the marks of four submissions: a good one, a hostile one, one that fails, a copy."""
-    failed = Failure(f'ValueError: {HOSTILE}: too many values to unpack', robot=3, t=0.4)
-    failed = failed.at('law.py', 2, SOURCE)
+    message = f'ValueError: {HOSTILE}: too many values to unpack\n  2 | x, y = poses[:, robotNo]'
+    failed = Failure(message, 'law.py', 2, robot=3, t=0.4)
     return [
         marks_of('Ada Lovelace', 4.0, id='12345', submission='Lovelace Ada_12345_file_/law.py'),
         marks_of(HOSTILE, 1.0, id='=1+2', similar=(Similar('Ada Lovelace.py', 0.97),)),

@@ -91,7 +91,9 @@ def main(args: argparse.Namespace) -> int:
     if not args.folder:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')
     folder = args.output or Path('grades')
-    _check_place(folder, args.folder)
+    if args.folder.resolve() in (folder.resolve(), *folder.resolve().parents):
+        place = f"in the folder of the submissions, '{args.folder}'"
+        raise SetcmasError(f"grades '{folder}' would be {place}; choose another folder with -o")
     try:
         with _writing(folder):
             return _grade(args, rubric, options, folder)
@@ -108,20 +110,6 @@ def _writing(place: Path) -> Iterator[None]:
         raise
     except OSError as error:
         raise SetcmasError(f"'{place}' cannot be written: {error.strerror}") from error
-
-
-def _check_place(folder: Path, submissions: Path) -> None:
-    """Check that the grades go neither among submissions nor into the folder of a run."""
-    from setcmas_tools.run.run_info import INFO_FILE
-
-    places = [folder.resolve(), *folder.resolve().parents]
-    if submissions.resolve() in places:
-        place = f"in the folder of the submissions, '{submissions}'"
-    elif any((place / INFO_FILE).is_file() for place in places):
-        place = 'in the folder of a run'
-    else:
-        return
-    raise SetcmasError(f"grades '{folder}' would be {place}; choose another folder with -o")
 
 
 def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, folder: Path) -> int:

@@ -156,7 +156,7 @@ def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
         shown = replace(failure, message=in_cells(failure.message, name, notebook))
         if failure.line and failure.script == submission.script:
             cell, line = notebook.place(failure.line)
-            shown = shown.at(f'{name}, cell {cell}', line, notebook.cells[cell - 1])
+            shown = replace(shown, script=f'{name}, cell {cell}', line=line)
         return replace(done, failure=shown)
 
     return run_notebook

@@ -69,7 +69,7 @@ def figures_of(run: Run) -> dict[str, float | None]:
     return numbers_of(measure(run, lambda _: None)) if len(run.counted.t) else {}
 
 
-_BOUNDS = ('at_most', 'below', 'at_least', 'above', 'between')
+_BOUNDS = ('at_most', 'at_least', 'between')
 _KEYS = ('name', 'metric', *_BOUNDS, 'none_at', 'points', 'hint', 'hidden', 'needs')
 _CENTS = 100  # points have two decimals
 _TINY = 1e-9
@@ -82,28 +82,24 @@ class Bounds:
     Attributes:
         low: Lower bound; -inf if there is none.
         high: Upper bound; inf if there is none.
-        strict: Whether the bounds themselves are excluded.
         none_below: No points at this number and below; linear from here to `low`.
         none_above: No points at this number and above; linear from `high` to here.
     """
 
     low: float = -math.inf
     high: float = math.inf
-    strict: bool = False
     none_below: float | None = None
     none_above: float | None = None
 
     def hold(self, number: float) -> bool:
         """Return whether a number is in the wanted range."""
-        if self.strict and number in (self.low, self.high):
-            return math.isinf(number)
         return self.low <= number <= self.high
 
     def share(self, number: float) -> float:
         """Return the share of the points for a number, from 0 to 1."""
         if self.hold(number):
             return 1.0
-        if number <= self.low:
+        if number < self.low:
             return _partial(number, self.none_below, self.low)
         return _partial(number, self.none_above, self.high)
 
@@ -113,8 +109,8 @@ class Bounds:
         if math.isfinite(self.low) and math.isfinite(self.high):
             return f'from {self.low:g} to {high}'
         if math.isfinite(self.low):
-            return f'{"above" if self.strict else "at least"} {low}'
-        return f'{"below" if self.strict else "at most"} {high}'
+            return f'at least {low}'
+        return f'at most {high}'
 
 
 def _partial(number: float, none_at: float | None, bound: float) -> float:
@@ -154,16 +150,10 @@ class Criterion:
         return self.bounds.words(self.metric)
 
     def points_for(self, number: float | None) -> float:
-        """Return the points for a number, rounded to two decimals; 0 for no number.
-
-        A strict bound itself does not count as reached: it gets a hundredth less than all points.
-        """
+        """Return the points for a number, rounded to two decimals; 0 for no number."""
         if number is None or math.isnan(number):
             return 0.0
-        points = rounded(self.points * self.bounds.share(number))
-        if self.bounds.strict and not self.bounds.hold(number):
-            return min(points, rounded(self.points - 1 / _CENTS))
-        return points
+        return rounded(self.points * self.bounds.share(number))
 
 
 def rounded(points: float) -> float:
@@ -245,21 +235,20 @@ def _bounds(entry: Entry, fields: dict[str, Entry]) -> Bounds:
     if not given:
         raise entry.mistake(f'a criterion with one of {", ".join(_BOUNDS)}')
     [key] = given
-    strict, none = key in ('below', 'above'), fields.get('none_at')
+    none = fields.get('none_at')
     if key == 'between':
         low, high = _pair(fields[key])
-        below, above = _pair(none) if none else (low, high)
-        if none and not below < low < high < above:
+        below, above = _pair(none) if none else (None, None)
+        if none and below is not None and above is not None and not below < low < high < above:
             raise none.mistake(f'a number below {low:g} and one above {high:g}')
-        return Bounds(low, high, False, below if none else None, above if none else None)
+        return Bounds(low, high, below, above)
     bound = fields[key].number()
-    if key in ('at_most', 'below'):
-        higher = Number(above=bound, finite=True)
-        return Bounds(high=bound, strict=strict, none_above=higher.of(none) if none else None)
+    if key == 'at_most':
+        return Bounds(high=bound, none_above=Number(above=bound).of(none) if none else None)
     none_below = none.number() if none else None
     if none and none_below is not None and none_below >= bound:
         raise none.mistake(f'a number below {bound:g}')
-    return Bounds(low=bound, strict=strict, none_below=none_below)
+    return Bounds(low=bound, none_below=none_below)
 
 
 def _pair(entry: Entry) -> tuple[float, float]:

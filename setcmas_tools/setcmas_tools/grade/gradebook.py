@@ -191,12 +191,7 @@ def _moodle_row(marks: Marks) -> list[Cell]:
 
 def _canvas(marks: Sequence[Marks]) -> list[list[Cell]]:
     most: list[Cell] = ['Points Possible', '', '', '', '', marks[0].max_score]
-    rows = [[*_CANVAS_HEADER, marks[0].title], most, *map(_canvas_row, marks)]
-    if any(one.corrections for one in marks):  # in Canvas's column for notes of teachers
-        notes = map(_corrections, map(student_view, marks))
-        columns = ['Notes', '', *notes]
-        rows = [[*row[:5], note, *row[5:]] for row, note in zip(rows, columns, strict=True)]
-    return rows
+    return [[*_CANVAS_HEADER, marks[0].title], most, *map(_canvas_row, marks)]
 
 
 def _canvas_row(marks: Marks) -> list[Cell]:

@@ -6,7 +6,7 @@ the submission got, so that neither the paths nor the timing of earlier calls ma
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -215,24 +215,22 @@ def compared(
         calls = calls_of('', base, run, function, [right])
     if calls and robots:
         calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, robots))
-    of_answers: dict[str, Callable[[Calls], float | None]] = {
-        'answer_error': _sending_error if function is Function.CONDITION else _velocity_error,
-        'direction_error': _direction_error if is_law else (lambda _: None),
+    numbers: dict[str, float | None] = {
+        'path_error': float(np.sqrt(np.nanmean(distances**2))),
+        'largest_path_error': float(np.nanmax(distances)),
+        'end_error': float(np.nanmax(distances[:, -1])),
+        'path_ratio': _ratio(run, solution),
+        'path_distance': _path_distance(run, solution) if 'path_distance' in names else None,
+        'answer_error': None,
+        'direction_error': _direction_error(calls) if calls and is_law else None,
     }
-    functions: dict[str, Callable[[], float | None]] = {
-        'path_error': lambda: float(np.sqrt(np.nanmean(distances**2))),
-        'largest_path_error': lambda: float(np.nanmax(distances)),
-        'end_error': lambda: float(np.nanmax(distances[:, -1])),
-        'path_ratio': lambda: _ratio(run, solution),
-        'path_distance': lambda: _path_distance(run, solution),
-    }
-    numbers = {name: measured() for name, measured in functions.items() if name in names}
-    for name, measured_in in of_answers.items():
-        if name in names:
-            numbers[name] = measured_in(calls) if calls else None
+    if calls:
+        is_condition = function is Function.CONDITION
+        numbers['answer_error'] = (_sending_error if is_condition else _velocity_error)(calls)
     return {
         name: None if number is None else float(f'{number:.{_DIGITS}g}')
         for name, number in numbers.items()
+        if name in names
     }
 
 

@@ -6,20 +6,14 @@ Equal submissions get equal marks: nothing depends on the clock, the machine or 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 from setcmas_tools.grade.criteria import points_text, quantity_text, rounded
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
 from setcmas_tools.submissions.student import Student as Student
-
-_AROUND = 2  # lines before and after a failed line
-_LONGEST_LINE = 200  # characters of each
-_NEWLINE = re.compile(r'\r\n|\r|\n')  # as in Python; str.splitlines knows more
 
 
 @dataclass(frozen=True)
@@ -30,8 +24,6 @@ class Failure:
         message: Message of setcmas; may have several lines and contain anything.
         script: Name of the file, without its folder; '' if no line is known.
         line: Line of the student's own code, from 1; 0 if unknown.
-        first: Number of the first line in `around`.
-        around: Lines around the failed one.
         robot: Number of the robot, from 1; 0 for no particular robot.
         t: Time in s of the run; None if it did not start.
     """
@@ -39,17 +31,8 @@ class Failure:
     message: str
     script: str = ''
     line: int = 0
-    first: int = 0
-    around: tuple[str, ...] = ()
     robot: int = 0
     t: float | None = None
-
-    def at(self, script: str, line: int, source: str) -> Failure:
-        """Return the same failure with a line of a script and its text."""
-        first = max(1, line - _AROUND)
-        lines = _NEWLINE.split(source.rstrip('\r\n'))[first - 1 : line + _AROUND]
-        around = tuple(one[:_LONGEST_LINE] for one in lines)
-        return replace(self, script=script, line=line, first=first, around=around)
 
     @property
     def reason(self) -> str:
@@ -61,14 +44,9 @@ class Failure:
 
     @property
     def text(self) -> str:
-        """The message; with lines of the script, the reason and these lines."""
-        if not self.around:
-            return self.message
-        lines = [
-            f'{">" if number == self.line else " "} {number:4} {text}'
-            for number, text in enumerate(self.around, start=self.first)
-        ]
-        return '\n'.join([self.reason, *lines])
+        """The message, with the line of the script."""
+        rest = self.message.strip().partition('\n')[2]
+        return f'{self.reason}\n{rest}'.rstrip()
 
 
 @dataclass(frozen=True)
@@ -270,15 +248,12 @@ class ScenarioRun:
     is_complete: bool = True
 
 
-class LawRunner(Protocol):
-    """Runs scenarios with a submission: in this process or in a sandbox.
+LawRunner = Callable[[MarkedScenario], ScenarioRun]
+"""Runs scenarios with a submission: in this process or in a sandbox.
 
-    It raises for no error of a script; SetcmasError is for mistakes of the teacher and for faults
-    of the machine.
-    """
-
-    def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
-        """Return the run of a scenario with the submission."""
+It raises for no error of a script; SetcmasError is for mistakes of the teacher and for faults of
+the machine.
+"""
 
 
 def _sum(points: Iterable[float]) -> float:

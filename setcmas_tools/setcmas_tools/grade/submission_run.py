@@ -111,16 +111,14 @@ class SandboxRunner:
         return ScenarioRun(run, self._located(script.failure)), False
 
     def _located(self, failure: Failure | None) -> Failure | None:
-        """Return a failure with the lines around it."""
+        """Return a failure with its line, if that is in a file of the submission."""
         if not failure:
             return None
         file, line = failure.script, failure.line
         if not line and (found := _PLACE.search(failure.message)):
             file, line = found[1], int(found[2])
-        source = self.files.get(file, b'').decode(errors='replace')
-        if not source or not line:
-            return replace(failure, script='', line=0)
-        return failure.at(file, line, source)
+        is_own = file in self.files and line
+        return replace(failure, script=file if is_own else '', line=line if is_own else 0)
 
 
 class RunScript:

@@ -7,8 +7,6 @@ import pytest
 from setcmas_tools.grade.criteria import Bounds, Criterion, points_text, rounded
 
 AT_MOST = Bounds(high=0.1, none_above=0.5)
-BELOW = Bounds(high=0.1, strict=True)
-ABOVE = Bounds(low=5, strict=True, none_below=1)
 AT_LEAST = Bounds(low=6, none_below=1)
 BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
 
@@ -24,13 +22,6 @@ BETWEEN = Bounds(low=2, high=4, none_below=1, none_above=6)
         (AT_MOST, math.inf, 0),
         (AT_MOST, None, 0),
         (AT_MOST, math.nan, 0),
-        (BELOW, 0.1, 0),
-        (BELOW, 0.0999, 3),
-        (ABOVE, 5.001, 3),
-        (ABOVE, math.inf, 3),
-        (ABOVE, 5, 2.99),  # as wanted: more than 5
-        (ABOVE, 4.999, 2.99),
-        (ABOVE, 3, 1.5),
         (AT_LEAST, 7, 3),
         (AT_LEAST, 3, 1.2),
         (AT_LEAST, -5, 0),

@@ -54,14 +54,12 @@ def test_a_student_sees_neither_hidden_criteria_nor_other_students():
         assert ('Lovelace' in text) == ('Lovelace' in path)
 
 
-def test_the_failing_line_stands_between_those_around_it():
-    page = PAGES['students/Celik_Bulent.html']
-    lines = re.findall(r'<span( class="at")?><i>(\d)</i> (.*?)</span>', page)
+def test_a_failure_is_shown_with_its_line_robot_and_time():
+    shown = Page(PAGES['students/Celik_Bulent.html']).shown
 
-    assert [(number, bool(mark)) for mark, number, _ in lines] == [
-        ('1', False), ('2', True), ('3', False),
-    ]  # fmt: skip
-    assert lines[1][2] == '    x, y = poses[:, robotNo]'
+    assert 'too many values to unpack (law.py, line 2)' in shown
+    assert 'robot 3, t = 0.4 s' in shown
+    assert '2 | x, y = poses[:, robotNo]' in shown
 
 
 def test_a_bonus_fills_the_bar_of_a_page_at_most_and_ends_the_remark_on_a_failure():

@@ -22,13 +22,13 @@ scenarios:
     nb_robots: 3
     duration: 4
     criteria:
-      - {name: places, metric: position_error, below: 0.1, points: 2, hint: Take your place.}
-      - {name: apart, metric: least_separation, above: 0.1, needs: places}
+      - {name: places, metric: position_error, at_most: 0.1, points: 2, hint: Take your place.}
+      - {name: apart, metric: least_separation, at_least: 0.1, needs: places}
   - name: kept
     hidden: true
     nb_robots: 3
     duration: 1
-    criteria: [{metric: least_separation, above: 0.1, hidden: true}]
+    criteria: [{metric: least_separation, at_least: 0.1, hidden: true}]
 """
 FORGING = """\
 task = 'formation'

@@ -21,8 +21,8 @@ scenarios:
     graph: links.yaml
     loss: 1e-1
     criteria:
-      - {metric: disagreement, below: 0.1, none_at: 1, points: 2, hint: Go on.}
-      - {name: near, metric: path_error, at_most: 0.2, needs: disagreement below 0.1 m}
+      - {metric: disagreement, at_most: 0.1, none_at: 1, points: 2, hint: Go on.}
+      - {name: near, metric: path_error, at_most: 0.2, needs: disagreement at most 0.1 m}
 """
 
 
@@ -51,7 +51,7 @@ def test_a_rubric_says_what_is_run_and_what_it_is_worth(read, tmp_path, monkeypa
     assert {file.name for file in rubric.files} == {'rubric.yaml', 'mine.py', 'links.yaml'}
     assert scenario.base.communication.loss == 0.1
     assert scenario.base.robots.poses == {2: (1, 2, 0)}
-    assert (first.wanted, second.needs) == ('below 0.1 m', first.name)
+    assert (first.wanted, second.needs) == ('at most 0.1 m', first.name)
     assert len(rubric.solution_run(scenario).robots) == 3
 
 
@@ -85,12 +85,17 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
             11,
             "metric is 'disagrement'; did you mean disagreement? It must be disagreement, ",
         ),
-        ('below: 0.1, ', '', 11, 'one of at_most, below'),
+        ('at_most: 0.1, ', '', 11, 'one of at_most, at_least'),
         ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
-        ('below: 0.1, ', 'below: 0.1, above: 0, ', 11, 'has two bounds, below and above'),
+        (
+            'at_most: 0.1, ',
+            'at_most: 0.1, at_least: 0, ',
+            11,
+            'has two bounds, at_most and at_least',
+        ),
         ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
         ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
-        ('needs: dis', 'needs: ', 12, "an earlier criterion: 'disagreement below 0.1 m'"),
+        ('needs: dis', 'needs: ', 12, "an earlier criterion: 'disagreement at most 0.1 m'"),
         ('points: 2', 'points: 3.333', 11, 'a number with at most two decimals'),
         ('solution: mine.py\n', '', 3, 'add solution: FILE'),
     ],

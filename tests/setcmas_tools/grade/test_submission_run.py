@@ -129,4 +129,3 @@ def test_an_endless_loop_is_reported_with_its_line():
 
     assert failure.message == 'control has not returned for 0.3 s'
     assert (failure.line, failure.robot, failure.t) in ((2, 1, 0.2), (3, 1, 0.2))
-    assert failure.around[0] == 'def control(i, n, poses, t):'
