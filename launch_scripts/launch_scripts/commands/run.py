@@ -168,7 +168,6 @@ def _evaluate(
         warn(f'setcmas {args.verb}: no odometry was recorded, so there are no plots')
         return 1
     run = Run.load(folder.path, warn)
-    folder.write_info(replace(info, references=run.references))
     strangers = set(run.robots) - set(range(1, info.scenario['nb_robots'] + 1))
     if strangers:
         warn(

@@ -94,13 +94,7 @@ class Run:
         except SetcmasError as error:
             warn(f'{error}; its parameters are not known')
             info = RunInfo()
-        references = tables.references or info.references
-        return cls(
-            replace(tables, references=references),
-            replace(info, references=references),
-            kept_inputs(source.folder, info.scenario),
-            source.recording,
-        )
+        return cls(tables, info, kept_inputs(source.folder, info.scenario), source.recording)
 
     def save(self, folder: str | Path, overwrite: bool = False) -> Path:
         """Write the run into a folder: run.yaml, csv/ and inputs/.
@@ -120,10 +114,9 @@ class Run:
         """
         target = RunFolder(Path(folder), self.inputs)
         target.check(overwrite)
-        info = replace(self.info, references=self.references)
-        target.create(replace(info, outcome=Outcome(RunState.NOT_FINISHED)))
+        target.create(replace(self.info, outcome=Outcome(RunState.NOT_FINISHED)))
         target.write_tables(self.tables)
-        target.write_info(info)  # last: a full disk leaves no run that claims to be complete
+        target.write_info(self.info)  # last: a full disk leaves no run that claims to be complete
         return target.path
 
     @property
@@ -315,22 +308,19 @@ def channel_of(run: Run, nb_robots: int) -> Channel | None:
         return None
     try:
         return chosen_communication(nb_robots, CommunicationOptions(**values)).channel
-    except (SetcmasError, TypeError):
+    except SetcmasError:  # a graph whose file is gone
         return None
 
 
 def arena_of(run: Run) -> Arena | None:
     """Return the arena of a run; None if it has none."""
-    with suppress(TypeError, ValueError):
-        return Arena(*map(float, run.parameters.get('arena') or ()))
-    return None
+    sides = run.parameters.get('arena')
+    return Arena(*map(float, sides)) if sides else None
 
 
 def obstacles_of(run: Run) -> Obstacles:
     """Return the obstacles of a run; it may have none."""
-    with suppress(SetcmasError):
-        return Obstacles.of(str(run.parameters.get('obstacles') or ''))
-    return Obstacles()
+    return Obstacles.of(str(run.parameters.get('obstacles') or ''))
 
 
 def models_of(run: Run) -> dict[int, str]:

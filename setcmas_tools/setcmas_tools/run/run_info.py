@@ -13,7 +13,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
-from setcmas_ctrl.laws.references import References
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -215,7 +214,6 @@ class RunInfo:
         outcome: How it ended.
         scenario: The scenario, from `Scenario.record`; files are paths in the folder of the run.
         lab: Values of an emulated lab that replace those of the scenario.
-        references: Its task, if the law names one.
         started: When, such as '2026-11-21T16:02:11+0000'; None if unknown, so that equal
             runs leave equal files.
         origin: Versions and machine; None is this process.
@@ -226,7 +224,6 @@ class RunInfo:
     outcome: Outcome = field(default_factory=lambda: Outcome(RunState.COMPLETE))
     scenario: dict[str, Any] = field(default_factory=dict)
     lab: dict[str, Any] | None = None
-    references: References | None = None
     started: str | None = None
     origin: Origin | None = None
     failures: list[ScriptFailure] | None = None

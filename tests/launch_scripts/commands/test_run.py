@@ -59,7 +59,7 @@ def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start
     assert commands[-1]['twist.linear.x'] == 0.0
     record = yaml.safe_load((out / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'complete'}
-    assert record['references'] == {'task': 'consensus', 'values': {}}
+    assert yaml.safe_load((out / 'csv' / 'task.json').read_text())['task'] == 'consensus'
     assert record['scenario']['nb_robots'] == 3
     assert 'def control' in (out / record['scenario']['algo']).read_text()
     assert 'The robots met: at most ' in process.output()

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run import run_info
 from setcmas_tools.run.run_info import (
@@ -21,7 +20,6 @@ INFO = RunInfo(
     Outcome.of_failures({'law.py': [2, 3], 'other.py': []}, {'when.py': [1]}),
     {'nb_robots': 3, 'range': None, 'set': {'K': 1.2}, 'seed': 7, 'algo': 'inputs/algo/law.py'},
     {'robot_rate': None},
-    References('waypoints', {'WPL': [[1.0, 2.0]], 'REACHED': 0.1}),
     '2026-11-21T16:02:11+0000',
     this_origin(),
 )
