@@ -19,7 +19,7 @@ from setcmas_ctrl import network
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.offline.loaded_scenario import load_laws
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 CONTROL_RATE_HZ = 5
 

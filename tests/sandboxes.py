@@ -4,7 +4,7 @@ import pytest
 
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.confinement import obstacle
 
 needs_sandbox = pytest.mark.skipif(

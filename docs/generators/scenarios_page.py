@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 
 from setcmas_simu.option_kinds import Number, OneOf, Whole
 from setcmas_simu.options import Option, default_of, plain
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 
 def text() -> str:

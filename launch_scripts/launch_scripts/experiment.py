@@ -27,7 +27,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _LOOK_EVERY_S = 2.0
 _TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge

@@ -14,7 +14,7 @@ from setcmas_simu.reports import Paused, Ready, Recording, Started
 from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.run_info import Outcome
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 SIMULATOR = 'setcmas_simu.simulator'
 CONTROLLER = 'setcmas_ctrl.controllers.controller_processes'

@@ -53,8 +53,8 @@ from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.scenario.scenario import Scenario, options
-from setcmas_tools.scenario.scenario_lab import bounded_lab_options, check_emulated, in_lab
+from setcmas_tools.run.scenario import Scenario, options
+from setcmas_tools.run.scenario_lab import bounded_lab_options, check_emulated, in_lab
 
 _STOPS = {
     ESC: (Action.EMERGENCY, 'by Esc'),

@@ -36,7 +36,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
     from setcmas_tools.run.run_info import INFO_FILE
-    from setcmas_tools.scenario.scenario import Scenario
+    from setcmas_tools.run.scenario import Scenario
 
     source = find_run(args.run)
     info = source.folder / INFO_FILE

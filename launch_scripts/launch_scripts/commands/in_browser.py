@@ -35,7 +35,7 @@ from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import OfflineOptions
 from setcmas_tools.run.run_info import RunState, this_origin
-from setcmas_tools.scenario.scenario import Scenario, options
+from setcmas_tools.run.scenario import Scenario, options
 
 Say = Callable[[str], object]
 """Takes a JSON text for the page, while a call works."""

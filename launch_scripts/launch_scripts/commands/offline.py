@@ -34,7 +34,7 @@ from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import RunState
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run

@@ -39,7 +39,7 @@ from setcmas_simu.options import take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _PARTS = ('law', 'robots', 'communication', 'safety', 'time')
 _ENDED = (RunState.COMPLETE, RunState.FAILED)

@@ -16,7 +16,7 @@ from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE, origin_changes, read_info
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _STARTS: dict[str, Any] = {'poses': None, 'pose': (), 'random_poses': None}
 

@@ -19,7 +19,7 @@ from launch_scripts.processes import SIMULATOR, add_ros_arguments, node_command,
 from launch_scripts.supervisor import run_in_foreground
 from setcmas_simu.options import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_tools.scenario.scenario import options
+from setcmas_tools.run.scenario import options
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

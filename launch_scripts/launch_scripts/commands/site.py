@@ -269,8 +269,8 @@ def _packed_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
 def _packed_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
     """Yield path and content of scenarios and of the files that they name."""
     from setcmas_ctrl.laws.script_imports import with_helpers
-    from setcmas_tools.scenario.scenario import Scenario
-    from setcmas_tools.scenario.scenario_files import OF_FILES
+    from setcmas_tools.run.scenario import Scenario
+    from setcmas_tools.run.scenario_files import OF_FILES
 
     for file in scenarios:
         scenario, folder = Scenario.load(file), file.resolve().parent

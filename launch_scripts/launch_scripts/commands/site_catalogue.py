@@ -16,7 +16,7 @@ from setcmas_simu.options import Option, default_of, plain
 from setcmas_simu.plugins import ScriptGroup
 from setcmas_simu.robots.models import MODELS
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _OFFERED = (
     'nb_robots', 'duration', 'graph', 'range', 'delay', 'loss', 'noise', 'event_triggered',

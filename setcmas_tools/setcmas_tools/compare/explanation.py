@@ -30,7 +30,7 @@ from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunState
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 CONTINUOUS_HZ = 100.0
 """Rate of laws and robots in the first step, which is as good as continuous for these robots."""

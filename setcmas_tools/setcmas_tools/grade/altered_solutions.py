@@ -36,7 +36,7 @@ from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 CLOSE = 0.011
 """Difference of velocities in m/s up to which calls agree: a little more than the dead band."""

@@ -42,7 +42,7 @@ from setcmas_tools.grade.generic_mistakes import (
 )
 from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.run.run import Run
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 _OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls

@@ -30,7 +30,7 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.student import Student
 

@@ -25,8 +25,8 @@ from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import read_tables
-from setcmas_tools.scenario.scenario import Scenario, options
-from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
+from setcmas_tools.run.scenario import Scenario, options
+from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
 
 CONTROL, CTC, SI_TO_UNI = FUNCTIONS = ('control', 'ctc', 'si_to_uni')
 """Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""

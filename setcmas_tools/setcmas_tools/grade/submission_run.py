@@ -23,7 +23,7 @@ from setcmas_tools.grade.marks import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI, MarkedScenario
 from setcmas_tools.measures.task import ignore
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
 from setcmas_tools.submissions.confined_script import (
     Answer,

@@ -37,7 +37,7 @@ from setcmas_tools.run.law_output import Commands, Filtered
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo
 from setcmas_tools.run.run_tables import RunTables
-from setcmas_tools.scenario.scenario import Scenario, name_of
+from setcmas_tools.run.scenario import Scenario, name_of
 
 
 def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:

@@ -18,7 +18,7 @@ from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.run_tables import RunTables
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 
 class OfflineRun:

@@ -31,7 +31,7 @@ from setcmas_tools.offline.offline_communication import OfflineCommunication
 from setcmas_tools.run.law_output import DrawingRecord, recorded_drawings
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 _SAME_TIME_S = 1e-9
 

@@ -1,1 +1,1 @@
-"""Runs: what happened, how it ended, and the folder with its files."""
+"""Runs: the scenario to be run, what happened, how it ended, and the folder with its files."""

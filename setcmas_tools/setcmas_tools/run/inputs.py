@@ -10,8 +10,8 @@ from typing import Any
 from setcmas_ctrl.laws.script_imports import MOST_BYTES, with_helpers
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import read_limited
-from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, robots_by_text
+from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.run.scenario_files import INPUTS, OF_FILES, robots_by_text
 
 _MOST_BYTES = 20_000_000
 """Most bytes of a script with the modules that it imports."""

@@ -16,7 +16,7 @@ from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo, write_info
 from setcmas_tools.run.run_tables import BAG_ENDINGS, RunTables, stem_of_bag, write_tables
-from setcmas_tools.scenario.scenario_files import INPUTS
+from setcmas_tools.run.scenario_files import INPUTS
 
 
 @dataclass(frozen=True, kw_only=True)

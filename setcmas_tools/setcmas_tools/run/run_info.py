@@ -258,7 +258,7 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    from setcmas_tools.scenario.scenario import check_record  # tables alone do without
+    from setcmas_tools.run.scenario import check_record  # tables alone do without
 
     info = read_record(folder / INFO_FILE, RunInfo)
     try:

@@ -22,7 +22,7 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
-from setcmas_tools.scenario.scenario import Scenario, name_of
+from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, predicted
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import SEED, TABLE, Plan, make_plan, read_plan, store

@@ -16,8 +16,8 @@ from setcmas_tools.run.inputs import RunInput, inputs_of, kept_record
 from setcmas_tools.run.run_folder import remove_parts
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import Origin, read_record, this_origin, write_record
-from setcmas_tools.scenario.scenario import Scenario
-from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, ScenarioFolder
+from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.run.scenario_files import INPUTS, OF_FILES, ScenarioFolder
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, check_metrics
 from setcmas_tools.study.variation import (
     Variation,

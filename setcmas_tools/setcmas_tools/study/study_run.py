@@ -18,7 +18,7 @@ from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, StartError
 from setcmas_tools.run.run_info import RunState
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import Plan

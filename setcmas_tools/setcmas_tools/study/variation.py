@@ -18,7 +18,7 @@ from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number, Whole
 from setcmas_simu.options import plain
-from setcmas_tools.scenario.scenario import Scenario, name_of, options
+from setcmas_tools.run.scenario import Scenario, name_of, options
 
 Variation = str | Sequence[Any] | Mapping[str, Any]
 """Values of a name: text as on the command line, a sequence, or values by label."""

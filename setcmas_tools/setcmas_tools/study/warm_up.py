@@ -2,7 +2,7 @@
 
 from joblib import wrap_non_picklable_objects  # noqa: F401
 
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_run import row_of
 
 _LINKS = {'graph': 'ring', 'loss': 0.1, 'event_triggered': True}

@@ -5,7 +5,7 @@ import pytest
 
 from launch_scripts.commands.site_catalogue import catalogue
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 
 @pytest.fixture(scope='module')

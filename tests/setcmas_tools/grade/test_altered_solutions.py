@@ -10,7 +10,7 @@ from setcmas_tools.grade.altered_solutions import (
 )
 from setcmas_tools.grade.rubric import TypicalMistake
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 LAW = ALGORITHMS.file('leader_election')
 WRONG = {'leader = max(leader': 'leader = min(leader'}

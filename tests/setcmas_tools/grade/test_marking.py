@@ -12,7 +12,7 @@ from setcmas_tools.grade.marking import compared, frechet_distance, mark
 from setcmas_tools.grade.marks import Marks, ScenarioRun
 from setcmas_tools.grade.rubric import read_rubric
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.student import Student
 
 RUBRIC = """\

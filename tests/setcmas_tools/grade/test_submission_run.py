@@ -9,7 +9,7 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 pytestmark = needs_sandbox
 

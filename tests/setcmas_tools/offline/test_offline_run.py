@@ -12,7 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.run_info import RunState
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 LAW = """
 import os, signal, sys, threading, time, re

@@ -17,7 +17,7 @@ from setcmas_tools.page.run_facts import listings
 from setcmas_tools.run.bag_conversion import convert
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 LAW = """
 import rviz_marker

@@ -1,7 +1,7 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.variation import checked_name, parse_values, value_of, with_values
 
 SCRIPT = {'K', 'loss', 'PLACES'}

@@ -21,7 +21,7 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models import NO_LIMITS
-from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.run.scenario import Scenario
 
 
 def bounded_lab_options(

@@ -28,7 +28,7 @@ from setcmas_simu.options import ClashError, Option, Options, option, plain
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 from setcmas_simu.simulation_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
-from setcmas_tools.scenario.scenario_files import (
+from setcmas_tools.run.scenario_files import (
     OF_FILES,
     Place,
     ScenarioFolder,

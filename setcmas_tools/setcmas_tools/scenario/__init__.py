@@ -1,1 +1,0 @@
-"""Scenario of a run, in files and in Python."""
