@@ -26,7 +26,7 @@ accel: 0.4
 
 
 def lab_of(scenario, typed=MappingProxyType({}), from_file=True):
-    return bounded_lab_options(scenario, typed, from_file, nb_robots=2).chosen()
+    return bounded_lab_options(scenario, typed, from_file).chosen()
 
 
 def kept_run(scenario, folder):
