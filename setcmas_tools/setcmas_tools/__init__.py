@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from setcmas_tools.grade.check import check
     from setcmas_tools.offline.offline_simulation import simulate
-    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.scenario import Scenario
     from setcmas_tools.study.study import Study, sweep
 
-__all__ = ['Run', 'Scenario', 'Study', 'check', 'evaluate', 'simulate', 'sweep']
+__all__ = ['Run', 'Scenario', 'Study', 'check', 'simulate', 'sweep']
 
 _HOMES = {
     'Run': 'setcmas_tools.run.run',
     'Scenario': 'setcmas_tools.run.scenario',
     'Study': 'setcmas_tools.study.study',
     'check': 'setcmas_tools.grade.check',
-    'evaluate': 'setcmas_tools.plots.evaluation',
     'simulate': 'setcmas_tools.offline.offline_simulation',
     'sweep': 'setcmas_tools.study.study',
 }

@@ -34,10 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Compare; return the exit status."""
-    from setcmas_tools.compare.differences import differences, metrics_table
-    from setcmas_tools.compare.pictures import write_pictures
-    from setcmas_tools.compare.run_distance import best_shift
+    from setcmas_tools.measures.comparison import best_shift, differences, metrics_table
     from setcmas_tools.measures.metrics import measure
+    from setcmas_tools.plots.comparison_plots import write_pictures
     from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
 

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Plot; return the exit status."""
-    from setcmas_tools.plots.evaluation import evaluate
+    from setcmas_tools.plots.plot import plot
     from setcmas_tools.plots.plot_settings import FilmSettings, PlotSettings
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
@@ -42,7 +42,7 @@ def main(args: argparse.Namespace) -> int:
     run = Run.load(args.run, _warn)
     look = PlotSettings(style.formats, style.palette, style.paper, args.show)
     # A video takes time and may fail, so report the plots first.
-    print('\n'.join(map(str, evaluate(run, folder, look, warn=_warn).plots)), flush=True)
+    print(*plot(run, folder, look, _warn), sep='\n', flush=True)
     if film.animate:
         from setcmas_tools.plots.film import animate
 

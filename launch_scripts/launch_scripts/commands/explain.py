@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Explain; return the exit status."""
-    from setcmas_tools.compare.explanation import explanation, explanation_table
+    from setcmas_tools.measures.explanation import explanation, explanation_table
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
     from setcmas_tools.run.run_info import INFO_FILE

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Identify; return the exit status, 1 if the run suffices for no robot."""
     from setcmas_simu.robots.identified_robot import write_model_file
-    from setcmas_tools.compare import identification
+    from setcmas_tools.measures import identification
     from setcmas_tools.run.run import Run
 
     output: Path = args.output

@@ -33,20 +33,25 @@ def print_evaluation(
     args: argparse.Namespace, folder: RunFolder, run: Run, earlier: Path | None
 ) -> str:
     """Plot and measure a run, and compare it with an earlier one; return its folders as text."""
-    # Imported late: help texts, and the start of the robots, do not wait for matplotlib.
-    from setcmas_tools.plots.evaluation import evaluate
+    # Imported late: help texts, and the start of the robots, do not wait for numpy.
+    from setcmas_tools.measures.metrics import measure, write_yaml
 
-    look = PlotSettings(tuple(args.format), args.palette)
-    evaluation = evaluate(run, folder.plots if args.plots else None, look, folder.metrics, warn)
+    figures: list[Path] = []
+    if args.plots:
+        from setcmas_tools.plots.plot import plot  # who draws nothing does not wait for matplotlib
+
+        figures = plot(run, folder.plots, PlotSettings(tuple(args.format), args.palette), warn)
+    metrics = measure(run, warn)
+    write_yaml(metrics, folder.metrics)
     with suppress(OSError):  # the terminal may be closed; the work is done
-        print(evaluation)
+        print(metrics)
         if earlier:
             print(_comparison(folder.path, earlier))
-    return folder.summary(len(evaluation.plots))
+    return folder.summary(len(figures))
 
 
 def _comparison(folder: Path, earlier: Path) -> str:
-    from setcmas_tools.compare.run_distance import comparison_line
+    from setcmas_tools.measures.comparison import comparison_line
 
     try:
         return comparison_line(folder, earlier)

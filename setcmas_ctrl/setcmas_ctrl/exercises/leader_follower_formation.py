@@ -19,7 +19,7 @@ Commands
     setcmas new my_formation --from leader_follower_formation --exercise    a copy to edit
     setcmas check my_formation                                              checks your solution
     setcmas run --algo my_formation --nb-robots 5 --duration 60
-    setcmas metrics DIR --task formation                    position errors of the followers
+    setcmas metrics DIR                    position errors of the followers
 """
 
 import numpy as np

@@ -18,7 +18,7 @@ Commands
     setcmas new my_nav --from nav_wp --exercise             a copy of this file to edit
     setcmas check my_nav                                    checks your solution
     setcmas run --algo my_nav --pose 1:5,5,0 --duration 60
-    setcmas metrics DIR --task waypoints                    arrival time at each waypoint
+    setcmas metrics DIR                    arrival time at each waypoint
 """
 
 import numpy as np

@@ -18,7 +18,7 @@ Commands
     setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
     setcmas check my_tracking                                   checks your solution
     setcmas run --algo my_tracking --pose 1:2,0,1.57 --duration 60
-    setcmas metrics DIR --task tracking                         mean error over the second half
+    setcmas metrics DIR                         mean error over the second half
 """
 
 import numpy as np

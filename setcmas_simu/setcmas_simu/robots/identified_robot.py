@@ -50,13 +50,11 @@ class IdentifiedRobot(RobotModel):
 
     shape = BURGER_SHAPE
 
-    def __init__(
-        self, forward: Response, turn: Response, limits: VelocityLimits = IDEAL, way: float = 0.0
-    ) -> None:
-        """Describe the robot; `way` is the delay (s) of commands and poses on the network."""
-        self.forward, self.turn, self.limits, self.way = forward, turn, limits, way
+    def __init__(self, forward: Response, turn: Response, limits: VelocityLimits = IDEAL) -> None:
+        """Describe the robot."""
+        self.forward, self.turn, self.limits = forward, turn, limits
         self.V_max = limits.V_max * max(1.0, forward.gain)
-        delays = [forward.delay + way, turn.delay + way]
+        delays = [forward.delay, turn.delay]
         self._slots = 2 + math.ceil(MAX_RATE_HZ * max(delays))  # commands may change at each step
         self._delays = np.array(delays)[:, None]
         self._gains = np.array([forward.gain, turn.gain])
@@ -118,7 +116,7 @@ OTHERS = 'others'
 """Key for the robots that the file does not name."""
 
 _MOST_GAIN = 10.0
-_ROWS = ('forward', 'turn', 'way')
+_ROWS = ('forward', 'turn')
 
 
 @dataclass(frozen=True)
@@ -172,8 +170,7 @@ def write_model_file(content: ModelFile, path: Path, remark: str) -> None:
 
 def _entries(robot: IdentifiedRobot) -> dict[str, Any]:
     rows = {'forward': asdict(robot.forward), 'turn': asdict(robot.turn)}
-    rounded = {name: {k: round(v, 4) for k, v in row.items()} for name, row in rows.items()}
-    return {**rounded, 'way': round(robot.way, 4)}
+    return {name: {k: round(v, 4) for k, v in row.items()} for name, row in rows.items()}
 
 
 def _number(key: str, entry: Entry) -> int:
@@ -187,9 +184,8 @@ _DELAY = Number(least=0, most=LONGEST_DELAY_S, unit='s')
 
 def _robot(entry: Entry, limits: str) -> IdentifiedRobot:
     fields = entry.fields(_ROWS)
-    forward, turn = (_response(fields[r]) if r in fields else Response() for r in _ROWS[:2])
-    way = _DELAY.of(fields['way']) if 'way' in fields else 0.0
-    return IdentifiedRobot(forward, turn, limits_named(limits), way)
+    forward, turn = (_response(fields[r]) if r in fields else Response() for r in _ROWS)
+    return IdentifiedRobot(forward, turn, limits_named(limits))
 
 
 def _response(entry: Entry) -> Response:

@@ -14,7 +14,6 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
-from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.grade.altered_solutions import SOLUTION, Altered, Calls, calls_of, saturated
 from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, Criterion, figures_of
 from setcmas_tools.grade.diagnosis import diagnosis
@@ -28,6 +27,7 @@ from setcmas_tools.grade.marks import (
     ScenarioRun,
 )
 from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
+from setcmas_tools.measures.comparison import distances_between
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.scenario import Scenario

@@ -1,4 +1,4 @@
-"""The tasks `formation`, `distances`, `consensus` and `resilience`."""
+"""The tasks `formation` and `distances`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.laws.references import number, points, robots
+from setcmas_ctrl.laws.references import number, points
 from setcmas_simu.arrays import Floats
-from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.measures.task import Errors, Task, from_share, hollow_marker, rms, rms_by_robot
 from setcmas_tools.measures.tracking_task import REACHED_M, draw_waypoints, waypoints
@@ -241,48 +240,4 @@ class _Distances(_LedTask):
 DISTANCES = _Distances(
     {'D': distance_or_shape, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
 )
-"""The task."""
-
-
-CONSENSUS = Task()
-"""The task; the agreement of the fleet is measured in every run."""
-
-
-@dataclass(frozen=True)
-class HonestMetrics(Measured):
-    """Agreement of the honest robots, those that are not rebels.
-
-    The largest exit is the largest distance of a coordinate from the interval of their starts.
-    """
-
-    disagreement_at_end_m: float
-    largest_exit_m: float
-
-    def lines(self) -> list[str]:
-        """Return the disagreement and the largest exit."""
-        return [
-            f'honest robots: disagreement {self.disagreement_at_end_m:.3f} m at the end; '
-            f'at most {self.largest_exit_m:.3f} m outside the interval of their starts'
-        ]
-
-
-def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
-    """Return the agreement of all robots but rebels, at times with all of these known."""
-    places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
-    places = places[..., np.isfinite(places[0]).all(axis=0)]
-    if not places.size:
-        return None
-    starts = places[..., :1]
-    above = places - starts.max(axis=1, keepdims=True)
-    below = starts.min(axis=1, keepdims=True) - places
-    exit_m = float(max(above.max(), below.max(), 0.0))
-    return HonestMetrics(float(disagreement(*places)[-1]), exit_m)
-
-
-class _Resilience(Task):
-    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        return {'honest': honest(run.counted_grid, references['REBELS'])}
-
-
-RESILIENCE = _Resilience({'REBELS': robots})
 """The task."""

@@ -7,8 +7,6 @@ from dataclasses import asdict, dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 
 if TYPE_CHECKING:
@@ -54,6 +52,12 @@ class Value(Measured):
     unit: str = ''
     digits: int = 2
 
+    def __post_init__(self) -> None:
+        """Check that a number can be shown; ValueError or TypeError otherwise."""
+        values = self.value.values() if isinstance(self.value, Mapping) else [self.value]
+        for value in values:
+            format(value, f'.{self.digits}f')
+
     def columns(self) -> Columns:
         """Return a column if there is a number for each robot."""
         if not isinstance(self.value, Mapping):
@@ -81,39 +85,16 @@ def measured(name: str, result: object) -> Measured | None:
     """Return the result of a metric as a measurement; a number becomes a `Value`.
 
     Raises:
-        InvalidPluginError: It is something else, or has fields that metrics.yaml cannot hold.
+        InvalidPluginError: It is something else.
     """
     if isinstance(result, Real) and not isinstance(result, bool):
-        result = Value(name, float(result))
-    if result is None:
-        return None
-    if not isinstance(result, Measured):
-        raise InvalidPluginError(
-            f'returned {_kind(result)}; it must return a number, a Value of a number or of '
-            'numbers by robot, or None'
-        )
-    for form, values in result.columns().values():
-        ''.join(format(value, form) for value in values.values() if value is not None)
-    result.lines()
-    for field, value in result.as_dict().items():
-        if not _is_plain(value):
-            raise InvalidPluginError(
-                f'returned {_kind(value)} as {field}; it must be a number, a text, or a list or '
-                'dictionary of these'
-            )
-    return result
-
-
-def _kind(thing: object) -> str:
-    return f'a value of type {type(thing).__name__}'
-
-
-def _is_plain(value: object) -> bool:
-    if isinstance(value, Mapping):
-        return all(map(_is_plain, [*value, *value.values()]))
-    if isinstance(value, (list, tuple)):
-        return all(map(_is_plain, value))
-    return value is None or isinstance(value, (str, Real, np.bool_))
+        return Value(name, float(result))
+    if result is None or isinstance(result, Measured):
+        return result
+    raise InvalidPluginError(
+        f'returned a value of type {type(result).__name__}; it must return a number, a Value of '
+        'a number or of numbers by robot, or None'
+    )
 
 
 def _metric(thing: object) -> Metric:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
-from math import hypot, pi
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +18,10 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
-from setcmas_simu.robots.model import SLOW
-from setcmas_tools.measures.consensus_metrics import ConsensusMetrics, Starts
+from setcmas_tools.measures.agreement import ConsensusMetrics
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
-from setcmas_tools.measures.motion_metrics import largest_speed
 from setcmas_tools.measures.predicted_metrics import Comparison, compared
+from setcmas_tools.measures.robot_metrics import largest_speed
 from setcmas_tools.measures.safety_metrics import Separation
 from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
@@ -54,61 +52,28 @@ def theory_lines(parts: Mapping[str, Measured]) -> list[str]:
     return theory.lines() if theory else ['theory: nothing is predicted for this law']
 
 
-_SHOWN_M = 0.005  # shorter distances read 0.00 m
+_RATE = 'consensus.convergence_rate_1_s'
 _RATES_DIFFER = 0.05
-_DIRECTIONS = ('+x', '+y', '-x', '-y')
 
 
 def meeting(parts: Mapping[str, Measured]) -> str:
     """Return the sentence from the metrics of a run by name; '' if its robots need not meet."""
     agreement, separation, theory = map(parts.get, ('consensus', 'separation', PREDICTION))
-    if not isinstance(agreement, ConsensusMetrics) or agreement.starts is None:
+    if not isinstance(agreement, ConsensusMetrics) or not agreement.must_meet:
         return ''
     text = f'The robots {"met" if agreement.have_met else "did not meet"}'
     if isinstance(separation, Separation) and separation.largest_distance_at_end_m is not None:
         text += f': at most {separation.largest_distance_at_end_m:.2f} m apart at the end'
-    predicted, limit = {}, ''
-    if isinstance(theory, Comparison):
-        predicted = {figure.metric: figure.predicted for figure in theory.figures}
-        limit = theory.departures.get(Departure.SPEED_LIMIT, '')
-        if agreement.have_met and 'consensus.final_centre_x_m' in predicted:
-            x, y = (predicted[f'consensus.final_centre_{axis}_m'] for axis in 'xy')
-            away = hypot(agreement.final_centre_x_m - x, agreement.final_centre_y_m - y)
-            text += f', {away:.2f} m from {_place(agreement.starts, x, y)}'
-            reasons = _reasons(agreement.starts, x, y, theory) if away > _SHOWN_M else []
-            text += f' ({"; ".join(reasons)})' if reasons else ''
-    if agreement.convergence_rate_1_s is None:
+    rate = agreement.convergence_rate_1_s
+    if rate is None:
         return f'{text}.'
-    expected = predicted.get('consensus.convergence_rate_1_s')
-    theory_too = '' if expected is None else f', theory {expected:.3g}'
-    if expected and abs(agreement.convergence_rate_1_s / expected - 1.0) > _RATES_DIFFER:
-        theory_too += f' (the speed limit was {limit})' if limit else ''
-    return f'{text}. Rate {agreement.convergence_rate_1_s:.3g} 1/s{theory_too}.'
-
-
-def _place(starts: Starts, x: float, y: float) -> str:
-    """Return where theory has the robots meet, in words."""
-    if _is_mean(starts, x, y):
-        return 'the mean of their starts'
-    return f'({x:.2f}, {y:.2f}), where theory has them meet'
-
-
-def _is_mean(starts: Starts, x: float, y: float) -> bool:
-    return hypot(starts.x - x, starts.y - y) < _SHOWN_M
-
-
-def _reasons(starts: Starts, x: float, y: float, theory: Comparison) -> list[str]:
-    """Return why the centre of the robots is not where theory has them meet."""
-    reasons = []
-    if Departure.TURNING in theory.departures:
-        faced = 'they' if starts.heading is None else 'all faced one way and'
-        if starts.heading is not None and abs(starts.heading % (pi / 2)) < 1e-3:
-            faced = f'all faced {_DIRECTIONS[round(starts.heading / (pi / 2)) % 4]} and'
-        reasons.append(f'{faced} drove while turning, which omnidirectional robots need not')
-    is_balanced = _is_mean(starts, x, y) and starts.speed < SLOW
-    if Departure.SPEED_LIMIT in theory.departures and not is_balanced:
-        reasons.append('the speed limit slowed some more than others')
-    return reasons
+    text += f'. Rate {rate:.3g} 1/s'
+    if isinstance(theory, Comparison) and _RATE in theory:
+        expected, limit = theory[_RATE].predicted, theory.departures.get(Departure.SPEED_LIMIT)
+        text += f', theory {expected:.3g}'
+        if limit and expected and abs(rate / expected - 1.0) > _RATES_DIFFER:
+            text += f' (the speed limit was {limit})'
+    return f'{text}.'
 
 
 def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:

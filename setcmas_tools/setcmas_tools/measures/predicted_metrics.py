@@ -18,7 +18,7 @@ from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
-from setcmas_tools.measures.motion_metrics import largest_speed
+from setcmas_tools.measures.robot_metrics import largest_speed
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run, channel_of, models_of
 
@@ -60,6 +60,9 @@ class Comparison(Measured):
     figures: tuple[Figure, ...]
     departures: Mapping[Departure, str]
     doubts: tuple[str, ...] = ()
+
+    def __contains__(self, metric: str) -> bool:
+        return any(one.metric == metric for one in self.figures)
 
     def __getitem__(self, metric: str) -> Figure:
         """Return the last figure of a metric; KeyError if there is none."""

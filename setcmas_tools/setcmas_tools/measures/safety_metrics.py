@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,17 +73,26 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Sepa
     last sample with all robots known. None if no two robots are known at the same time.
     """
     radii = np.array([_radius((models or {}).get(robot, UNICYCLE)) for robot in grid.robots])
-    steps = np.nan_to_num(np.hypot(np.diff(grid.x), np.diff(grid.y)))
-    reach = 2 * steps.max(axis=0, initial=0.0)
     least, when, pair = np.inf, np.nan, (0, 0)
     touched = []
+    lasts = np.diff(grid.t, append=grid.t[-1:])
     for i, robot in enumerate(grid.robots[:-1]):  # all pairs at once would take gigabytes
-        offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
-        distance, time, j = _least_distance(grid.t, offsets, reach)
-        if distance < least:
-            least, when, pair = distance, time, (robot, grid.robots[i + 1 + j])
-        for j, t in _touches(grid.t, offsets, reach, radii[i] + radii[i + 1 :]):
-            touched.append((robot, grid.robots[i + 1 + j], round(t, 3)))
+        starts = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
+        ends = np.concatenate([starts[..., 1:], starts[..., -1:]], axis=2)
+        reach = radii[i] + radii[i + 1 :]
+        passing = _passing(starts, ends, reach)
+        for other, distances, radius, nearest, contact in zip(
+            grid.robots[i + 1 :], passing.distances, reach, passing.nearest, passing.contact,
+            strict=True,
+        ):  # fmt: skip
+            k = int(np.argmin(distances))
+            if distances[k] < least:
+                least, pair = float(distances[k]), (robot, other)
+                when = float(grid.t[k] + nearest[k] * lasts[k])
+            if distances[k] < radius:
+                first_k = int(np.argmax(distances < radius))
+                t = float(grid.t[first_k] + contact[first_k] * lasts[first_k])
+                touched.append((robot, other, round(t, 3)))
     if not np.isfinite(least):
         return None
     first = sorted(touched, key=lambda one: one[2])[:_MOST_TOUCHES]
@@ -96,36 +106,31 @@ def _radius(model: str) -> float:
     return math.sqrt(area / math.pi)
 
 
-def _touches(
-    t: Floats, offsets: Floats, reach: Floats, radii: Floats
-) -> Iterator[tuple[int, float]]:
-    """Yield the points that come within their radii (M,), and the first time of each, by point.
+class _Passing(NamedTuple):
+    """How points pass the origin on straight ways, each of shape (M, K).
 
-    Times t have shape (K,), offsets (2, M, K) with NaN where unknown; `reach` (K - 1,) is the
-    largest motion of the points from each time to the next.
+    The distances in m are infinite where unknown; the shares of the ways are those up to the
+    nearest point, and up to the first point within a radius, if there is one.
     """
-    distances = np.hypot(*offsets)
-    points, samples = np.nonzero(distances < radii[:, None] + np.append(reach, 0.0))
-    ends = np.minimum(samples + 1, len(t) - 1)
-    start, end = offsets[:, points, samples], offsets[:, points, ends]
-    between, share = _nearest(start, end)
-    hit = between < radii[points]
-    way = np.maximum(np.hypot(*np.nan_to_num(end - start)), np.finfo(float).tiny)
-    before = np.sqrt(np.maximum(radii[points] ** 2 - between**2, 0.0)) / way  # to the nearest
-    times = t[samples] + np.maximum(share - before, 0.0) * (t[ends] - t[samples])
-    found, first = np.unique(points[hit], return_index=True)
-    yield from zip(found.tolist(), times[hit][first].tolist(), strict=True)
+
+    distances: Floats
+    nearest: Floats
+    contact: Floats
 
 
-def _nearest(start: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Return the smallest norm of points on their way, and the share of the way, shape (M,).
+def _passing(starts: Floats, ends: Floats, radii: Floats) -> _Passing:
+    """Return how M points pass on ways in m, (2, M, K), with radii (M,).
 
-    Start and end are rows x, y, shape (2, M); where the end is NaN, the start counts.
+    Where the end of a way is NaN, its start counts.
     """
-    step = np.nan_to_num(end - start)
-    squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
-    share = np.clip(-np.sum(start * step, axis=0) / squares, 0.0, 1.0)
-    return np.hypot(*(start + share * step)), share
+    steps = np.nan_to_num(ends - starts)
+    lengths = np.maximum(np.hypot(*steps), np.finfo(float).tiny)
+    along = -np.sum(starts * steps, axis=0) / lengths
+    nearest = np.clip(along / lengths, 0.0, 1.0)
+    distances = np.hypot(*(starts + nearest * steps))
+    before = np.sqrt(np.maximum(radii[:, None] ** 2 - distances**2, 0.0)) / lengths
+    contact = np.maximum(nearest - before, 0.0)
+    return _Passing(np.nan_to_num(distances, nan=np.inf), nearest, contact)
 
 
 def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
@@ -147,24 +152,6 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
     for values in (smallest, mean, largest):
         values[~grid.complete] = np.nan
     return smallest, mean, largest
-
-
-def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
-    """Return the smallest norm of moving points, its time and point; see `_touches`."""
-    distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
-    distances[np.isnan(distances)] = np.inf
-    point, sample = np.unravel_index(np.argmin(distances), distances.shape)
-    least, when = float(distances[point, sample]), float(t[sample])
-    if not np.isfinite(least):
-        return least, when, int(point)
-    points, samples = np.nonzero(distances[:, :-1] < least + reach)  # others stay further away
-    between, share = _nearest(offsets[:, points, samples], offsets[:, points, samples + 1])
-    if len(between) and between.min() < least:
-        best = int(np.argmin(between))
-        k = samples[best]
-        least, point = float(between[best]), points[best]
-        when = float(t[k] + share[best] * (t[k + 1] - t[k]))
-    return least, when, int(point)
 
 
 def _largest_distance_at_end(grid: FleetGrid) -> float | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -125,41 +124,22 @@ def rms(values: Floats | list[float]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
-    """Return a run with the references in the plain values of a control script.
+def with_task_of(run: Run, algo: str) -> Run:
+    """Return a run with the task and the references that a control script declares.
 
     The script is read, not run: `WPL = [[1, 1], [2, 2]]` is a plain value, a computed value is
-    not. By default the task is that of the script, and the script that of the run, with `--set`.
+    not.
 
     Raises:
-        SetcmasError: The script or task is unknown, or a reference is missing.
+        SetcmasError: The script is unknown, declares no task, or lacks a reference of it.
     """
-    own = (given.path for given in run.inputs if given.option == 'algo')
-    script = find_script(algo) if algo else next(own, None)
-    given: dict[str, Any] = plain_values(script) if script else {}
-    if not algo:
-        known = run.references.values if run.references else {}
-        given |= {**known, **run.parameters.get('set', {})}
-    task = task or _stated(given, script)
-    if script is None and task != 'consensus':
-        raise SetcmasError(
-            f"task '{task}' needs references from the control script; run.yaml names no script: "
-            'add --algo'
-        )
-    name = script.name if script else 'the run'
-    references = checked_references(task, given, name)
-    return replace(run, tables=replace(run.tables, references=references))
-
-
-def with_vnom(run: Run, vnom: float) -> Run:
-    """Return a run with another speed limit of commands, in m/s."""
-    scenario = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
-    return replace(run, info=replace(run.info, scenario=scenario, lab=None))
-
-
-def _stated(given: Mapping[str, Any], script: Path | None) -> str:
-    task = given.get('task')
+    script = find_script(algo)
+    values = plain_values(script)
+    task = values.get('task')
     if not isinstance(task, str):
-        name = script.name if script else 'the run'
-        raise SetcmasError(f'{name} declares no task; add --task')
-    return task
+        raise SetcmasError(
+            f"{script.name} declares no task; add a line such as task = 'waypoints', one of "
+            f'{", ".join(TASKS.plugins())}'
+        )
+    references = checked_references(task, values, script.name)
+    return replace(run, tables=replace(run.tables, references=references))

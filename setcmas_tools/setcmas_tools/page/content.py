@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
+from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import ignore, task_of
 from setcmas_tools.page.law_calls import begin_of, calls_entry
@@ -206,7 +206,7 @@ def difference(run: Run, other: Run) -> Curve | None:
     None if no robot is in both.
     """
     # With what it imports, it is not for pages of one run in a browser, which start sooner.
-    from setcmas_tools.compare.run_distance import distances_between
+    from setcmas_tools.measures.comparison import distances_between
 
     t, distances = distances_between(run, other)
     return Curve('Difference', 'm', t, distances) if len(t) and distances else None

@@ -14,7 +14,7 @@ from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function, ScriptFailure
-from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
+from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.page.page_data import changes, packed
 from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S

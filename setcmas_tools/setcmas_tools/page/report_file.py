@@ -9,7 +9,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import written_whole
-from setcmas_tools.compare.run_distance import flat
+from setcmas_tools.measures.comparison import flat
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
 from setcmas_tools.page.run_facts import Line, Mark, Pair, listings, marks_of, plot_pictures

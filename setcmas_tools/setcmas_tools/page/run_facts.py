@@ -15,10 +15,9 @@ from PIL import Image
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.script_calls import ScriptFailure
-from setcmas_tools.compare.differences import differences, metrics_table
-from setcmas_tools.compare.pictures import drawn_pictures
-from setcmas_tools.compare.run_distance import Shifted, best_shift
+from setcmas_tools.measures.comparison import Shifted, best_shift, differences, metrics_table
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
+from setcmas_tools.plots.comparison_plots import drawn_pictures
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.run.inputs import RunInput

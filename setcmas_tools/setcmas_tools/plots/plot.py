@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import html as markup
 import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +14,8 @@ from matplotlib.figure import Figure
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
+from setcmas_tools.measures.metrics import measure
+from setcmas_tools.measures.task import ignore
 from setcmas_tools.plots.plot_settings import PlotSettings, check_style
 from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
@@ -110,6 +114,25 @@ def drawn_plots(
             warn(f"plot '{name}' failed: {reason}")
             continue
         yield name, figure
+
+
+_SUMMARY_DPI = 55
+
+
+def html(run: Run) -> str:
+    """Return a run as HTML: its title, its trajectories, and the table of its metrics."""
+    content = io.BytesIO()
+    figure(run, 'trajectories').savefig(content, format='png', dpi=_SUMMARY_DPI)
+    picture = base64.b64encode(content.getvalue()).decode('ascii')
+    try:
+        table = str(measure(run, ignore))
+    except SetcmasError as error:
+        table = str(error)
+    return (
+        f'<div><b>{markup.escape(run.title)}</b> ({markup.escape(str(run.outcome))})<br>'
+        f'<img src="data:image/png;base64,{picture}" alt="trajectories">'
+        f'<pre style="line-height:1.2">{markup.escape(table)}</pre></div>'
+    )
 
 
 class Picture(Figure):

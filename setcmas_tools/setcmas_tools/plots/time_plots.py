@@ -16,7 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
-from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
+from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Errors, ignore, task_of
 from setcmas_tools.plots import trajectories

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 MEASURE = 'setcmas_tools.measures.metrics:measure'
 FIGURE = 'setcmas_tools.plots.plot:figure'
 FILM = 'setcmas_tools.plots.film:film'
-HTML = 'setcmas_tools.plots.evaluation:html'
+HTML = 'setcmas_tools.plots.plot:html'
 
 
 def tool(target: str) -> Any:

@@ -4,7 +4,7 @@ from processes import PATIENT_LAB, refuses, run_here
 
 from launch_scripts.cli import main
 from setcmas_tools import simulate
-from setcmas_tools.compare.run_distance import best_shift
+from setcmas_tools.measures.comparison import best_shift
 from setcmas_tools.run.run import Run
 
 

@@ -7,7 +7,6 @@ from processes import refuses, run_here
 
 from setcmas_tools import simulate
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import write_fleet
 
 HEADER = 't,robot,x,y,theta,v,omega\n'
@@ -30,9 +29,7 @@ def test_the_table_and_the_file(run):
     assert result.returncode == 0, result.stderr
     assert re.search(r'tb3_2 +2\.00', result.stdout)
     assert 'least separation: 1.00 m at 0.0 s between robots 1 and 2' in result.stdout
-    assert (
-        'the task is unknown, so task errors are missing; add --task {alignment,' in result.stdout
-    )
+    assert 'the task is unknown, so task errors are missing; add --algo' in result.stdout
     first = (run / 'metrics.yaml').read_bytes()
     content = yaml.safe_load(first)
     assert content['robots'][1]['path_length_m'] == 1.0
@@ -43,11 +40,11 @@ def test_the_table_and_the_file(run):
         assert (run / 'metrics.yaml').read_bytes() == first
 
 
-def test_the_options(run):
-    (run.parent / 'mine.py').write_text('WPL = [[1.045, 1]]\ndef control(a, b, c, d): ...\n')
+def test_the_task_of_a_script(run):
+    law = "task = 'waypoints'\nWPL = [[1.045, 1]]\ndef control(a, b, c, d): ...\n"
+    (run.parent / 'mine.py').write_text(law)
 
-    arguments = ('--task', 'waypoints', '--algo', 'mine', '--vnom', '0.1')
-    result = run_here('metrics', 'out', *arguments, cwd=run.parent)
+    result = run_here('metrics', 'out', '--algo', 'mine', cwd=run.parent)
 
     assert result.returncode == 0, result.stderr
     content = yaml.safe_load((run / 'metrics.yaml').read_text())
@@ -55,21 +52,6 @@ def test_the_options(run):
     assert content['waypoints']['reached_within_m'] == 0.1  # that of nav_wp
     times = {1: [9.5, 9.6, 9.7, 9.8, 9.9, 10.0], 2: []}
     assert content['waypoints']['reached_at_s'] == times
-    assert content['robots'][1]['time_in_saturation_s'] == 10.0
-
-
-def test_the_script_counts_as_it_was_in_the_run(run):
-    (run.parent / 'mine.py').write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
-    write_info(RunInfo(scenario={'algo': 'inputs/algo/mine.py'}), run)
-    kept = run / 'inputs' / 'algo' / 'mine.py'
-    kept.parent.mkdir(parents=True)
-    kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')
-
-    result = run_here('metrics', 'out', '--task', 'waypoints', cwd=run.parent)
-
-    assert result.returncode == 0, result.stderr
-    content = yaml.safe_load((run / 'metrics.yaml').read_text())
-    assert content['waypoints']['reached_at_s'][1][0] == 9.0
 
 
 def test_a_law_without_a_task_is_not_asked_for_one(tmp_path):
@@ -90,11 +72,7 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     [
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
-        (('out', '--task', 'dance', '--algo', 'nav_wp'), "unknown task 'dance'"),
-        (('out', '--task', 'tracking'), 'add --algo'),
         (('out', '--algo', 'consensu'), 'did you mean consensus'),
-        (('out', '--vnom', '-1'), '--vnom is -1; it must be above 0 m/s'),
-        (('out', '--algo', 'nav_wp', '--task', 'formation'), 'nav_wp.py defines no PLACES'),
         (('damaged.csv',), "'damaged.csv', line 2"),
         (('broken.mcap',), 'broken.mcap'),
     ],

@@ -25,12 +25,12 @@ def path(tmp_path):
 
 def test_what_is_written_is_read(path):
     burger = ROBOT_LIMITS['burger']
-    robot = IdentifiedRobot(SLOW, QUICK, burger, 0.06)
+    robot = IdentifiedRobot(SLOW, QUICK, burger)
     write_model_file(ModelFile({2: robot}, None, 'burger'), path, 'of a test')
 
     read = read_model_file(path).robot(2)
 
-    assert (read.forward, read.turn, read.limits, read.way) == (SLOW, QUICK, burger, 0.06)
+    assert (read.forward, read.turn, read.limits) == (SLOW, QUICK, burger)
     assert path.read_text().startswith('# of a test\n')
 
 
@@ -106,13 +106,6 @@ def test_the_way_is_the_integral_of_the_speed():
 
     t = 2.0 - 0.25
     assert state[0] == pytest.approx(0.9 * 0.2 * (t - 0.3 * -math.expm1(-t / 0.3)))
-
-
-def test_the_way_of_commands_and_poses_delays_both_speeds():
-    before = after(IdentifiedRobot(FORWARD, TURN), 2.0, 0.1, [(0.2, 0.5)])
-    later = after(IdentifiedRobot(FORWARD, TURN, way=0.1), 2.1, 0.1, [(0.2, 0.5)])
-
-    np.testing.assert_allclose(later[:8], before[:8])
 
 
 @pytest.mark.parametrize('rate', [50, 100, 200])

@@ -2,7 +2,7 @@ import pytest
 from metrics_runs import T, table, write_run
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.measures.task import with_task
+from setcmas_tools.measures.task import with_task_of
 from setcmas_tools.run.run import Run
 
 
@@ -12,33 +12,27 @@ def run(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('text', 'task', 'message'),
+    ('text', 'message'),
     [
-        ('', 'waypoints', 'defines no WPL'),
-        ('WPL = [1, 2]', 'waypoints', r'WPL is \[1, 2\]; it must be points'),
-        ('R = 2', 'tracking', 'defines no W'),
-        ('', 'dance', "unknown task 'dance'; did you mean distances"),
-        ('', None, 'mine.py declares no task; add --task'),
+        ("task = 'waypoints'", 'defines no WPL'),
+        ("task = 'waypoints'\nWPL = [1, 2]", r'WPL is \[1, 2\]; it must be points'),
+        ("task = 'tracking'\nR = 2", 'defines no W'),
+        ("task = 'dance'", "unknown task 'dance'; did you mean distances"),
+        ('', "mine.py declares no task; add a line such as task = 'waypoints', one of alignment,"),
     ],
 )
-def test_references_that_a_script_does_not_define(run, tmp_path, text, task, message):
+def test_references_that_a_script_does_not_define(run, tmp_path, text, message):
     path = tmp_path / 'mine.py'
     path.write_text(f'{text}\ndef control(*_): return 0, 0\n')
 
     with pytest.raises(SetcmasError, match=message):
-        with_task(run, task, str(path))
+        with_task_of(run, str(path))
 
 
 def test_a_script_is_read_and_not_run(run, tmp_path):
     path = tmp_path / 'mine.py'
     path.write_text("WPL = [[1, 0]]\nREACHED = 0.055\ntask = 'waypoints'\nraise RuntimeError\n")
 
-    visits = with_task(run, None, str(path)).metrics()['waypoints']
+    visits = with_task_of(run, str(path)).metrics()['waypoints']
 
     assert visits.reached_at_s[1][0] == 9.5
-
-
-def test_a_task_without_a_script(run):
-    with pytest.raises(SetcmasError, match='add --algo'):
-        with_task(run, 'tracking')
-    assert with_task(run, 'consensus').metrics().task == 'consensus'

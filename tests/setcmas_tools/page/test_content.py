@@ -5,7 +5,7 @@ import pytest
 from report_pages import unpacked
 from runs import run_of
 
-from setcmas_tools.measures.consensus_metrics import fleet_consensus
+from setcmas_tools.measures.agreement import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.content import (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,12 +63,10 @@ MOST_DOUBT_S = 0.1
 
 _MOST_GAIN_DOUBT = 0.1
 _LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
-_DELAYS_S = np.linspace(0.0, 1.0, 41)
 _MOST_EARLY_S = 0.15
 """Longest lead of a simulated motion to its command: a step at 10 Hz, and jitter."""
 
-_AT_ONCE_S = 0.02
-_ALL, _WITHOUT_LAG = ('gain', 'lag', 'delay'), ('gain', 'delay')
+_DELAYS_S = np.arange(-_MOST_EARLY_S, 1.0, 0.025)
 _SINGULAR = 1e5
 _LEAST_SIGMA = 1e-12  # 0 times a spread without end is no number
 
@@ -80,6 +77,7 @@ class Fit:
 
     Attributes:
         response: Gain, lag and delay.
+        errors: Their standard errors.
         quality: Share of the measured motion that the model explains, in percent.
     """
 
@@ -122,7 +120,7 @@ class MeasuredSpeeds:
         return response.gain * means
 
 
-def fitted(measured: MeasuredSpeeds, lag: float | None = None) -> Fit:
+def fitted(measured: MeasuredSpeeds) -> Fit:
     """Return the gain, lag and delay with the least squares of errors.
 
     Speeds are simulated from the commands alone, an output-error model (Ljung, System
@@ -132,40 +130,27 @@ def fitted(measured: MeasuredSpeeds, lag: float | None = None) -> Fit:
     is 1 - |y - model| / |y - mean| (section 16.4 has its square).
 
     A simulation applies a command to the whole step in which it arrives, so poses may lead the
-    command. Without any lag or delay, the gain is that of the best lead; the delay is 0 then.
+    command. The delay is 0 then, and no better known than that lead.
 
     Args:
         measured: At least a window.
-        lag: The lag in s if it is known.
 
     Raises:
         SetcmasError: scipy is missing.
     """
-    lags = _LAGS_S if lag is None else np.array([lag])
-    names = _ALL if lag is None else _WITHOUT_LAG
-    best, errors = _nearest(measured, _best(measured, lags, _DELAYS_S), names)
-    if best.lag + best.delay < _AT_ONCE_S:
-        early = _best(measured, np.zeros(1), np.linspace(-_MOST_EARLY_S, 0.0, 151))
-        if early.delay < 0.0:
-            best, errors = _nearest(measured, early, _WITHOUT_LAG)
-    if best.delay < 0.0:  # the delay is 0 then, and no better known than the lead
-        lead = errors.delay - best.delay
-        errors = Response(errors.gain, lead, lead)
-    elif lag is None:  # a run may determine only the sum of lag and delay, which bounds both
-        _, together = _nearest(measured, best, _WITHOUT_LAG)
-        most = best.lag + best.delay + together.delay
-        gain = min(errors.gain, together.gain) if np.isinf(errors.gain) else errors.gain
-        errors = Response(gain, min(errors.lag, most), min(errors.delay, most))
+    best, errors = _nearest(measured, _best_on_grid(measured))
     e = measured.y - measured.predicted(best)
     apart = float(np.linalg.norm(measured.y - measured.y.mean()))
     quality = 100.0 * (1.0 - float(np.linalg.norm(e)) / apart) if apart > 0.0 else 0.0
-    return Fit(replace(best, delay=max(0.0, best.delay)), errors, quality)
+    lead = max(0.0, -best.delay)
+    errors = replace(errors, delay=errors.delay + lead)
+    return Fit(replace(best, delay=best.delay + lead), errors, quality)
 
 
-def _best(measured: MeasuredSpeeds, lags: Floats, delays: Floats) -> Response:
+def _best_on_grid(measured: MeasuredSpeeds) -> Response:
     best, least = Response(gain=0.0), np.inf
-    for lag in lags.tolist():
-        for delay in delays.tolist():
+    for lag in _LAGS_S.tolist():
+        for delay in _DELAYS_S.tolist():
             means = measured.predicted(Response(1.0, lag, delay))
             power = float(means @ means)
             gain = float(means @ measured.y) / power if power > 0.0 else 0.0
@@ -175,13 +160,10 @@ def _best(measured: MeasuredSpeeds, lags: Floats, delays: Floats) -> Response:
     return best
 
 
-def _nearest(
-    measured: MeasuredSpeeds, start: Response, names: Sequence[str]
-) -> tuple[Response, Response]:
+def _nearest(measured: MeasuredSpeeds, start: Response) -> tuple[Response, Response]:
     """Return the response with the least squares near another, and the standard errors.
 
-    Only the values with these names change; the errors of the others are 0. Those of values that
-    the run does not determine are infinite.
+    The errors of values that the run does not determine are infinite.
 
     Raises:
         SetcmasError: scipy is missing.
@@ -189,20 +171,14 @@ def _nearest(
     with needs('identify'):
         from scipy.optimize import least_squares
 
-    def response(values: Floats) -> Response:
-        return replace(start, **dict(zip(names, values.tolist(), strict=True)))
-
-    least = {'gain': -np.inf, 'lag': 0.0, 'delay': min(0.0, start.delay)}
-    most = {'gain': np.inf, 'lag': LONGEST_DELAY_S, 'delay': LONGEST_DELAY_S}
     found = least_squares(
-        lambda values: measured.predicted(response(values)) - measured.y,
-        [getattr(start, name) for name in names],
-        bounds=([least[name] for name in names], [most[name] for name in names]),
+        lambda values: measured.predicted(Response(*values)) - measured.y,
+        [start.gain, start.lag, start.delay],
+        bounds=([-np.inf, 0.0, -_MOST_EARLY_S], [np.inf, LONGEST_DELAY_S, LONGEST_DELAY_S]),
     )
-    apart = max(1.0, len(measured.y) - len(_ALL) * measured.overlap)
+    apart = max(1.0, len(measured.y) - len(found.x) * measured.overlap)
     sigma = max(np.sqrt(2.0 * found.cost * measured.overlap / apart), _LEAST_SIGMA)
-    errors = dict(zip(names, (sigma * _spread(found.jac)).tolist(), strict=True))
-    return response(found.x), replace(Response(0.0, 0.0, 0.0), **errors)
+    return Response(*found.x.tolist()), Response(*(sigma * _spread(found.jac)).tolist())
 
 
 def _spread(J: Floats) -> Floats:

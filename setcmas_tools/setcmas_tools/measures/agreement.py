@@ -1,19 +1,25 @@
-"""Metrics of consensus: disagreement on the position, and settling times."""
+"""Agreement of robots: on the position, among honest robots, and on the velocity.
+
+The tasks are `consensus`, `resilience` and `alignment`; agreement on the position is measured in
+every run.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_ctrl.laws.references import robots
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured
-from setcmas_tools.measures.task import from_share, rms
-from setcmas_tools.run.fleet_motion import FleetGrid, held_poses
+from setcmas_tools.measures.task import Errors, Task, from_share, rms
+from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run, models_of
 
 _LEAST_DECAY = 1.5
@@ -26,29 +32,12 @@ CONSENSUS = 'consensus'
 
 
 @dataclass(frozen=True)
-class Starts:
-    """Starts of robots that are meant to meet.
-
-    Attributes:
-        x: Mean of their positions in m.
-        y: The same along y.
-        heading: Their heading in rad; None if they face different ways.
-        speed: That of their mean by their first commands, in m/s.
-    """
-
-    x: float
-    y: float
-    heading: float | None
-    speed: float
-
-
-@dataclass(frozen=True)
 class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time with all poses known.
 
     Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement hardly falls below 20 % before all robots rest. The starts, which metrics.yaml
-    does not have, are those of robots that are meant to meet, or do meet and have no task.
+    the disagreement hardly falls below 20 % before all robots rest. `must_meet` is whether the
+    robots are meant to meet, or do meet and have no task; it is not in metrics.yaml.
     """
 
     start_time_s: float
@@ -61,7 +50,7 @@ class ConsensusMetrics(Measured):
     convergence_rate_1_s: float | None
     final_centre_x_m: float
     final_centre_y_m: float
-    starts: Starts | None = None
+    must_meet: bool = False
 
     @property
     def have_met(self) -> bool:
@@ -70,7 +59,7 @@ class ConsensusMetrics(Measured):
 
     def lines(self) -> list[str]:
         """Return the agreement at the start and at the end, the settling times and the centre."""
-        if self.starts is None:
+        if not self.must_meet:
             return []
         x, y = (round(place, 2) + 0.0 for place in (self.final_centre_x_m, self.final_centre_y_m))
         return [
@@ -82,8 +71,8 @@ class ConsensusMetrics(Measured):
         ]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values by name, without the starts."""
-        return {name: value for name, value in super().as_dict().items() if name != 'starts'}
+        """Return the values by name, without `must_meet`."""
+        return {name: value for name, value in super().as_dict().items() if name != 'must_meet'}
 
 
 def _when(time: float | None) -> str:
@@ -100,18 +89,10 @@ def fleet_consensus(run: Run) -> ConsensusMetrics | None:
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
     found = consensus(grid, np.where(free, 0.0, SLOW))
-    is_meeting = found and is_agreement(run) and (run.references or found.have_met)
-    return replace(found, starts=_starts(run)) if found and is_meeting else found
-
-
-def _starts(run: Run) -> Starts:
-    x, y, theta = held_poses(run.table, 0.0, run.counted.robots)
-    heading = float(theta[0]) if np.ptp(theta) < 1e-3 else None
-    speed, commands = 0.0, run.commands
-    if commands is not None:
-        _, first = np.unique(commands.robot, return_index=True)  # over ROS at times of their own
-        speed = float(np.hypot(commands.vx[first].mean(), commands.vy[first].mean()))
-    return Starts(float(x.mean()), float(y.mean()), heading, speed)
+    if not found:
+        return None
+    must_meet = is_agreement(run) and (run.references is not None or found.have_met)
+    return replace(found, must_meet=must_meet)
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:
@@ -187,3 +168,129 @@ def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
         final_centre_x_m=float(x[:, -1].mean()),
         final_centre_y_m=float(y[:, -1].mean()),
     )
+
+
+CONSENSUS_TASK = Task()
+"""The task `consensus`, which has no metrics but those of every run."""
+
+
+@dataclass(frozen=True)
+class HonestMetrics(Measured):
+    """Agreement of the honest robots, those that are not rebels.
+
+    The largest exit is the largest distance of a coordinate from the interval of their starts.
+    """
+
+    disagreement_at_end_m: float
+    largest_exit_m: float
+
+    def lines(self) -> list[str]:
+        """Return the disagreement and the largest exit."""
+        return [
+            f'honest robots: disagreement {self.disagreement_at_end_m:.3f} m at the end; '
+            f'at most {self.largest_exit_m:.3f} m outside the interval of their starts'
+        ]
+
+
+def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
+    """Return the agreement of all robots but rebels, at times with all of these known."""
+    places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
+    places = places[..., np.isfinite(places[0]).all(axis=0)]
+    if not places.size:
+        return None
+    starts = places[..., :1]
+    above = places - starts.max(axis=1, keepdims=True)
+    below = starts.min(axis=1, keepdims=True) - places
+    exit_m = float(max(above.max(), below.max(), 0.0))
+    return HonestMetrics(float(disagreement(*places)[-1]), exit_m)
+
+
+class _Resilience(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        return {'honest': honest(run.counted_grid, references['REBELS'])}
+
+
+RESILIENCE = _Resilience({'REBELS': robots})
+"""The task `resilience`: robots agree in spite of rebels among them."""
+
+
+@dataclass(frozen=True)
+class AlignmentMetrics(Measured):
+    """Agreement on the velocities that the laws command.
+
+    The disagreement is the root mean square distance to the mean velocity, the spread of
+    directions the angle of the smallest sector with those of all moving robots.
+    """
+
+    disagreement_at_start_m_s: float
+    disagreement_at_end_m_s: float
+    convergence_rate_1_s: float | None
+    final_mean_vx_m_s: float
+    final_mean_vy_m_s: float
+    spread_of_directions_at_end_rad: float
+
+    def lines(self) -> list[str]:
+        """Return the agreement at the start and at the end, and the rate."""
+        rate = self.convergence_rate_1_s
+        return [
+            f'disagreement of velocities: {self.disagreement_at_start_m_s:.3f} m/s at the start, '
+            f'{self.disagreement_at_end_m_s:.3f} m/s at the end',
+            f'convergence rate: {"unknown" if rate is None else f"{rate:.3g} 1/s"}',
+            f'mean velocity at the end: ({self.final_mean_vx_m_s:.3f}, '
+            f'{self.final_mean_vy_m_s:.3f}) m/s; directions within '
+            f'{self.spread_of_directions_at_end_rad:.3f} rad',
+        ]
+
+
+def velocities(run: Run) -> Floats | None:
+    """Return the commands vx and vy in m/s at the times of `Run.counted_grid`, shape (2, N, K).
+
+    None for one robot, or if the commands of a robot are unknown.
+    """
+    grid, commands = run.counted_grid, run.commands
+    own = [commands.of(robot) for robot in grid.robots] if commands else []
+    if len(own) < 2 or not all(len(one.t) for one in own):
+        return None
+    return np.array(
+        [[np.interp(grid.t, one.t, getattr(one, name)) for one in own] for name in ('vx', 'vy')]
+    )
+
+
+def spread(vx: Floats, vy: Floats) -> float:
+    """Return the angle in rad of the smallest sector with the directions of N velocities (N,)."""
+    angles = np.sort(np.arctan2(vy, vx)[np.hypot(vx, vy) > 0.0])
+    gaps = np.diff(angles, append=angles[:1] + 2 * np.pi)
+    return float(2 * np.pi - gaps.max()) if len(gaps) else 0.0
+
+
+def alignment(t: Floats, vx: Floats, vy: Floats) -> AlignmentMetrics:
+    """Return the agreement of velocities in m/s, shape (N, K), at times in s, shape (K,)."""
+    values = disagreement(vx, vy)
+    return AlignmentMetrics(
+        disagreement_at_start_m_s=float(values[0]),
+        disagreement_at_end_m_s=float(values[-1]),
+        convergence_rate_1_s=convergence_rate(t, values, np.zeros(len(t), bool)),
+        final_mean_vx_m_s=float(vx[:, -1].mean()),
+        final_mean_vy_m_s=float(vy[:, -1].mean()),
+        spread_of_directions_at_end_rad=spread(vx[:, -1], vy[:, -1]),
+    )
+
+
+class _Alignment(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        del references
+        found = velocities(run)
+        return {'alignment': None if found is None else alignment(run.counted_grid.t, *found)}
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        del references
+        found = velocities(run)
+        if found is None:
+            return None
+        gaps = np.hypot(*(found - found.mean(axis=1, keepdims=True)))
+        values = dict(zip(run.counted_grid.robots, gaps, strict=True))
+        return Errors('Alignment error', 'distance to the mean velocity (m/s)', values)
+
+
+ALIGNMENT = _Alignment()
+"""The task `alignment`: robots agree on a velocity, or on its direction."""

@@ -7,9 +7,6 @@ from metrics_runs import T, compute, table, write_run
 from runs import measure
 
 from setcmas_tools import simulate
-from setcmas_tools.measures.metrics import measure as measure_run
-from setcmas_tools.measures.task import with_vnom
-from setcmas_tools.run.run import Run
 
 
 def test_path_length_and_speed_of_a_circle():
@@ -62,12 +59,10 @@ def test_a_gap_is_not_time_in_saturation():
     assert measure(table((t, 0, 0, 0.5)))['robots'][1].time_in_saturation_s == pytest.approx(10.0)
 
 
-def test_vnom_is_that_of_the_run_unless_given(tmp_path):
+def test_vnom_is_that_of_the_run(tmp_path):
     run = write_run(tmp_path / 'a', table((T, 0, 0, 0.2)), vnom=0.2)
 
     assert compute(run)['robots'][1].time_in_saturation_s == pytest.approx(20.0)
-    slow = measure_run(with_vnom(Run.load(run), 0.4))
-    assert slow['robots'][1].time_in_saturation_s == 0.0
     assert compute(write_run(tmp_path / 'b', table((T, 0, 0, 0.2)))).vnom_m_s == 0.5
 
 
@@ -92,7 +87,7 @@ def test_a_model_file_that_a_run_keeps_has_the_limits_of_its_robots(tmp_path):
     model = Path('inputs', 'model', 'model.yaml')
     run = write_run(tmp_path, table((T, 0, 0, 0.2)), limits='ideal', model=str(model))
     (tmp_path / model).parent.mkdir(parents=True)
-    (tmp_path / model).write_text('limits: burger\nothers: {way: 0.1}\n')
+    (tmp_path / model).write_text('limits: burger\nothers: {turn: {lag: 0.1}}\n')
 
     assert compute(run).vnom_m_s == 0.2108
 

@@ -9,15 +9,15 @@ from launch_scripts.cli import main
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu.robots.identified_robot import Response
 from setcmas_tools import simulate
-from setcmas_tools.compare.identification import (
+from setcmas_tools.measures.comparison import best_shift
+from setcmas_tools.measures.identification import (
     FORWARD,
     TURN,
     Identified,
-    SpeedResponse,
+    drives,
     identified_notes,
 )
-from setcmas_tools.compare.response_fit import Fit
-from setcmas_tools.compare.run_distance import best_shift
+from setcmas_tools.measures.response_fit import Fit
 
 ODOMETRY, TWIST = 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/TwistStamped'
 
@@ -93,11 +93,11 @@ def test_a_run_without_motion_gives_no_model(folder, record, capsys):
 
 def identified(forward_quality):
     response, errors = Response(0.92, 0.1, 0.2), Response(0.01, 0.01, 0.01)
-    channels = {
-        speed: SpeedResponse(Fit(response, errors, quality), 'poses', 0.0)
+    fits = {
+        speed: Fit(response, errors, quality)
         for speed, quality in ((FORWARD, forward_quality), (TURN, 95.0))
     }
-    return {1: Identified(channels, {FORWARD: response, TURN: response}, 0.0)}
+    return {1: Identified(fits, {FORWARD: response, TURN: response})}
 
 
 def test_a_poor_fit_is_reported_though_its_standard_errors_are_small():
@@ -109,3 +109,32 @@ def test_a_poor_fit_is_reported_though_its_standard_errors_are_small():
 @pytest.mark.parametrize('quality', [75.0, 100.0])
 def test_a_good_fit_needs_no_word(quality):
     assert not [*identified_notes(identified(quality))]
+
+
+CMD_VEL, GUARDED = '/tb3_1/cmd_vel', '/tb3_1/cmd_vel_guarded'
+
+
+@pytest.fixture
+def driven(tmp_path, make, write_bag):
+    """A function that writes the bag of a robot whose base was sent speeds on some topics."""
+
+    def driven(speeds):
+        messages = []
+        for i in range(20):
+            messages.append(('/tb3_1/odom', i / 10, make('nav_msgs/msg/Odometry')))
+            for topic, V in speeds.items():
+                messages.append((topic, i / 10, make(TWIST, {'twist.linear.x': V * (i > 3)})))
+        return write_bag(tmp_path / 'bag', messages)
+
+    return driven
+
+
+@pytest.mark.parametrize(
+    ('guarded', 'V'),
+    [(0.0, 0.2), (0.1, 0.1)],
+    ids=['base hears cmd_vel itself', 'base hears its guard alone'],
+)
+def test_commands_are_those_that_moved_the_robot(driven, guarded, V):
+    drive = drives(driven({CMD_VEL: 0.2, GUARDED: guarded}), pytest.fail)[1]
+
+    assert drive.commands[1].max() == V

@@ -23,8 +23,8 @@ from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, is_model_file
-from setcmas_tools.compare.run_distance import best_shift
-from setcmas_tools.measures import consensus_metrics as consensus
+from setcmas_tools.measures import agreement
+from setcmas_tools.measures.comparison import best_shift
 from setcmas_tools.measures.task import ignore, rms, task_of
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.fleet_motion import held_poses
@@ -76,10 +76,10 @@ class ExplainedStep:
         if task and (errors := task[0].errors(self.run, task[1])):
             values = np.sqrt(np.square(np.array([*errors.values.values()])).mean(axis=0))
             moving = np.zeros(len(values), bool)
-            return float(values[-1]), consensus.convergence_rate(
+            return float(values[-1]), agreement.convergence_rate(
                 self.run.counted_grid.t, values, moving
             )
-        if consensus.is_agreement(self.run) and (found := consensus.fleet_consensus(self.run)):
+        if agreement.is_agreement(self.run) and (found := agreement.fleet_consensus(self.run)):
             return found.disagreement_at_end_m, found.convergence_rate_1_s
         return None, None
 

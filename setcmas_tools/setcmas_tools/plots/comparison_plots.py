@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import file_errors
-from setcmas_tools.compare.run_distance import Shifted
+from setcmas_tools.measures.comparison import Shifted
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_settings import PlotSettings
 from setcmas_tools.plots.style import (

@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import Response
-from setcmas_tools.compare.response_fit import HeldCommand, MeasuredSpeeds, fitted
+from setcmas_tools.measures.response_fit import HeldCommand, MeasuredSpeeds, fitted
 
 RATE_HZ = 50.0
 

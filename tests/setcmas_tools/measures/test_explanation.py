@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
-from setcmas_tools.compare.explanation import explanation, explanation_table
+from setcmas_tools.measures.explanation import explanation, explanation_table
 from setcmas_tools.run.scenario import Scenario
 
 ROBOT = """

@@ -1,1 +1,0 @@
-"""Comparison of runs, and identification of robots from them."""

@@ -1,0 +1,266 @@
+"""Gain, lag and delay of each robot of a run, the model file and the table that they make."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from tabulate import tabulate
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.robots.identified_robot import (
+    IdentifiedRobot,
+    ModelFile,
+    Response,
+    read_model_file,
+)
+from setcmas_simu.robots.model import LIMITS, limits_named
+from setcmas_simu.robots.models import is_model_file
+from setcmas_tools.measures.response_fit import Fit, HeldCommand, MeasuredSpeeds, fitted
+from setcmas_tools.run.fleet_motion import FleetTable, gaps
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.run.run_samples import FleetSamples
+
+if TYPE_CHECKING:
+    from setcmas_tools.bags.bag_reader import BagTopic, Taker
+
+FORWARD, TURN = 'forward speed', 'turn rate'
+WINDOW_S = 0.2
+"""Time over which speeds are means: poses that are a little wrong make speeds very wrong."""
+
+_LEAST_WINDOWS = 20
+_TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')
+_BY_NEARNESS = (topics.CMD_VEL_GUARDED, topics.CMD_VEL)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Commands and motion of one robot.
+
+    Attributes:
+        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K),
+            of the topic nearest to the base that has a command that moves it.
+        track: Its motion as measured.
+    """
+
+    commands: Floats
+    track: FleetTable
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Identified responses of a robot.
+
+    Attributes:
+        fits: Those of forward speed and turn rate, by name; empty for too short a motion.
+        responses: Responses for the model; None if the run does not determine them.
+    """
+
+    fits: Mapping[str, Fit]
+    responses: Mapping[str, Response] | None
+
+
+def identify(path: Path, warn: Callable[[str], None]) -> dict[int, Identified]:
+    """Identify the robots of a run, by their numbers, or raise SetcmasError."""
+    found = {}
+    for robot, drive in drives(path, warn).items():
+        fits = {
+            name: fitted(speeds)
+            for name, speeds in measured_speeds(drive).items()
+            if len(speeds.begin) >= _LEAST_WINDOWS
+        }
+        found[robot] = Identified(fits, _responses(fits))
+    return found
+
+
+def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    """Return commands and motion of the robots of a run, by their numbers; `warn` prints losses.
+
+    Raises:
+        SetcmasError: There is no run, or its commands were not recorded.
+    """
+    bag = find_run(path).recording
+    found = _recorded(bag, warn) if bag else {}
+    if not found:
+        raise SetcmasError(
+            f"'{path}' has no robot with both commands and motion; its bag must contain "
+            f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
+        )
+    return found
+
+
+def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    from setcmas_tools.bags.bag_reader import open_bag  # CSV files are read without rosbags
+
+    with open_bag(path) as bag:
+        samples = FleetSamples((topic.name, topic.msgtype) for topic in bag.topics)
+        twists = {t.name: array('d') for t in bag.topics if t.msgtype in _TWISTS}
+        takers: dict[BagTopic, list[Taker]] = {}
+        for topic in bag.topics:
+            collector = samples.collector(topic.name)
+            takers[topic] = [collector] if collector else []
+            if topic.name in twists:
+                takers[topic].append(partial(_take_twist, twists[topic.name]))
+        bag.deliver(takers, bag.first_command())
+        for notice in bag.notices:
+            warn(notice)
+    table = samples.table()
+    if table is None:
+        return {}
+    commands = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items()}
+    found = {}
+    for robot in table.robots:
+        named = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
+        recorded = [commands[topic] for topic in named if topic in commands]
+        recorded = [rows for rows in recorded if rows.size]
+        # Where the base receives cmd_vel itself, its guard only ever stops it.
+        moving = [rows for rows in recorded if rows[1:].any()]
+        if recorded:
+            found[robot] = Drive((moving or recorded)[0], table.of(robot))
+    return found
+
+
+def _take_twist(rows: array[float], time_ns: int, message: Any) -> None:
+    twist = getattr(message, 'twist', message)
+    rows.extend((time_ns / 1e9, twist.linear.x, twist.angular.z))
+
+
+def measured_speeds(drive: Drive) -> dict[str, MeasuredSpeeds]:
+    """Return forward speed (m/s) and turn rate (rad/s) of a robot, and their commands.
+
+    They are means over windows of `WINDOW_S`, one from each pose on. The forward way is the arc
+    whose chord joins two poses, with the heading of its middle:
+    s = (dx cos m + dy sin m) (a / sin a), m the mean of the headings, a half of their difference.
+    """
+    track = drive.track
+    track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= 0.0))
+    t, theta = track.t, np.unwrap(track.theta)
+    last = np.searchsorted(t, t + WINDOW_S)
+    first = np.flatnonzero(last < len(t))
+    last = last[first]
+    whole = np.concatenate([[0], np.cumsum(gaps(track))]) if len(t) else np.zeros(0)
+    first, last = (ends[whole[first] == whole[last]] for ends in (first, last))
+    first, last = (ends[t[last] - t[first] < 1.5 * WINDOW_S] for ends in (first, last))
+    time = t[last] - t[first]
+    middle, half = 0.5 * (theta[last] + theta[first]), 0.5 * (theta[last] - theta[first])
+    dx, dy = track.x[last] - track.x[first], track.y[last] - track.y[first]
+    arc = (dx * np.cos(middle) + dy * np.sin(middle)) / np.sinc(half / np.pi)
+    overlap = max(1.0, float(np.median(last - first))) if len(first) else 1.0
+    sent, V, omega = drive.commands
+    return {
+        name: MeasuredSpeeds(HeldCommand(sent, u), t[first], t[last], moved / time, overlap)
+        for name, u, moved in ((FORWARD, V, arc), (TURN, omega, 2.0 * half))
+    }
+
+
+def _responses(fits: Mapping[str, Fit]) -> dict[str, Response] | None:
+    """Return the responses for a model; the same wheels make both speeds.
+
+    A speed with unknown lag and delay takes those of the other; an unknown gain is 1.
+    """
+    known = [fit.response for fit in fits.values() if fit.times_known]
+    if not known:
+        return None
+    found = {}
+    for name, fit in fits.items():
+        gain = fit.response.gain if fit.gain_known else 1.0
+        times = fit.response if fit.times_known else known[0]
+        found[name] = replace(times, gain=gain)
+    return found
+
+
+def model_of(found: Mapping[int, Identified], limits: str) -> ModelFile | None:
+    """Return the model of the identified robots; None if there are none.
+
+    Other robots have the medians of their values. `limits` names the limits of commands.
+    """
+    robots = {
+        number: IdentifiedRobot(one.responses[FORWARD], one.responses[TURN], limits_named(limits))
+        for number, one in found.items()
+        if one.responses
+    }
+    if not robots:
+        return None
+    forward = _median([robot.forward for robot in robots.values()])
+    turn = _median([robot.turn for robot in robots.values()])
+    return ModelFile(robots, IdentifiedRobot(forward, turn, limits_named(limits)), limits)
+
+
+def _median(responses: list[Response]) -> Response:
+    rows: Floats = np.array([[one.gain, one.lag, one.delay] for one in responses])
+    return Response(*np.median(rows, axis=0).tolist())
+
+
+def limits_of(run: Run) -> str | None:
+    """Return the name of the limits of commands in a run, from its lab or its model.
+
+    Returns:
+        None if neither names them in an experiment, which always has limits.
+    """
+    given = run.parameters.get('limits')
+    known = {name for name, limits in LIMITS.items() if given in (name, asdict(limits))}
+    if model := run.parameters.get('model'):
+        files = [one.path for one in run.inputs if one.option == 'model']
+        known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
+        known |= {model} & LIMITS.keys()
+    return next(iter(known - {'ideal'}), None if run.tables.safety else 'ideal')
+
+
+_HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)')
+_ALIGNED = (*['left'] * 2, *['right'] * 4)
+_UNKNOWN = '?'
+_GOOD_FIT = 70.0
+
+
+def identified_table(found: Mapping[int, Identified]) -> str:
+    """Return a row for each speed of each robot, with standard errors; ? where unknown."""
+    rows = [
+        [topics.robot_name(robot), name, *_cells(fit)]
+        for robot, one in found.items()
+        for name, fit in one.fits.items()
+    ]
+    table: str = tabulate(rows, _HEADS, colalign=_ALIGNED, disable_numparse=True)
+    return table
+
+
+def _cells(fit: Fit) -> list[str]:
+    response, errors = fit.response, fit.errors
+    gain = f'{response.gain:.3f} ± {errors.gain:.3f}' if fit.gain_known else _UNKNOWN
+    times = [(response.lag, errors.lag), (response.delay, errors.delay)]
+    shown = [f'{t:.3f} ± {e:.3f}' if fit.times_known else _UNKNOWN for t, e in times]
+    return [gain, *shown, f'{max(0.0, fit.quality):.0f}']
+
+
+def identified_notes(found: Mapping[int, Identified]) -> Iterator[str]:
+    """Yield a line for each value that the run does not determine, or determines badly."""
+    for robot, one in found.items():
+        name = topics.robot_name(robot)
+        if not one.fits:
+            yield f'{name}: its motion was recorded for too short a time'
+        vague = [speed for speed, fit in one.fits.items() if not fit.times_known]
+        if one.fits and one.responses is None:
+            yield (
+                f'{name}: its commands change too little to identify it, or it did not follow '
+                'them; let it start, stop and turn more often'
+            )
+        elif vague:
+            yield (
+                f'{name}: its {" and ".join(vague)} changes too little to identify lag and delay; '
+                'the model uses those of its other speed, since the same wheels make both'
+            )
+        poor = [
+            speed for speed, fit in one.fits.items() if fit.gain_known and fit.quality < _GOOD_FIT
+        ]
+        if poor:
+            yield (
+                f'{name}: the model explains less than {_GOOD_FIT:g} % of its {" and ".join(poor)}'
+                '; a pause, a collision or slip may be the cause, which ± does not include'
+            )
