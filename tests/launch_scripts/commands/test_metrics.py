@@ -73,7 +73,7 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
         (('out', '--algo', 'consensu'), 'did you mean consensus'),
-        (('damaged.csv',), "'damaged.csv', line 2"),
+        (('damaged.csv',), "'damaged.csv'"),
         (('broken.mcap',), 'broken.mcap'),
     ],
 )
