@@ -78,21 +78,16 @@ def _whole_bag(folder: Path, stack: ExitStack) -> BagReader | None:
 
 
 def _opened(path: Path, stack: ExitStack) -> BagReader:
-    reader = (Ros1Reader if path.suffix == _ROS1 else Ros2Reader)(path)
-    reader.open()
-    stack.callback(reader.close)
-    for storage in getattr(getattr(reader, 'storage', None), 'storages', [reader]):
-        _check_index(storage)
+    """Open a bag or a file, or raise any exception."""
+    if path.suffix == _ROS1:
+        return stack.enter_context(Ros1Reader(path))
+    reader = stack.enter_context(Ros2Reader(path))
+    for storage in getattr(reader.storage, 'storages', [reader.storage]):  # of a folder: several
+        if isinstance(storage, McapReader):
+            indexed = sum(sum(chunk.channel_count.values()) for chunk in storage.chunks)
+            if indexed != storage.metadata.message_count:  # rosbags reads by the index alone
+                raise ValueError('messages are missing in its index')
     return reader
-
-
-def _check_index(storage: object) -> None:
-    """Raise ValueError for an mcap file without indices, of which rosbags finds no message."""
-    mcap = getattr(storage, 'storage', storage)
-    if isinstance(mcap, McapReader):
-        indexed = sum(sum(chunk.channel_count.values()) for chunk in mcap.chunks)
-        if indexed != mcap.metadata.message_count:
-            raise ValueError('messages are missing in its index')
 
 
 def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:

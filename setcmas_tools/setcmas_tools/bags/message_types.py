@@ -94,7 +94,7 @@ class MessageDefinitions:
             prefixes: Folders that hold `share/<package>/msg/<name>.msg`; by default those of the
                 sourced ROS workspaces and of this Python environment.
         """
-        self._prefixes = installed_prefixes() if prefixes is None else prefixes
+        self._prefixes = _installed_prefixes() if prefixes is None else prefixes
         self.store = get_typestore(Stores.ROS2_JAZZY)
 
     def of(self, msgtype: str) -> Definition:
@@ -121,7 +121,7 @@ class MessageDefinitions:
         raise UnknownDefinitionError(f'no file {msgtype}.msg is installed')
 
 
-def installed_prefixes() -> list[Path]:
+def _installed_prefixes() -> list[Path]:
     """Return the folders in which ROS packages are installed: sourced ones, then Python's."""
     sourced = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     return [*(Path(prefix) for prefix in sourced if prefix), Path(sys.prefix)]

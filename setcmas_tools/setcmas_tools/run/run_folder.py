@@ -163,19 +163,16 @@ class RunFolder:
         return f'CSV: {self.shown(self.csv)}{plots}'
 
     def check(self, overwrite: bool) -> None:
-        """Check that no earlier run and no input of this run would be lost.
+        """Check that no earlier run would be lost.
 
         Raises:
-            SetcmasError: The folder holds a run that must not be overwritten, or an input of the
-                new run; or it is a file, or cannot be read.
+            SetcmasError: The folder holds a run that must not be overwritten, or files that are
+                no run; or it is a file, or cannot be read.
         """
-        with self._writing():
-            self._check(overwrite)
-
-    def _check(self, overwrite: bool) -> None:
         if self.path.exists() and not self.path.is_dir():
             raise SetcmasError(f"output '{self._named}' is not a folder")
-        taken = [part for part in _PARTS if (self.path / part).exists()]
+        with self._writing():
+            taken = [part for part in _PARTS if (self.path / part).exists()]
         if taken and 'run.yaml' not in taken:
             raise SetcmasError(
                 f"output '{self._named}' holds {', '.join(taken)} and no run.yaml, so it is not a "
@@ -186,13 +183,6 @@ class RunFolder:
                 f"output '{self._named}' holds an earlier run; "
                 'name another folder, or add --overwrite to replace that run'
             )
-        parts = [(self.path / part).resolve() for part in taken]
-        for given in self._inputs:
-            if any(given.path.resolve().is_relative_to(part) for part in parts):
-                raise SetcmasError(
-                    f"'{given.path}' is part of the earlier run in '{self._named}' and would be "
-                    'lost with it; name another output folder'
-                )
 
     def create(self, info: RunInfo) -> None:
         """Create the folder with run.yaml and inputs; remove an earlier run.

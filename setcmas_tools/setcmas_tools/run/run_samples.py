@@ -90,7 +90,7 @@ def _robot_of(name: str, topic: str) -> int | None:
     return robot if own else None
 
 
-_TOGETHER_S = 0.5  # up to here t and the time of recording count from the same begin
+_LATE_S = 1.0  # messages that are recorded later have a t of another begin
 
 
 class CommunicationSamples:
@@ -100,7 +100,7 @@ class CommunicationSamples:
         self._events: dict[int, list[tuple[int, int]]] = {}
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []
-        self._contents: dict[int, list[tuple[int, Content]]] = {}
+        self._contents: list[tuple[float, int, Content]] = []
 
     def take_event(self, robot: int, time_ns: int, message: Any) -> None:
         """Take an evaluation of a robot's triggering condition."""
@@ -122,20 +122,16 @@ class CommunicationSamples:
         with suppress(TypeError, ValueError):
             given = message.layout
             content = content_of(given.dim, given.data_offset, message.data)
-            self._contents.setdefault(robot, []).append((time_ns, content))
+            self._contents.append((time_ns / 1e9, robot, content))
 
     def messages(self) -> list[SentMessage]:
         """Return the values that laws sent, at the times of their calls: one for each call."""
         found: dict[tuple[float, int], SentMessage] = {}
-        for robot, own in self._contents.items():
-            # The first of a topic are recorded late, when the recorder has found it. t falls
+        for received, robot, content in self._contents:
+            # The first of a topic are recorded late, when the recorder has found it. But t falls
             # behind in pauses, and starts anew with new laws.
-            behind = np.array([time_ns / 1e9 - content.t for time_ns, content in own])
-            least = np.minimum.accumulate(behind[::-1])[::-1]
-            shifts = np.where(least < _TOGETHER_S, 0.0, least).tolist()
-            for (_, content), shift in zip(own, shifts, strict=True):
-                t = max(0.0, content.t + shift)
-                found[round(t, 6), robot] = SentMessage(t, robot, content.value)
+            t = content.t if received - content.t < _LATE_S else received
+            found[round(t, 6), robot] = SentMessage(t, robot, content.value)
         return [found[key] for key in sorted(found)]
 
     def record(self, table: FleetTable) -> CommunicationRecord | None:

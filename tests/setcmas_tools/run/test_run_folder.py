@@ -74,18 +74,6 @@ def test_inputs_of_a_run_are_kept(tmp_path):
     assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
 
 
-def test_a_run_does_not_replace_its_inputs(tmp_path):
-    (tmp_path / 'law.py').touch()
-    out = tmp_path / 'out'
-    first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])
-    first.create(RunInfo())
-    kept = RunInput('algo', out / 'inputs' / 'algo' / 'law.py')
-
-    with pytest.raises(SetcmasError, match='is part of the earlier run'):
-        RunFolder(out, [kept]).check(overwrite=True)
-    RunFolder(tmp_path / 'again', [kept]).check(overwrite=True)
-
-
 @pytest.mark.parametrize(
     ('bag', 'plots'),
     [('bag', 'plots'), ('rec', 'rec_plots'), ('lab.1', 'lab.1_plots'), ('lab.2', 'lab.2_plots')],
