@@ -125,12 +125,6 @@ def moves(odometry) -> bool:
     return len(odometry) > 1 and math.dist(position(odometry[0]), position(odometry[-1])) > 0.02
 
 
-def go(domain: int, folder: Path) -> None:
-    """Start the fleet, and check that all machines have the same t."""
-    with ThreeMachines(domain, folder) as machines:
-        begin(machines)
-
-
 def begin(machines: ThreeMachines):
     simulators = machines.simulate('left', LEFT), machines.simulate('right', RIGHT)
     controllers = machines.control(LEFT), machines.control(RIGHT)

@@ -141,14 +141,6 @@ def test_an_unusable_plugin_is_reported_in_one_line(setcmas, arguments, message,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_lab_file_with_a_source_that_cannot_be_used_is_reported_with_its_line(setcmas, tmp_path):
-    (tmp_path / 'lab.yaml').write_text('mocap:\n  preset: no_topic\n')
-    result = setcmas('doctor', '--lab', 'lab.yaml', cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert "lab.yaml, line 2: mocap source 'no_topic' of package example-lab" in result.stderr
-
-
 def test_a_shipped_name_is_not_taken_over_and_the_plugin_is_reported(setcmas, tmp_path):
     result = setcmas('new', 'mine', '--from', 'consensus', cwd=tmp_path)
 

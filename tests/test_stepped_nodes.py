@@ -37,7 +37,6 @@ def backwards(velocity, pose, komega):
 SCENARIOS = {
     'events': EVENTS,
     'events of a law with messages': {'algo': 'velocity_alignment', **EVENTS},
-    'events over a ring': {**EVENTS, **RING, 'vnom': 1.0},
     'events with the own state exact': {**EVENTS, 'own_state': 'exact'},
     'events at 20 Hz': {**EVENTS, 'robot_rate': 20.0, 'rate': 20.0, 'delay': 0.07},
     'events by what is received': {
@@ -47,8 +46,6 @@ SCENARIOS = {
     'events by what is measured': {
         'event_triggered': True, 'ctc': 'dimarogonas_2012', 'graph': 'ring', 'noise': 0.01,
     },
-    'ring': RING,
-    'ring at 2 Hz': {**RING, 'rate': 2.0},
     'ring at 3/7 Hz': {**RING, 'rate': 3 / 7, 'duration': 8.0},
     'robots at 3/7 Hz': {'robot_rate': 3 / 7, 'rate': 3 / 7, 'duration': 14.0},
     'ring at 20 Hz': {**RING, 'rate': 20.0, 'robot_rate': 20.0},
@@ -56,8 +53,6 @@ SCENARIOS = {
     'filter in an arena': {**CLOSE, **ROOM},
     'filter with limits': {**CLOSE, **ROOM, 'accel': 0.5, 'limits': 'burger', 'rate': 10.0},
     'filter of events over a ring': {**CLOSE, **EVENTS, **RING},
-    'accel': {'accel': 0.5, 'vnom': 1.0},
-    'limits': {'limits': 'waffle', 'vnom': 1.0},
     'si_to_uni of one\'s own': {'si_to_uni': backwards},
     'models': MIXED,
     'models with filter': {**CLOSE, 'model': '1:burger,2:omnidirectional', 'vnom': 0.2},

@@ -97,12 +97,11 @@ class ScriptProcess(Generic[Result]):
         function: Callable[[Warn], Result],
         scripts: Sequence[Path],
         size: int = 1,
-        memory: int | None = None,
     ) -> None:
         """Prepare a function, which is pickled, and gets a function that shows a message.
 
         Messages name places in the folders of its scripts. It may keep as many numbers as states
-        as `size_of` says, and take that many bytes of memory.
+        as `size_of` says.
         """
         self._scripts = [path.resolve() for path in scripts]
         call, states = _context.RawValue(CurrentCall), _context.RawArray('d', size)
@@ -110,7 +109,7 @@ class ScriptProcess(Generic[Result]):
         self._answers, answers = _context.Pipe(duplex=False)
         self._traces, traces = _context.Pipe(duplex=False)
         self._writers = answers, traces
-        work = function, call, states, answers, traces, memory, Path.cwd()
+        work = function, call, states, answers, traces, Path.cwd()
         self._process = _context.Process(target=_work, args=work, daemon=True)
 
     def __enter__(self) -> ScriptProcess[Result]:
@@ -298,7 +297,6 @@ def _work(
     states: Any,
     answers: Connection,
     traces: Connection,
-    memory: int | None,
     folder: Path,
 ) -> None:
     """Run the function in this process, and end it."""
@@ -308,7 +306,7 @@ def _work(
         with lock:  # threads of scripts may print
             answers.send((kind, value))
 
-    _separate(traces, memory, folder)
+    _separate(traces, folder)
     sys.stdout, sys.stderr = _Printed(partial(send, 'stdout')), _Printed(partial(send, 'stderr'))
     run_progress.current = RunProgress(call, np.frombuffer(states))
     call.calls += 1  # it answers questions from now on
@@ -329,8 +327,8 @@ def _work(
         os._exit(status)  # whatever scripts have left, such as threads
 
 
-def _separate(traces: Connection, memory: int | None, folder: Path) -> None:
-    """Give this process a group and limits; let it end with the one that started it."""
+def _separate(traces: Connection, folder: Path) -> None:
+    """Give this process a group; let it end with the one that started it."""
     _end_with_parent()
     multiprocessing.current_process().daemon = False  # scripts may start processes
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C
@@ -339,11 +337,6 @@ def _separate(traces: Connection, memory: int | None, folder: Path) -> None:
         faulthandler.enable(traces.fileno(), all_threads=False)
         faulthandler.register(signal.SIGUSR1, traces.fileno(), all_threads=False)
     os.chdir(folder)
-    if memory:
-        with suppress(ImportError, ValueError, OSError):
-            import resource
-
-            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
 
 
 def _end_with_parent() -> None:

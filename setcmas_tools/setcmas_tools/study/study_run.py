@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import sys
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -24,7 +23,6 @@ from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import Plan
 
 _LONGEST_MESSAGE = 300
-_LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million states
 
 _WARM_UP = 'setcmas_tools.study.warm_up'
 
@@ -42,29 +40,17 @@ def made_rows(plan: Plan, options: SweepOptions) -> Iterator[Row]:
     with needs('study'):
         import joblib
 
-    limits = options.timeout, _memory_of_each(options.jobs)
     parallel = joblib.Parallel(options.jobs, prefer='threads', return_as='generator_unordered')
     yield from parallel(
-        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, *limits)
+        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, options.timeout)
         for run in range(1, len(plan.runs) + 1)
     )
 
 
-def _memory_of_each(jobs: int) -> int:
-    """Return the memory limit of each of several simultaneous runs, in bytes."""
-    if not hasattr(os, 'sysconf'):
-        return _LEAST_MEMORY
-    physical = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
-    return max(_LEAST_MEMORY, physical // jobs)
-
-
 def made_row(
-    number: int, scenario: Scenario, metrics: Mapping[str, Metric], timeout: float, memory: int
+    number: int, scenario: Scenario, metrics: Mapping[str, Metric], timeout: float
 ) -> Row:
-    """Make a run in a process of its own; return its row, whatever its scripts do.
-
-    The limits are in s and bytes.
-    """
+    """Make a run in a process of its own, for a time in s at most; return its row in any case."""
     from joblib import wrap_non_picklable_objects
 
     # Each process imports the main module again, which on a cluster imports all of Dask.
@@ -74,7 +60,7 @@ def made_row(
         work = wrap_non_picklable_objects((scenario, metrics), keep_wrapper=False)
         size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
         run = partial(row_of, number, work)
-        with ScriptProcess(run, scenario.scripts(), size, memory) as process:
+        with ScriptProcess(run, scenario.scripts(), size) as process:
             return process.result(lambda _: None, timeout=timeout)
     except StartError:
         raise  # all other runs would end so

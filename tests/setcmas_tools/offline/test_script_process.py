@@ -13,9 +13,9 @@ from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess
 needs_posix = pytest.mark.skipif(not hasattr(signal, 'SIGUSR1'), reason='signals and limits')
 
 
-def result_of(function, *arguments, said=print, memory=None, **limits):
+def result_of(function, *arguments, said=print, **limits):
     scripts = [Path(process_functions.__file__)]
-    with ScriptProcess(partial(function, *arguments), scripts, memory=memory) as process:
+    with ScriptProcess(partial(function, *arguments), scripts) as process:
         return process.result(said, **limits)
 
 
@@ -51,9 +51,3 @@ def test_other_errors_are_those_of_a_script():
 def test_a_function_that_takes_too_long_is_ended_with_its_place():
     with pytest.raises(ScriptEndedError, match=r'after 0\.5 s .* at process_functions'):
         result_of(process_functions.sleep, timeout=0.5)
-
-
-@needs_posix
-def test_a_function_may_have_a_limit_of_memory():
-    with pytest.raises(ScriptEndedError, match='MemoryError'):
-        result_of(process_functions.take_memory, memory=2**32)
