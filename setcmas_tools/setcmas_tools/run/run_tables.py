@@ -42,17 +42,11 @@ BAG_ENDINGS = ('.mcap', '.db3', '.bag')
 
 
 def stem_of_bag(bag: Path) -> str:
-    """Return the prefix of the names of a bag's files.
-
-    It has no ending such as .mcap, unless only the ending distinguishes two bags of a folder.
-    """
+    """Return the prefix of the names of a bag's files; none for a folder named `bag`."""
     bag = bag.resolve()
     if bag.name == 'bag':
         return ''
-    if bag.is_dir():
-        return f'{bag.name}_'
-    others = {bag.with_suffix(ending) for ending in ('', *BAG_ENDINGS)} - {bag}
-    return f'{bag.name if any(other.exists() for other in others) else bag.stem}_'
+    return f'{bag.name if bag.is_dir() else bag.stem}_'
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Whatever happens to a file, a bag is read as far as it goes, or refused in one line."""
 
-import contextlib
-import random
 import shutil
 
 import pytest
@@ -9,10 +7,8 @@ from bag_contents import only_file, read, write_compressed
 from mcap.writer import IndexType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
-from rosbags.serde import SerdeError
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag_reader import open_bag
 
 POINT = 'geometry_msgs/msg/Point32'
 
@@ -117,55 +113,3 @@ def test_a_split_bag_of_a_killed_recorder_is_read_in_the_order_of_time(
 
     assert x == list(range(200))
     assert 'a_2.mcap' in notice
-
-
-def cut(content, chance):
-    return content[: chance.randrange(len(content))]
-
-
-def flip(content, chance):
-    for _ in range(3):
-        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
-    return content
-
-
-def blank(content, chance):
-    start = chance.randrange(len(content))
-    content[start : start + 512] = bytes(len(content[start : start + 512]))
-    return content
-
-
-def insert(content, chance):
-    start = chance.randrange(len(content))
-    content[start:start] = chance.randbytes(7)
-    return content
-
-
-@pytest.mark.parametrize('kind', ['mcap', 'ros1'])
-@pytest.mark.parametrize('damage', [cut, flip, blank, insert])
-def test_random_damage(tmp_path, write_bag, write_ros1_bag, points, kind, damage):
-    if kind == 'ros1':
-        whole = write_ros1_bag(tmp_path / 'whole.bag', points)
-    else:
-        whole = only_file(write_bag(tmp_path / 'whole', points), '*.mcap')
-    content = whole.read_bytes()
-    chance = random.Random(f'{kind} {damage.__name__}')
-    path = tmp_path / f'damaged{whole.suffix}'
-    for _ in range(20):
-        path.write_bytes(damage(bytearray(content), chance))
-        lines = read_all(path, len(points))
-        assert not any('\n' in line or len(line) > len(str(path)) + 300 for line in lines)
-
-
-def read_all(path, expected):
-    count = 0
-    try:
-        with open_bag(path) as bag:
-            for topic, _, data in bag.messages():
-                count += 1
-                with contextlib.suppress(SerdeError):
-                    topic.decode(data)
-            assert count >= expected or bag.notices
-            return bag.notices
-    except SetcmasError as error:
-        return [str(error)]
