@@ -99,21 +99,19 @@ class Scenario:
 
     @classmethod
     def load(cls, path: str | Path) -> Scenario:
-        """Read a scenario file, or a run's run.yaml; files that it names must be in its folder.
+        """Read a scenario file, or a run's run.yaml.
 
         Raises:
             SetcmasError: It has a mistake; the message names file and line.
         """
         content = read_entries(Path(path))
         if isinstance(content.value, dict) and OF_RUN in content.value:
-            return cls.read(content.value[OF_RUN], of_run=True)
+            return cls.read(content.value[OF_RUN])
         return cls.read(content)
 
     @classmethod
-    def read(cls, content: Entry, base: Scenario | None = None, of_run: bool = False) -> Scenario:
+    def read(cls, content: Entry, base: Scenario | None = None) -> Scenario:
         """Return the scenario of a YAML entry, as changes to `base` or to the defaults.
-
-        The entry `of_run` names scripts in the folder inputs/ of the run.
 
         Raises:
             SetcmasError: It has a mistake; the message names file and line.
@@ -123,7 +121,7 @@ class Scenario:
             with entries['version'].located():
                 _check_version(entries['version'].value)
         exercise = 'exercise' in entries and entries['exercise'].flag()
-        folder = ScenarioFolder(content.file.parent, exercise, of_run)
+        folder = ScenarioFolder(content.file.parent, exercise)
         given = {
             name: _option(name).read(entry, folder.place_of(name))
             for name, entry in entries.items()

@@ -1,15 +1,14 @@
-"""Files that a scenario names; they must be in the folder of its own file."""
+"""Files that a scenario names, by paths from the folder of its own file."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.communication.triggering_conditions import CTC
 from setcmas_ctrl.laws.control_options import SI_TO_UNI
 from setcmas_ctrl.laws.script_function import CONTROL
-from setcmas_ctrl.laws.script_imports import MOST_BYTES
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
@@ -32,12 +31,11 @@ Place = Callable[[str], str]
 
 
 class ScenarioFolder:
-    """The folder of a scenario's file; a stranger's scenario may name no file outside."""
+    """The folder of a scenario's file, to which the paths in it are relative."""
 
-    def __init__(self, folder: Path, exercise: bool = False, of_run: bool = False) -> None:
-        """Take a folder; laws may be exercises, and the folder a run's, with its inputs/."""
+    def __init__(self, folder: Path, exercise: bool = False) -> None:
+        """Take a folder; laws may be exercises."""
         self._folder = folder.resolve()
-        self._of_run = of_run
         self._exercise = exercise
 
     def place_of(self, name: str) -> Place:
@@ -51,13 +49,13 @@ class ScenarioFolder:
     def _place(self, name: str, text: str) -> str:
         if name == 'model' and not (is_file(text) or _is_path(text)):
             return text
-        is_own = self._of_run or (self._is_inside(text) and (self._folder / text).is_file())
-        if is_own or name not in _SCRIPTS:
-            return self._file(text)
+        path = (self._folder / text).resolve()
+        if path.is_file():
+            return str(path)
+        if name not in _SCRIPTS or _is_path(text):
+            raise SetcmasError(f"there is no file '{text}' in '{self._folder}'")
         if self._exercise and text in EXERCISES:
             return str(EXERCISES.file(text))
-        if _is_path(text):
-            return self._file(text)
         shipped, function = _SCRIPTS[name]
         if shipped and (name == 'algo' or text in shipped):
             return str(shipped.file(text))
@@ -65,31 +63,6 @@ class ScenarioFolder:
             f"script '{text}' of {name} was not found; it must be a script in the scenario's "
             f'folder with a function {function}'
         )
-
-    def _is_inside(self, text: str) -> bool:
-        named = Path(text)
-        if named.is_absolute() or PurePosixPath(text).is_absolute() or '..' in named.parts:
-            return False
-        inside = self._folder / INPUTS if self._of_run else self._folder
-        return (self._folder / named).resolve().is_relative_to(inside)
-
-    def _file(self, text: str) -> str:
-        if not self._is_inside(text):
-            if self._of_run:
-                raise SetcmasError(
-                    f"'{text}' is not in the folder {INPUTS} of the run, so the run cannot be "
-                    'repeated'
-                )
-            raise SetcmasError(
-                f"'{text}' is outside the folder of the scenario; it must be in "
-                f"'{self._folder}' or a folder below"
-            )
-        path = (self._folder / text).resolve()
-        if not path.is_file():
-            raise SetcmasError(f"there is no file '{text}' in '{self._folder}'")
-        if path.stat().st_size > MOST_BYTES:
-            raise SetcmasError(f"'{text}' is too large; it must have at most {MOST_BYTES:,} bytes")
-        return str(path)
 
     def _named(self, text: str, name: str) -> str:
         path = Path(text)

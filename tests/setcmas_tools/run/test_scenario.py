@@ -1,6 +1,4 @@
-"""Scenarios: made from values and files, checked, written, and safe to take from strangers."""
-
-import os
+"""Scenarios: made from values and files, checked, and written."""
 
 import numpy as np
 import pytest
@@ -100,44 +98,6 @@ def test_a_mistake_is_reported_with_its_line(square, old, new, line, words):
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    'name', ['../secret.py', '{absolute}', 'link.py', 'folder/../../secret.py']
-)
-def test_a_scenario_names_scripts_of_its_own_folder_only(square, name):
-    own = square.parent / 'own'
-    own.mkdir()
-    secret = square.parent / 'secret.py'
-    secret.write_text(LAW)
-    (own / 'link.py').symlink_to(secret)
-    file = own / 'bad.yaml'
-    for key in ('algo', 'ctc', 'model'):
-        text = f'{key}: {name.format(absolute=secret)}\n'
-        file.write_text(
-            text if key == 'algo' else f'algo: consensus\nevent_triggered: true\n{text}'
-        )
-        with pytest.raises(SetcmasError, match='outside the folder of the scenario'):
-            Scenario.load(file)
-
-
-@pytest.mark.parametrize('name', ['link.py', 'pipe.py', 'large.py', 'out.py', '../../square.py'])
-@pytest.mark.parametrize('key', ['algo', 'model', 'ctc'])
-def test_a_run_runs_small_regular_scripts_of_its_inputs_only(square, key, name):
-    out = simulate(Scenario.load(square)).save(square.parent / 'out')
-    (out / 'out.py').write_text(LAW)
-    (out / 'inputs' / 'link.py').symlink_to(out / 'out.py')
-    if hasattr(os, 'mkfifo'):
-        os.mkfifo(out / 'inputs' / 'pipe.py')
-    with (out / 'inputs' / 'large.py').open('wb') as file:
-        file.truncate(10**10)
-    record = yaml.safe_load((out / 'run.yaml').read_text())
-    record['scenario'] |= {'event_triggered': True}
-    record['scenario'][key] = name if name == 'out.py' else f'inputs/{name}'
-    (out / 'run.yaml').write_text(yaml.safe_dump(record))
-
-    with pytest.raises(SetcmasError, match=r'not in the folder inputs|there is no file|too large'):
-        Scenario.load(out / 'run.yaml')
-
-
 def test_a_name_means_a_law_that_ships_never_a_script_of_the_current_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'consensus.py').write_text('raise SystemExit')
@@ -155,11 +115,6 @@ def test_the_record_of_a_run_is_a_scenario_whose_scripts_are_those_that_it_keeps
     scenario = Scenario.load(out / 'run.yaml')
 
     assert scenario.law.algo == str((out / 'inputs' / 'algo' / 'square.py').resolve())
-    record = yaml.safe_load((out / 'run.yaml').read_text())
-    record['scenario']['algo'] = 'consensus'
-    (out / 'run.yaml').write_text(yaml.safe_dump(record))
-    with pytest.raises(SetcmasError, match='not in the folder inputs of the run'):
-        Scenario.load(out / 'run.yaml')
 
 
 def test_a_fleet_of_one_and_links_that_lose_everything_are_noted():
