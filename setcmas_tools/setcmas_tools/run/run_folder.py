@@ -169,9 +169,9 @@ class RunFolder:
             SetcmasError: The folder holds a run that must not be overwritten, or files that are
                 no run; or it is a file, or cannot be read.
         """
-        if self.path.exists() and not self.path.is_dir():
-            raise SetcmasError(f"output '{self._named}' is not a folder")
         with self._writing():
+            if self.path.exists() and not self.path.is_dir():
+                raise SetcmasError(f"output '{self._named}' is not a folder")
             taken = [part for part in _PARTS if (self.path / part).exists()]
         if taken and 'run.yaml' not in taken:
             raise SetcmasError(
