@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
     from setcmas_tools.grade.check import Check, chosen_rubric, opened, runs_apart
-    from setcmas_tools.grade.mark_pictures import check_picture, write_picture
+    from setcmas_tools.grade.mark_pictures import write_picture
 
     if args.json and (args.show or args.output):
         raise SetcmasError('--json draws no picture; leave out --show and --output')
@@ -51,7 +51,6 @@ def main(args: argparse.Namespace) -> int:
     with opened(args.law) as law:
         rubric = chosen_rubric(law.script, args.rubric).shown()
         picture = args.output or Path(f'{Path(law.name).stem}_check.png')
-        check_picture(picture)
         marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
         result = Check(marks, rubric.hidden_points)
     if args.json:

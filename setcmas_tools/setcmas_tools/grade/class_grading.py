@@ -24,7 +24,7 @@ from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
-from setcmas_tools.submissions.confinement import obstacle, without_paths
+from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
 from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
@@ -118,7 +118,7 @@ class Grader:
             )
             shown = named_cells(run, submission)
             marks = mark(rubric, shown, name, student, submission.is_unfilled)
-        marks = replace(marks, file=submission.file).with_messages(without_paths)
+        marks = replace(marks, file=submission.file)
         drawn = (
             replace(one, picture=picture_url(replace(marks, scenarios=(one,)), _DPI))
             for one in marks.scenarios

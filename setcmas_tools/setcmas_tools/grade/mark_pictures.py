@@ -25,7 +25,6 @@ _PANEL_IN = 4.4  # width and height of a scenario's panel
 _PANELS = 2  # in a row: more are too small on a page and on a slide
 _WANTED: dict[str, Any] = {'color': '0.72', 'linewidth': 5.0, 'zorder': 1.0}
 _LEAST_SPAN_M = 1.0
-_SUFFIXES = ('.png', '.pdf', '.svg')
 
 
 def draw_marks(figure: Figure, marks: Marks) -> None:
@@ -46,16 +45,6 @@ def draw_marks(figure: Figure, marks: Marks) -> None:
         handles=[Line2D([], [], label='wanted', **_WANTED), *robot_handles(robots)],
         loc='upper left', bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0,
     )  # fmt: skip
-
-
-def check_picture(path: Path) -> None:
-    """Check that a picture can be written to a file; raise SetcmasError otherwise."""
-    if path.suffix not in _SUFFIXES:
-        raise SetcmasError(f"picture '{path}' must end with one of {', '.join(_SUFFIXES)}")
-    if not path.parent.is_dir():
-        raise SetcmasError(
-            f"picture '{path}' cannot be written: create folder '{path.parent}' first"
-        )
 
 
 def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:

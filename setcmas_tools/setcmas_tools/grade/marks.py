@@ -7,7 +7,7 @@ Equal submissions get equal marks: nothing depends on the clock, the machine or 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from setcmas_tools.grade.criteria import points_text, quantity_text, rounded
 from setcmas_tools.grade.rubric import MarkedScenario
@@ -195,15 +195,6 @@ class Marks:
     def own_file(self) -> str:
         """The file that was marked, relative to the submission if that is a folder."""
         return self.file.removeprefix(f'{self.submission}/')
-
-    def with_messages(self, changed: Callable[[str], str]) -> Marks:
-        """Return the same marks with changed messages of failures."""
-
-        def with_text(failure: Failure | None) -> Failure | None:
-            return failure and replace(failure, message=changed(failure.message))
-
-        scenarios = tuple(replace(one, failure=with_text(one.failure)) for one in self.scenarios)
-        return replace(self, failure=with_text(self.failure), scenarios=scenarios)
 
     @property
     def score(self) -> float:
