@@ -74,7 +74,7 @@ def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
         'name': name,
         'title': shown.title,
         'exercise': shown.exercise,
-        'function': shown.function,
+        'function': shown.function.value,
         'points': shown.max_score,
     }
 

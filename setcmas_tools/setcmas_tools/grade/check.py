@@ -18,6 +18,7 @@ from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_ctrl.laws.script_output import folded_output
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, points_text, rounded
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
@@ -29,7 +30,6 @@ from setcmas_tools.grade.marks import (
     ScenarioRun,
 )
 from setcmas_tools.grade.rubric import (
-    CONTROL,
     MarkedScenario,
     Rubric,
     read_rubric,
@@ -178,7 +178,7 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         raise RuntimeError(_WITHIN)
     if callable(law):
         chosen = chosen_rubric(None, rubric).shown()
-        name = getattr(law, '__name__', chosen.function)
+        name = getattr(law, '__name__', chosen.function.value)
         run = runs_here(law, chosen.function)
         return Check(mark(chosen, run, name, Student(name)), chosen.hidden_points)
     with opened(str(law)) as own:
@@ -234,7 +234,7 @@ def opened(law: str) -> Iterator[OwnLaw]:
             raise SetcmasError(message) from error
 
 
-def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
+def runs_here(submission: Any, function: Function = Function.CONTROL) -> LawRunner:
     """Return a runner of scenarios for a trusted submission, in this process, as `simulate` does.
 
     The submission is what `MarkedScenario.with_submission` takes.

@@ -15,7 +15,6 @@ from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
 
 COMPARED = {
     'path_error': ('m', 'RMS distance to the paths of the solution, at equal times'),
-    'largest_path_error': ('m', 'largest distance to the paths of the solution'),
     'end_error': ('m', 'largest distance from a final position of the solution'),
     'path_ratio': ('', 'total path length, divided by that of the solution'),
     'path_distance': (

@@ -26,7 +26,7 @@ from setcmas_tools.grade.marks import (
     ScenarioMark,
     ScenarioRun,
 )
-from setcmas_tools.grade.rubric import CTC, MarkedScenario, Rubric
+from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.measures.comparison import distances_between
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
@@ -81,8 +81,7 @@ def _hinted(
         missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
         if missed and scenario.name in names:
             tried = [] if rubric.references else known  # the solution is needed to alter it
-            function = Function(rubric.function)
-            found = diagnosis(tried, rubric.solution, rubric.mistakes, function)
+            found = diagnosis(tried, rubric.solution, rubric.mistakes, rubric.function)
             [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
             text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
             return (*marks[:place], _with_hint(scenario, own.name, text), *marks[place + 1 :])
@@ -99,12 +98,12 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
     solution = rubric.solution_run(scenario)
     figures: dict[str, float | None] = {}
     # If a condition fails, the engine sends the state, so the result is not the student's.
-    is_own = rubric.function != CTC or not done.failure
+    is_own = rubric.function is not Function.CONDITION or not done.failure
     if done.run and done.is_complete and is_own:
         figures = figures_of(_with_references_of(done.run, solution))
         if solution:
             names = {one.metric for one in scenario.criteria}
-            right = scenario.base, rubric.solution, Function(rubric.function)
+            right = scenario.base, rubric.solution, rubric.function
             figures |= compared(names, done.run, solution, *right, scenario.robots)
     return ScenarioMark(
         scenario.name,
@@ -217,7 +216,6 @@ def compared(
         calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, robots))
     numbers: dict[str, float | None] = {
         'path_error': float(np.sqrt(np.nanmean(distances**2))),
-        'largest_path_error': float(np.nanmax(distances)),
         'end_error': float(np.nanmax(distances[:, -1])),
         'path_ratio': _ratio(run, solution),
         'path_distance': _path_distance(run, solution) if 'path_distance' in names else None,

@@ -12,6 +12,7 @@ from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Number, OneOf, Whole
+from setcmas_simu.script_calls import Function
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import (
     COMPARED,
@@ -28,15 +29,15 @@ from setcmas_tools.run.run_tables import read_tables
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
 
-CONTROL, CTC, SI_TO_UNI = FUNCTIONS = ('control', 'ctc', 'si_to_uni')
+FUNCTIONS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
 """Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""
 
-_OWN = ('name', 'criteria', 'hidden', 'seeds', 'compared_robots')
-_PLACES = {CONTROL: 'algo', CTC: 'ctc', SI_TO_UNI: 'si_to_uni'}
+_OWN = ('name', 'criteria', 'hidden', 'compared_robots')
+_PLACES = dict(zip(FUNCTIONS, ('algo', 'ctc', 'si_to_uni'), strict=True))
 _SUBMITTED = {
-    CONTROL: {'algo', 'exercise'},
-    CTC: {'ctc', 'event_triggered'},
-    SI_TO_UNI: {'si_to_uni'},
+    Function.CONTROL: {'algo', 'exercise'},
+    Function.CONDITION: {'ctc', 'event_triggered'},
+    Function.SI_TO_UNI: {'si_to_uni'},
 }
 """Values of scenarios that a submission gives, by its function."""
 
@@ -59,7 +60,7 @@ class MarkedScenario:
     hidden: bool = False
     robots: tuple[int, ...] = ()
 
-    def with_submission(self, submission: Any, function: str = CONTROL) -> Scenario:
+    def with_submission(self, submission: Any, function: Function = Function.CONTROL) -> Scenario:
         """Return the scenario with a submission as its law, condition or si_to_uni.
 
         Args:
@@ -123,7 +124,7 @@ class Rubric:
     Attributes:
         function: Function that submissions define, one of FUNCTIONS.
         exercise: Name of its exercise; '' without one.
-        solution: Script whose paths are the reference; None is the default condition (CTC), the
+        solution: Script whose paths are the reference; None is the default condition, the
             built-in si_to_uni, or no solution.
         mistakes: Typical mistakes with their hints.
         references: Folders with the solution's runs by scenario, for students without the
@@ -134,7 +135,7 @@ class Rubric:
     file: Path
     title: str
     scenarios: tuple[MarkedScenario, ...]
-    function: str = CONTROL
+    function: Function = Function.CONTROL
     exercise: str = ''
     solution: Path | None = None
     mistakes: tuple[TypicalMistake, ...] = ()
@@ -191,7 +192,7 @@ class Rubric:
             SetcmasError: The solution does not load, or fails, or its run is missing or lacks the
                 metric of a criterion.
         """
-        if self.function == CONTROL and not self.solution and not self.references:
+        if self.function is Function.CONTROL and not self.solution and not self.references:
             return None
         if scenario.name not in self._runs:
             if self.references:
@@ -239,9 +240,10 @@ def read_rubric(path: Path) -> Rubric:
     exercise = (
         OneOf(tuple(EXERCISES.plugins())).of(fields['exercise']) if 'exercise' in fields else ''
     )
-    function = CONTROL
+    function = Function.CONTROL
     if 'function' in fields:
-        function = OneOf(FUNCTIONS).of(fields['function'])
+        names = tuple(one.value for one in FUNCTIONS)
+        function = Function(OneOf(names).of(fields['function']))
     elif exercise:
         function = _function_of(EXERCISES.file(exercise))
     if 'scenarios' not in fields:
@@ -252,7 +254,7 @@ def read_rubric(path: Path) -> Rubric:
         raise fields['references'].error('references replace the solution; remove one of them')
     if 'solution' in fields:
         solution = _read_solution(fields['solution'])
-    elif function == CONTROL and exercise in ALGORITHMS and not references:
+    elif function is Function.CONTROL and exercise in ALGORITHMS and not references:
         solution = ALGORITHMS.file(exercise)
     scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
     if references and (others := {one.name for one in scenarios} - references.keys()):
@@ -287,17 +289,17 @@ def _references(entry: Entry) -> dict[str, Path]:
     return files
 
 
-def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedScenario, ...]:
+def _scenarios(entry: Entry, function: Function, is_compared: bool) -> tuple[MarkedScenario, ...]:
     scenarios: list[MarkedScenario] = []
-    entries = ((item, one) for item in entry.items() for one in _read_scenarios(item, function))
-    for item, scenario in entries:
+    for item in entry.items():
+        scenario = _scenario(item, function)
         if scenario.name in (one.name for one in scenarios):
             raise item.error(f"two scenarios are named '{scenario.name}'; rename one")
         needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]
         filtered = [one.metric for one in scenario.criteria if one.metric.startswith('filter_')]
         if filtered and not scenario.base.safety.is_on:
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
-        if needing and function == CONTROL and not is_compared:
+        if needing and function is Function.CONTROL and not is_compared:
             raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
         scenarios.append(scenario)
     if not scenarios:
@@ -305,14 +307,14 @@ def _scenarios(entry: Entry, function: str, is_compared: bool) -> tuple[MarkedSc
     return tuple(scenarios)
 
 
-def _function_of(exercise: Path) -> str:
+def _function_of(exercise: Path) -> Function:
     tree = ast.parse(exercise.read_bytes())
     defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    return next(name for name in FUNCTIONS if name in defined)
+    return next(one for one in FUNCTIONS if one.value in defined)
 
 
-def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
-    """Return the scenario of an entry of a rubric, once for each of its seeds."""
+def _scenario(entry: Entry, function: Function) -> MarkedScenario:
+    """Return the scenario of an entry of a rubric."""
     values = (name for name in options() if name not in _SUBMITTED[function])
     fields = entry.fields((*_OWN, *values))
     for name in ('name', 'criteria'):
@@ -321,9 +323,9 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     name = fields['name'].text()
     given = {key: one for key, one in fields.items() if key not in _OWN}
     base = Scenario.of('')
-    if function == CTC:
+    if function is Function.CONDITION:
         base = Scenario.of(str(ALGORITHMS.file('consensus')), event_triggered=True)
-    elif function == SI_TO_UNI:
+    elif function is Function.SI_TO_UNI:
         base = Scenario.of(str(ALGORITHMS.file('nav_wp')))
     base = Scenario.read(replace(entry, value=given), base)
     hidden = 'hidden' in fields and fields['hidden'].flag()
@@ -331,16 +333,9 @@ def _read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
     of_fleet = Whole(1, most=base.nb_robots)
     listed = fields['compared_robots'].items() if 'compared_robots' in fields else ()
     robots = tuple(of_fleet.of(one) for one in listed)
-    named = [(name, base)]
-    if 'seeds' in fields:
-        seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
-        if 'seed' in fields or not seeds:
-            raise entry.error('seeds must be a non-empty list, without a separate seed')
-        named = [(f'{name}, seed {seed}', base.replace(seed=seed)) for seed in seeds]
     with entry.located():
-        for _, one in named:
-            one.start_poses()
-    return [MarkedScenario(own, criteria, one, hidden, robots) for own, one in named]
+        base.start_poses()
+    return MarkedScenario(name, criteria, base, hidden, robots)
 
 
 _POINTS = Number(least=0.0)

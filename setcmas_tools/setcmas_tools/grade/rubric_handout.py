@@ -94,7 +94,7 @@ def _references(shown: Rubric) -> dict[str, bytes]:
 def _text(rubric: Rubric, shown: Rubric, is_public: bool) -> str:
     fields = read_entries(rubric.file).value
     content = {key: _plain(fields[key]) for key in _KEPT if key in fields}
-    content['function'] = rubric.function
+    content['function'] = rubric.function.value
     if is_public:  # it also comes with setcmas
         public = ('solution', 'mistakes')
         content |= {key: _plain(fields[key]) for key in public if key in fields}

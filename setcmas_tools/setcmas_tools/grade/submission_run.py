@@ -19,8 +19,9 @@ from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import Value, layout
 from setcmas_ctrl.laws.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.marks import Failure, ScenarioRun
-from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI, MarkedScenario
+from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.measures.task import ignore
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
@@ -74,7 +75,7 @@ class SandboxRunner:
     script: str
     files: Mapping[str, bytes]
     times: Times
-    function: str = CONTROL
+    function: Function = Function.CONTROL
     is_confined: bool = True
 
     def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
@@ -93,7 +94,7 @@ class SandboxRunner:
 
     def _run(self, scenario: MarkedScenario) -> tuple[ScenarioRun, bool]:
         """Return a run, and whether something else may have killed its process."""
-        base, is_law = scenario.base, self.function == CONTROL
+        base, is_law = scenario.base, self.function is Function.CONTROL
         work = RunWork(
             self.script, dict(self.files), self.function, base.nb_robots, base.seed,
             dict(base.law.set) if is_law else {}, math.ceil(self.times.run),
@@ -146,10 +147,10 @@ class RunScript:
         Raises:
             LostError: It cannot be loaded.
         """
-        kinds: dict[str, Callable[[int, bool], Callable[..., Any]]] = {
-            CONTROL: self._law,
-            CTC: self._condition,
-            SI_TO_UNI: partial(self._conversion, 1.0 / marked.base.law.rate),
+        kinds: dict[Function, Callable[[int, bool], Callable[..., Any]]] = {
+            Function.CONTROL: self._law,
+            Function.CONDITION: self._condition,
+            Function.SI_TO_UNI: partial(self._conversion, 1.0 / marked.base.law.rate),
         }
         function, robots = kinds[self._work.function], range(1, self._work.nb_robots + 1)
         functions = {robot: function(robot, self._loaded(robot)) for robot in robots}
@@ -157,8 +158,7 @@ class RunScript:
 
     def _loaded(self, robot: int) -> bool:
         """Load the script for a robot; return whether it takes velocities."""
-        late = f'{self._work.script} has been loading'
-        answer = self._asked(Request(robot), late, Failure(''))
+        answer = self._asked(Request(robot), Function.LOADING, Failure(''))
         if not isinstance(answer, Reply) or answer.numbers not in ((0.0,), (1.0,)):
             self._lose(Failure(answer.message if isinstance(answer, Refusal) else _INVALID))
         return answer.numbers == (1.0,)
@@ -227,8 +227,7 @@ class RunScript:
             LostError: Its process has ended.
         """
         here = Failure('', robot=request.robot, t=request.t)
-        late = f'{self._work.function} has not returned'
-        answer = _sent_on(self._asked(request, late, here))
+        answer = _sent_on(self._asked(request, self._work.function, here))
         if isinstance(answer, Reply) and len(answer.numbers) == size:
             return answer.numbers
         if not isinstance(answer, Refusal) or answer.message == _INVALID:
@@ -238,9 +237,10 @@ class RunScript:
             self.failure = replace(here, message=message, script=answer.file, line=answer.line)
         raise ControlError(message, (answer.kind, *place), place=place)
 
-    def _asked(self, request: Request, late: str, here: Failure) -> Answer:
+    def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
         """Return what the process answers for a robot."""
-        timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
+        timeout = self._times.call
+        text = what.late(self._work.script, timeout)
         if self._left < timeout:
             timeout, text = self._left, f'the run takes longer than {self._times.run:g} s'
         begin = time.monotonic()

@@ -32,6 +32,7 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.confinement import without_paths
 
 _LONGEST_TEXT = 1500
@@ -45,14 +46,14 @@ class RunWork(msgspec.Struct, frozen=True):
     Attributes:
         script: Its name.
         files: The files of the submission, by relative path.
-        function: Its function: 'control', 'ctc' or 'si_to_uni'.
+        function: Its function: CONTROL, CONDITION or SI_TO_UNI.
         settings: Values of the script's variables.
         cpu: Largest processor time in s.
     """
 
     script: str
     files: dict[str, bytes]
-    function: str
+    function: Function
     nb_robots: int
     seed: int
     settings: dict[str, Any]
@@ -126,7 +127,7 @@ class Reply(msgspec.Struct, frozen=True, tag=True):
 
 
 Answer = Reply | Refusal
-Function = Callable[[Request], Answer]
+Answering = Callable[[Request], Answer]
 
 
 class ConfinedScript:
@@ -135,7 +136,7 @@ class ConfinedScript:
     def __init__(self, work: RunWork) -> None:
         self.work = work
         self._path = Path()
-        self._functions: dict[int, Function] = {}
+        self._functions: dict[int, Answering] = {}
 
     @seeded_generators()
     def serve(self, receive: Callable[[], bytes], send: Callable[[bytes], None]) -> None:
@@ -164,11 +165,15 @@ class ConfinedScript:
 
     def _loaded(self, robot: int) -> Reply:
         """Load the script for a robot."""
-        kinds = {'control': self._law, 'ctc': self._condition, 'si_to_uni': self._conversion}
+        kinds = {
+            Function.CONTROL: self._law,
+            Function.CONDITION: self._condition,
+            Function.SI_TO_UNI: self._conversion,
+        }
         with_velocities, self._functions[robot] = kinds[self.work.function](robot)
         return Reply((float(with_velocities),))
 
-    def _law(self, robot: int) -> tuple[bool, Function]:
+    def _law(self, robot: int) -> tuple[bool, Answering]:
         law = ControlLaw(self._path, robot, self.work.nb_robots, self.work.settings)
         adjacency: Floats = np.empty(0)
 
@@ -190,7 +195,7 @@ class ConfinedScript:
 
         return False, answer
 
-    def _condition(self, robot: int) -> tuple[bool, Function]:
+    def _condition(self, robot: int) -> tuple[bool, Answering]:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
         with_velocities, names = takes_velocities(condition, path.name), keywords_taken(condition)
@@ -205,7 +210,7 @@ class ConfinedScript:
 
         return with_velocities, answer
 
-    def _conversion(self, robot: int) -> tuple[bool, Function]:
+    def _conversion(self, robot: int) -> tuple[bool, Answering]:
         convert = load_conversion(self._path, robot)
 
         def answer(request: Request) -> Reply:

@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 
 from setcmas_ctrl.laws.exercise import same_functions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.likeness import Print, fingerprint
 from setcmas_tools.submissions.notebook import MOST_SOURCE, Notebook, read_notebook, script_of
 from setcmas_tools.submissions.student import Identity, Student, identity_of, own_names
@@ -25,6 +26,7 @@ from setcmas_tools.submissions.submitted_files import (
     unpacked,
 )
 
+_LAWS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
 _CODE = ('.py', '.ipynb')
 _SUFFIXES = (*_CODE, '.zip', '.rar', '.7z', '.tar', '.gz')
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
@@ -89,13 +91,13 @@ class Packed:
     Attributes:
         student: Its student.
         files: Its files, the newest last.
-        function: The function of the script to mark: 'control', 'ctc' or 'si_to_uni'.
+        function: The function of the script to mark.
         exercise: Source of the exercise; empty for none.
     """
 
     student: Student
     files: tuple[PackedFile, ...]
-    function: str
+    function: Function
     exercise: bytes = b''
 
 
@@ -142,7 +144,7 @@ def submitted_notebook(path: Path) -> Submission:
     """
     files = {PurePosixPath(path.name): path.read_bytes()}
     notebooks = _with_scripts(files)
-    chosen = [chosen_script(files, function) for function in ('control', 'ctc', 'si_to_uni')]
+    chosen = [chosen_script(files, function) for function in _LAWS]
     script, problem = next((one for one in chosen if not one[1]), chosen[0])
     if problem:
         raise SetcmasError(_of_notebooks(problem, notebooks))
@@ -158,7 +160,7 @@ Reader = Callable[[Sequence[Packed]], list[Submission]]
 
 
 def find_submissions(
-    place: Path, function: str, exercise: bytes = b'', read: Reader | None = None
+    place: Path, function: Function, exercise: bytes = b'', read: Reader | None = None
 ) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
@@ -167,7 +169,7 @@ def find_submissions(
 
     Args:
         place: The folder or zip file.
-        function: The function of the scripts to mark: 'control', 'ctc' or 'si_to_uni'.
+        function: The function of the scripts to mark.
         exercise: Source of the exercise; empty for none.
         read: Reads what was handed in; by default this process does, which is for submissions of
             trusted people only.
@@ -203,7 +205,7 @@ def find_submissions(
     return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
 
 
-def _of_class(files: Files, function: str) -> Files:
+def _of_class(files: Files, function: Function) -> Files:
     """Return files by path relative to the folder of the class, which may be inside another."""
     tops = {path.parts[0] for path in files}
     if len(tops) != 1 or any(identity_of(top).group for top in tops):
@@ -218,17 +220,18 @@ def _of_class(files: Files, function: str) -> Files:
     return inner if is_class else files
 
 
-def _may_be(path: PurePosixPath, content: bytes, function: str) -> bool:
+def _may_be(path: PurePosixPath, content: bytes, function: Function) -> bool:
     """Return whether a file may be a submission with a function, without parsing it."""
     return path.suffix == '.zip' or (path.suffix in _CODE and _mentions(content, function))
 
 
-def _mentions(content: bytes, function: str) -> bool:
-    written = rf'(def {function}\b|{function}\s*=)'.encode()  # also within a notebook's text
+def _mentions(content: bytes, function: Function) -> bool:
+    name = function.value
+    written = rf'(def {name}\b|{name}\s*=)'.encode()  # also within a notebook's text
     return re.search(written, content) is not None
 
 
-def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
+def chosen_script(files: Files, function: Function) -> tuple[PurePosixPath, str]:
     """Return the script to mark, the only one that defines the function, or why there is none."""
     sources = {
         path: content
@@ -245,13 +248,13 @@ def chosen_script(files: Files, function: str) -> tuple[PurePosixPath, str]:
         return next(iter(sources)), ''
     fitting = [path for path, content in sources.items() if _defines(content, function)]
     if not fitting:
-        return none, f'none of its {len(sources)} scripts has a function {function}'
+        return none, f'none of its {len(sources)} scripts has a function {function.value}'
     if len({sources[path] for path in fitting}) > 1:  # not copies of one
         names = ' and '.join(sorted(map(str, fitting))[:_MOST_NAMES])
         each = 'both' if len(fitting) == 2 else 'all'
         return none, (
-            f'{names} {each} have a function {function}; leave only the one to be marked in the '
-            'submission'
+            f'{names} {each} have a function {function.value}; leave only the one to be marked in '
+            'the submission'
         )
     return fitting[0], ''
 
@@ -266,7 +269,7 @@ def _without_script(files: Files) -> str:
     return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
 
 
-def _defines(source: bytes, function: str) -> bool:
+def _defines(source: bytes, function: Function) -> bool:
     """Return whether a script defines or assigns a function, or may do so if it is not Python."""
     try:
         tree = ast.parse(source)
@@ -275,7 +278,9 @@ def _defines(source: bytes, function: str) -> bool:
     for node in tree.body:
         targets = node.targets if isinstance(node, ast.Assign) else ()
         names = [one.id for one in targets if isinstance(one, ast.Name)]
-        if function in names or (isinstance(node, ast.FunctionDef) and node.name == function):
+        if isinstance(node, ast.FunctionDef):
+            names.append(node.name)
+        if function.value in names:
             return True
     return False
 

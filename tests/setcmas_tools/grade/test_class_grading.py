@@ -8,6 +8,7 @@ from sandboxes import needs_sandbox
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
@@ -42,7 +43,12 @@ SCRIPTS = {
 def submissions(**scripts):
     return [
         read_submission(
-            Packed(Student(name), (PackedFile(name, 'law.py', source.encode()),), 'control', GIVEN)
+            Packed(
+                Student(name),
+                (PackedFile(name, 'law.py', source.encode()),),
+                Function.CONTROL,
+                GIVEN,
+            )
         )
         for name, source in scripts.items()
     ]

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
@@ -74,8 +73,6 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
         ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),
         ('graph', 'grap', 8, 'did you mean graph'),
-        ('loss: 1e-1', 'seeds: []', 4, 'seeds must be a non-empty list'),
-        ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
         ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
         ('loss: 1e-1', 'compared_robots: [4]', 9, 'a whole number from 1 to 3'),
         ('links', 'knots', 8, 'knots.yaml'),
@@ -106,20 +103,6 @@ def test_a_mistake_is_reported_with_its_line(read, old, new, line, words):
     assert f'rubric.yaml, line {line}: ' in str(error.value)
     assert words in str(error.value)
     assert '\n' not in str(error.value)
-
-
-def test_a_scenario_is_run_for_each_of_its_seeds_with_values_for_names_of_the_law(read):
-    text = RUBRIC.replace('poses: {2: [1, 2]}', 'random_poses: auto').replace(
-        'loss: 1e-1', 'seeds: [3, 4]\n    set: {K: 0.25}'
-    )
-    rubric = read(text=text)
-    first, second = rubric.scenarios
-    fast = read(text=text.replace('K: 0.25', 'K: 0.5')).scenarios[0]
-
-    assert [first.name, second.name, rubric.max_score] == ['some, seed 3', 'some, seed 4', 6]
-    one, other = (rubric.solution_run(scenario).poses for scenario in (first, second))
-    assert not np.array_equal(one[0], other[0])
-    assert not np.array_equal(one[-1], read(text=text).solution_run(fast).poses[-1])
 
 
 def test_names_of_laws_mean_those_that_ship_wherever_the_command_is_typed(

@@ -6,8 +6,8 @@ from sandboxes import SHORT, needs_sandbox, run
 
 from setcmas_ctrl import network
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_simu.script_calls import Function
 from setcmas_tools import simulate
-from setcmas_tools.grade.rubric import CONTROL, CTC, SI_TO_UNI
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.run.scenario import Scenario
 
@@ -48,13 +48,15 @@ def si_to_uni(velocity, pose, komega):
 """
 CONDITION = 'def ctc({}):\n    return abs(pos - last_pos).sum() > 0.2\n'
 SAME = {
-    **{name: (ALGORITHMS.file(name).read_text(), FLEET, CONTROL) for name in LAWS},
+    **{name: (ALGORITHMS.file(name).read_text(), FLEET, Function.CONTROL) for name in LAWS},
     'random numbers, links and settings': (
-        DRAWING, LOSSY.replace(seed=3, set={'K': -0.1}), CONTROL
+        DRAWING, LOSSY.replace(seed=3, set={'K': -0.1}), Function.CONTROL
     ),
-    'condition': (CONDITION.format('pos, last_pos, t'), TRIGGERED, CTC),
-    'own si_to_uni': (DRIVER, LOSSY.replace(algo='consensus', komega=2.0), SI_TO_UNI),
-    'with velocities': (CONDITION.format('pos, vit, last_pos, last_vit, t'), TRIGGERED, CTC),
+    'condition': (CONDITION.format('pos, last_pos, t'), TRIGGERED, Function.CONDITION),
+    'own si_to_uni': (DRIVER, LOSSY.replace(algo='consensus', komega=2.0), Function.SI_TO_UNI),
+    'with velocities': (
+        CONDITION.format('pos, vit, last_pos, last_vit, t'), TRIGGERED, Function.CONDITION
+    ),
 }  # fmt: skip
 
 
@@ -65,7 +67,7 @@ def test_a_script_in_a_sandbox_does_as_it_does_offline_to_the_last_bit(tmp_path,
 
     done = run(source, scenario, function=function)
 
-    place = {CONTROL: 'algo'}.get(function, function)
+    place = {Function.CONTROL: 'algo'}.get(function, function.value)
     assert same(done.run, simulate(scenario, **{place: tmp_path / 'law.py'}))
     assert done.failure is None
 
@@ -116,7 +118,7 @@ def test_a_condition_in_a_sandbox_gets_values(tmp_path):
 
     scenario = SHORT.replace(algo=law, event_triggered=True, duration=4.0)
     own = simulate(scenario, ctc=tmp_path / 'law.py')
-    done = run(source, scenario, function=CTC)
+    done = run(source, scenario, function=Function.CONDITION)
 
     assert same(done.run, own)
     assert done.run.record.robots[1].sent < done.run.record.robots[2].sent

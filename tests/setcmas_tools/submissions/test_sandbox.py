@@ -24,6 +24,7 @@ from hostile_submissions import (
 )
 from sandboxes import SHORT, needs_sandbox, run
 
+from setcmas_simu.script_calls import Function
 from setcmas_tools import simulate
 from setcmas_tools.grade.class_grading import read_apart
 from setcmas_tools.grade.submission_run import Times
@@ -195,7 +196,7 @@ def test_nothing_of_a_run_is_left_for_the_next():
 
 
 def test_a_confined_process_ends_with_the_grader():
-    waiting = RunWork('law.py', {}, 'control', 1, 0, {}, 60)
+    waiting = RunWork('law.py', {}, Function.CONTROL, 1, 0, {}, 60)
     with ConfinedProcess(True, RUN + msgspec.msgpack.encode(waiting)) as process:
         before = psutil.Process(process._process.pid).children(recursive=True)
         assert before
@@ -208,7 +209,7 @@ def packed(name, content):
     return Packed(
         Student('Ada'),
         (PackedFile(name, '' if name[-4:] == '.zip' else name, content),),
-        'control',
+        Function.CONTROL,
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from hostile_submissions import archive
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions import submitted_files
 from setcmas_tools.submissions.submissions import find_submissions
 
@@ -28,7 +29,7 @@ def found(tmp_path, files, name='class'):
         for path, source in files.items():
             (place / path).parent.mkdir(parents=True, exist_ok=True)
             (place / path).write_bytes(source)
-    return {one.name: one for one in find_submissions(place, 'control')}
+    return {one.name: one for one in find_submissions(place, Function.CONTROL)}
 
 
 @pytest.mark.parametrize('name', ['class', 'class.zip'])
@@ -221,7 +222,7 @@ def test_a_damaged_file_of_a_class_costs_its_student_alone(tmp_path):
     content[100:110] = bytes(10)
     (tmp_path / 'class.zip').write_bytes(content)
 
-    ada, bob = find_submissions(tmp_path / 'class.zip', 'control')
+    ada, bob = find_submissions(tmp_path / 'class.zip', Function.CONTROL)
 
     assert (ada.problem, bob.problem) == ('law.py is damaged or has a password', '')
 
@@ -248,4 +249,4 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
     with pytest.raises(SetcmasError, match='holds no submissions; it must be a folder'):
         found(tmp_path, {'readme.txt': b''})
     with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
-        find_submissions(tmp_path / 'class/readme.txt', 'ctc')
+        find_submissions(tmp_path / 'class/readme.txt', Function.CONDITION)
