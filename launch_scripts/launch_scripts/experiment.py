@@ -57,16 +57,15 @@ class Experiment:
 
     Attributes:
         controllers: The process of the control laws; its calls are complete once it has ended.
-        on_status: Called several times a second with the state of the pause node and the robots.
         runaways: Names of robots that moved although commanded zero.
     """
 
     def __init__(
         self,
         supervisor: Supervisor,
-        lab: Lab,
         scenario: Scenario,
         lab_options: LabOptions,
+        on_status: Callable[[Status], object],
         recorded: bool = False,
         hold: bool = False,
         watch: bool = False,
@@ -74,18 +73,20 @@ class Experiment:
     ) -> None:
         """Start the processes; `lab_options` give them the same lab.
 
-        Controllers that are `recorded` wait for a recorder; with `hold`, robots move only while a
-        key or a button is held; `joystick` is the command that reads one.
+        Until the robots are to stop, `on_status` is called several times a second with the state
+        of the pause node and the robots. Controllers that are `recorded` wait for a recorder;
+        with `hold`, robots move only while a key or a button is held; `joystick` is the command
+        that reads one.
 
         Raises:
             ChildDiedError: The emulated lab ended.
             StoppedError: The user stopped the command meanwhile.
         """
-        self._supervisor = supervisor
+        self._supervisor, self._on_status = supervisor, on_status
         self._stopped = False
+        lab = lab_options.chosen()
         self._address, self._next_look = own_address(), 0.0
         self.runaways: set[str] = set()
-        self.on_status: Callable[[Status], None] = lambda _: None
         self._emulated: list[Child] = []
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
@@ -94,8 +95,9 @@ class Experiment:
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
         flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
         pause = node_command(PAUSE, [*of_lab, *flags])
-        self._pause = supervisor.start('pause', pause, listens=True, reports=Report | Status)
-        self._pause.on_report = self._on_report
+        self._pause = supervisor.start(
+            'pause', pause, listens=True, reports=Report | Status, on_report=self._on_report
+        )
         if joystick:
             # Without it, whoever publishes on its topic would be the operator.
             supervisor.start('joystick', joystick)
@@ -153,7 +155,8 @@ class Experiment:
     def _on_report(self, report: ProcessMessage) -> None:
         if isinstance(report, Status):
             self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
-            self.on_status(report)
+            if not self._stopped:  # later values are no current state
+                self._on_status(report)
 
 
 def joystick_command(topic: str) -> list[str] | None:
@@ -184,7 +187,6 @@ class RecordedExperiment(RecordedRun):
         supervisor: Supervisor,
         scenario: Scenario,
         bag: Path,
-        lab: Lab,
         lab_options: LabOptions,
         watch: bool,
         serve_keys: Callable[[Experiment], None],
@@ -201,9 +203,8 @@ class RecordedExperiment(RecordedRun):
         self._serve_keys = serve_keys
         super().__init__(supervisor, bag)
         self._experiment = Experiment(
-            supervisor, lab, scenario, lab_options, recorded=True, watch=watch
+            supervisor, scenario, lab_options, self._start_when_ready, recorded=True, watch=watch
         )
-        self._experiment.on_status = self._start_when_ready
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)

@@ -61,7 +61,6 @@ class Child:
         call: The script call that it is in.
         failures: Periods of failed calls, as it reports at its end.
         killed: Whether it had to be killed.
-        on_report: Called with its reports.
     """
 
     def __init__(
@@ -73,14 +72,18 @@ class Child:
         listens: bool,
         mistake: str,
         kinds: Any,
+        on_report: Callable[[ProcessMessage], object],
     ) -> None:
-        """Start the process; its error messages begin with `mistake`, its reports are of kinds."""
+        """Start the process; its error messages begin with `mistake`.
+
+        `on_report` is called with its reports, which are of some kinds.
+        """
         self.name = name
         self.needed = needed
         self.shown = True
         self.killed = False
         self.failures: tuple[ScriptFailure, ...] = ()
-        self.on_report: Callable[[ProcessMessage], None] = lambda _: None
+        self._on_report = on_report
         self._decoder: LineDecoder[ProcessMessage] = LineDecoder(kinds)
         self._reported: dict[type[ProcessMessage], ProcessMessage] = {}
         self._failed: dict[ScriptCall, None] = {}
@@ -126,7 +129,7 @@ class Child:
             elif isinstance(report, Ended):
                 self._failed |= dict.fromkeys(report.failed)
                 self.failures = report.failures
-            self.on_report(report)
+            self._on_report(report)
         if not data:
             self._end_if_disconnected()
 
@@ -275,6 +278,7 @@ class Supervisor:
         needed: bool = True,
         listens: bool = False,
         reports: Any = Report,
+        on_report: Callable[[ProcessMessage], object] = bool,
     ) -> Child:
         """Start a process and show its output.
 
@@ -284,9 +288,11 @@ class Supervisor:
             needed: Whether `run` ends when it ends.
             listens: Whether it reads what `Child.send` sends.
             reports: The kinds of its reports.
+            on_report: Called with each of them.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
-        child = Child(name, command, self._environment, needed, listens, mistake, reports)
+        environment = self._environment
+        child = Child(name, command, environment, needed, listens, mistake, reports, on_report)
         self.children.append(child)
         self._watch(child.process.stdout, self._printer(child, self.stdout))
         self._watch(child.process.stderr, self._printer(child, self.stderr))

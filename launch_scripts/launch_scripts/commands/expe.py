@@ -119,9 +119,14 @@ def main(args: argparse.Namespace) -> int:
             if lab.mocap.source.from_start:
                 _confirm_starts(supervisor, keyboard, lab)
             experiment = Experiment(
-                supervisor, lab, scenario, of_lab, False, args.hold, args.watch, joystick
+                supervisor,
+                scenario,
+                of_lab,
+                display.show,
+                hold=args.hold,
+                watch=args.watch,
+                joystick=joystick,
             )
-            experiment.on_status = display.show
             for name, command in views:
                 supervisor.start(name, command, needed=False)
             ways = ['s'] if keyboard.there and not keyboard.only_stops else []
@@ -186,7 +191,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
 
         def start() -> RecordedExperiment:
             bag = folder.bag
-            return RecordedExperiment(supervisor, scenario, bag, lab, of_lab, args.watch, serve)
+            return RecordedExperiment(supervisor, scenario, bag, of_lab, args.watch, serve)
 
         duration = scenario.time.duration
         status, outcome = run_robots('expe', supervisor, start, duration, folder, info, views)
@@ -267,7 +272,6 @@ def _serve(
     try:
         supervisor.run(on_tick=serve_terminal)
     except StoppedError:
-        experiment.on_status = lambda _: None  # later values are no current state
         display.close()
         status = experiment.stop()
         experiment.stop_lab()
