@@ -15,11 +15,12 @@ from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metric import Measured
-from setcmas_tools.run.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+
+    from setcmas_tools.run.run import Run
 
 
 @dataclass(frozen=True)
