@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
@@ -29,7 +31,6 @@ BAND = (0.05, 0.95)
 _MOST_LINES = 6
 _LINE_SHIFT = 0.06  # between the bars of two lines over words
 _SHADES = 'viridis'
-_THEORY = 'predicted'
 _DRAWN = (
     'disagreement', 'settling_time', 'least_separation', 'communications', 'position_error',
     'distance_error', 'tracking_error',
@@ -59,25 +60,36 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
     split = _second(study, by)
     lines = [*study.table.groupby(split, sort=False)] if split else [('', study.table)]
     colours = colormaps[_SHADES](np.linspace(0.0, 0.85, len(lines)))
-    handles: dict[str, Any] = {}  # matplotlib itself leaves out names that begin with _
-    for line, (colour, (value, rows)) in enumerate(zip(colours, lines, strict=True)):
-        name = as_written(f'{split} = {shown(value)}') if split else ''
+    medians: list[Any] = []
+    expected: list[Line2D] = []
+    for number, (colour, (value, rows)) in enumerate(zip(colours, lines, strict=True)):
         if theory in study.metrics:
-            name = name or 'measured'
             known = study.numbers(theory)[rows.index].groupby(rows[by]).median().reindex(values)
-            look = '-' if is_scale else '_'
-            (handles[_THEORY],) = axes.plot(
-                places, known, look, color='0.8', lw=6, ms=30, mew=6, label=_THEORY
-            )
+            expected += _draw_theory(axes, places, known, is_scale)
+        shift = 0 if is_scale else number * _LINE_SHIFT
         band = spread(numbers[rows.index], rows[by]).reindex(values)
-        known = band.where(np.isfinite(band))
-        bars = np.array([known.middle - known.low, known.high - known.middle])
-        at = places if is_scale else [place + line * _LINE_SHIFT for place in places]
-        look = 'o-' if is_scale else 'o'
-        handles[name] = axes.errorbar(at, band.middle, bars, fmt=look, color=colour, label=name)
-    names = sorted(filter(None, handles), key=lambda name: name == _THEORY)
-    legend(axes, [handles[name] for name in names])
+        drawn = _draw_medians(axes, [place + shift for place in places], band, colour, is_scale)
+        drawn.set_label(as_written(f'{split} = {shown(value)}') if split else 'measured')
+        medians.append(drawn)
+    legend(axes, [*medians, *expected[:1]] if split or expected else [])
     _note(axes, study, metric)
+
+
+def _draw_theory(
+    axes: Axes, places: Sequence[float], values: pd.Series, is_scale: bool
+) -> list[Line2D]:
+    look = '-' if is_scale else '_'
+    return axes.plot(places, values, look, color='0.8', lw=6, ms=30, mew=6, label='predicted')
+
+
+def _draw_medians(
+    axes: Axes, places: Sequence[float], band: pd.DataFrame, colour: Any, is_scale: bool
+) -> ErrorbarContainer:
+    """Draw medians with bars, and lines between them if they are over numbers."""
+    known = band.where(np.isfinite(band))
+    bars = np.array([known.middle - known.low, known.high - known.middle])
+    look = 'o-' if is_scale else 'o'
+    return axes.errorbar(places, band.middle, bars, fmt=look, color=colour)
 
 
 def _axis(axes: Axes, column: pd.Series) -> tuple[list[Any], list[Any], bool]:
