@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument('--runs', type=int, default=50)
     runs = parsed(parser, runs=1).runs
     with pyodide_browser() as browser:
-        print(f'wheel: {browser.wheel.stat().st_size / 1e6:.2f} MB')
+        print(f'setcmas: {browser.packages.stat().st_size / 1e6:.2f} MB')
         for part, seconds in browser.laps.items():
             print(f'{part}: {seconds:.2f} s')
         print('8 robots for 60 s, until the page has the content of its player:')

@@ -1,4 +1,4 @@
-"""Chromium with Pyodide, in which `in_browser` answers calls, without a network."""
+"""Chromium with Pyodide, in which `site_worker` answers calls, without a network."""
 
 import contextlib
 import tempfile
@@ -10,8 +10,8 @@ from browser import open_browser
 from pyodide_folder import pyodide_folder
 from served_folder import served
 
-from launch_scripts.commands.site import own_wheel
 from setcmas_tools.grade.rubric_handout import archive
+from setcmas_tools.page.site_folder import SETCMAS, installed_packages
 
 _BOOT = """
 const done = arguments[arguments.length - 1], laps = {};
@@ -27,11 +27,11 @@ const lap = name => {
   lap('Pyodide');
   await py.loadPackage(['numpy', 'pyyaml']);
   lap('numpy and PyYAML');
-  py.unpackArchive(await (await fetch('/WHEEL')).arrayBuffer(), 'wheel');
-  lap('wheel');
+  py.unpackArchive(await (await fetch('/setcmas.zip')).arrayBuffer(), 'wheel');
+  lap('setcmas');
   window.said = [];
   py.globals.set('say', text => { said.push(JSON.parse(text)); });
-  py.runPython('from launch_scripts.commands import in_browser');
+  py.runPython('from setcmas_tools.page import site_worker');
   lap('imports');
   return laps;
 })().then(done, error => done(String(error)));
@@ -42,7 +42,7 @@ said.length = 0;
 py.globals.set('request', JSON.stringify(request));
 try {
   const begin = performance.now();
-  const answer = JSON.parse(py.runPython(`in_browser.${name}(request, say)`));
+  const answer = JSON.parse(py.runPython(`site_worker.${name}(request, say)`));
   answer.took = (performance.now() - begin) / 1e3;
   done([answer, said]);
 } catch (error) { done([String(error), said]); }
@@ -62,18 +62,18 @@ class PyodideBrowser:
 
     Attributes:
         laps: Durations in s of the parts of its start.
-        wheel: The wheel of setcmas.
+        packages: The archive of setcmas.
     """
 
-    def __init__(self, browser, wheel: Path) -> None:
+    def __init__(self, browser, packages: Path) -> None:
         browser.set_script_timeout(120)
         self._browser = browser
-        self.wheel = wheel
-        self.laps = browser.execute_async_script(_BOOT.replace('WHEEL', wheel.name))
+        self.packages = packages
+        self.laps = browser.execute_async_script(_BOOT)
         assert isinstance(self.laps, dict), self.laps
 
     def call(self, call: str, **request: Any):
-        """Call a function of `in_browser`; return its answer and what it said meanwhile."""
+        """Call a function of `site_worker`; return its answer and what it said meanwhile."""
         answer, said = self._browser.execute_async_script(_CALL, call, request)
         if isinstance(answer, dict) and answer.get('needs') == 'matplotlib':
             self.load_matplotlib()
@@ -98,10 +98,9 @@ def pyodide_browser() -> Iterator[PyodideBrowser]:
     """Start it."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        wheel, files = own_wheel()
-        (folder / wheel).write_bytes(archive(files))
+        (folder / SETCMAS).write_bytes(archive(installed_packages()))
         (folder / 'index.html').write_text('<!doctype html><title>Test</title>')
         (folder / 'pyodide').symlink_to(pyodide_folder())
         with served(folder) as address, open_browser(800, 600) as browser:
             browser.get(address)
-            yield PyodideBrowser(browser, folder / wheel)
+            yield PyodideBrowser(browser, folder / SETCMAS)

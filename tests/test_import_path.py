@@ -12,14 +12,14 @@ import pytest
 IMPORTS = """
 from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
-import launch_scripts.commands.in_browser
+import setcmas_tools.page.site_worker
 """
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
     'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
     'six', 'tabulate', 'wcwidth',
 }  # fmt: skip
-"""What may be imported: the three, what matplotlib needs, and what our wheel brings."""
+"""What may be imported: the three, what matplotlib needs, and what our archive brings."""
 
 OTHERS = {
     'daqp', 'geometry_msgs', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'nav_msgs', 'pandas',
@@ -61,10 +61,10 @@ print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 PAGE = f"""
 {REFUSE.format(names=OTHERS | {'matplotlib', 'PIL'})}
 import json
-from launch_scripts.commands import in_browser
+from setcmas_tools.page import site_worker
 
 for law in ('consensus', 'nav_wp'):
-    answer = json.loads(in_browser.run(json.dumps({{'algo': law}}), str))
+    answer = json.loads(site_worker.run(json.dumps({{'algo': law}}), str))
     print(answer['ok'], answer.get('needs'))
 """
 
@@ -96,10 +96,10 @@ def test_a_page_shows_a_run_without_a_task_before_it_has_matplotlib():
 REPORT = f"""
 {REFUSE.format(names=OTHERS)}
 import json
-from launch_scripts.commands import in_browser
+from setcmas_tools.page import site_worker
 
-in_browser.run(json.dumps({{'algo': 'consensus', 'scenario': {{'duration': 1}}}}), str)
-print('<html' in json.loads(in_browser.report_html(json.dumps({{'title': ''}})))['html'])
+site_worker.run(json.dumps({{'algo': 'consensus', 'scenario': {{'duration': 1}}}}), str)
+print('<html' in json.loads(site_worker.report_html(json.dumps({{'title': ''}})))['html'])
 """
 
 

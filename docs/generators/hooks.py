@@ -12,7 +12,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from launch_scripts.commands.site import site
+from setcmas_tools.page.site_folder import site
 
 TRY = 'try/index.html'
 """The page that runs laws, in the built site."""

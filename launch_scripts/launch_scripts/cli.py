@@ -5,16 +5,13 @@ from __future__ import annotations
 
 try:
     import argparse
-    import errno
     import importlib
     import os
     import sys
     from contextvars import copy_context
-    from pathlib import Path
     from typing import Any, NoReturn
 
-    from launch_scripts.environment import clean_environment, open_streams
-    from launch_scripts.terminal import kept_terminal
+    from launch_scripts.environment import clean_environment
     from setcmas_simu import __version__
     from setcmas_simu.errors import SetcmasError, did_you_mean
 except KeyboardInterrupt:  # Ctrl-C while modules are loaded
@@ -128,38 +125,20 @@ def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     clean_environment()
-    open_streams()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ['help']:
         arguments = [*arguments[1:2], '--help']
     try:
-        _check_current_folder()
         args = _parsed(arguments)
-        with kept_terminal():
-            return int(copy_context().run(args.main, args))  # a palette is of this command only
+        return int(copy_context().run(args.main, args))  # a palette is of this command only
     except SetcmasError as error:
-        return _failed(arguments, str(error))
+        print(f'{" ".join(["setcmas", *arguments[:1]])}: {error}', file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # as in `setcmas run ... | head`: the work is done
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except OSError as error:
-        if error.errno not in (errno.EMFILE, errno.ENFILE):
-            raise
-        return _failed(arguments, 'too many open files; raise the limit: ulimit -n 1024')
-
-
-def _failed(arguments: list[str], reason: str) -> int:
-    print(f'{" ".join(["setcmas", *arguments[:1]])}: {reason}', file=sys.stderr)
-    return 2
-
-
-def _check_current_folder() -> None:
-    try:
-        Path.cwd()
-    except FileNotFoundError as error:
-        raise SetcmasError('the current folder was removed; change to another folder') from error
 
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:

@@ -8,9 +8,7 @@ import platform
 import socket
 import subprocess
 import sys
-import warnings
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from launch_scripts.terminal import LOG_FORMAT, warn
@@ -89,24 +87,9 @@ def _how_to_get_it() -> str:
 
 
 def clean_environment() -> None:
-    """Remove variables that break this process or its children from the environment.
-
-    PYTHONWARNINGS=error turns warnings of ROS into errors; notebooks set MPLBACKEND to a backend
-    that exists in their kernel only.
-    """
-    os.environ.pop('PYTHONWARNINGS', None)
-    if sys.warnoptions:
-        warnings.resetwarnings()
-        warnings.simplefilter('ignore')
+    """Remove the backend of matplotlib that notebooks set: it exists in their kernel only."""
     if os.environ.get('MPLBACKEND', '').startswith('module://'):
         del os.environ['MPLBACKEND']
-
-
-def open_streams() -> None:
-    """Replace standard streams that are closed, as some services start commands, by empty ones."""
-    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
-        if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115
 
 
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
@@ -187,14 +170,6 @@ def lab_environment(static_peers: Sequence[str]) -> dict[str, str]:
                 'name of a machine on this network'
             ) from error
     return environment
-
-
-def own_address() -> str:
-    """Return the address of this machine in its network; '' without a network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
-        probe.connect(('192.0.2.1', 9))  # an address of no network: nothing is sent
-        return str(probe.getsockname()[0])
-    return ''
 
 
 def _environment(discovery_range: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.environment import closed_environment, lab_environment, own_address
+from launch_scripts.environment import closed_environment, lab_environment
 from launch_scripts.processes import (
     BRIDGES,
     CONTROLLER,
@@ -20,16 +20,23 @@ from launch_scripts.processes import (
     controller_arguments,
     node_command,
 )
-from launch_scripts.supervisor import Child, Supervisor
+from launch_scripts.supervisor import Child, StoppedError, Supervisor
+from launch_scripts.terminal import ESC
 from setcmas_ctrl.laws.control_options import ControllerOptions
-from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
 from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.run.scenario_lab import emulation_arguments
 
-_LOOK_EVERY_S = 2.0
+_STOPS = {
+    ESC: (Action.EMERGENCY, 'by Esc'),
+    'e': (Action.EMERGENCY, 'by e'),
+    ' ': (Action.PAUSE, 'by space bar'),
+}
+"""If several arrive together, the first of these counts: stopping comes first."""
+
 _TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
 
 
@@ -85,12 +92,11 @@ class Experiment:
         self._supervisor, self._on_status = supervisor, on_status
         self._stopped = False
         lab = lab_options.chosen()
-        self._address, self._next_look = own_address(), 0.0
         self.runaways: set[str] = set()
         self._emulated: list[Child] = []
         if scenario.lab.emulate:
-            emulation = EmulationOptions.among(scenario.values())
-            self._emulated = [start_emulated_lab(supervisor, lab_options.arguments(emulation))]
+            emulation = emulation_arguments(scenario, lab_options)
+            self._emulated = [start_emulated_lab(supervisor, emulation)]
         of_lab = lab_options.arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
         flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
@@ -118,21 +124,29 @@ class Experiment:
         """Whether the control laws are running."""
         return self.controllers.reported(Started) is not None
 
-    def look_at_network(self, now: float) -> None:
-        """Warn if this computer has got another address, under which no node listens; now in s."""
-        if self._emulated or now < self._next_look:
-            return
-        self._next_look = now + _LOOK_EVERY_S
-        if (address := own_address()) != self._address:
-            self._supervisor.warn(
-                f"this computer's address has changed from {self._address or 'none'} to "
-                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
-            )
-            self._address = address
-
     def request(self, action: Action, by: str = '') -> None:
         """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""
         self._pause.send(OperatorRequest(action, by))
+
+    def stop_by_keys(self, keys: str, attended: bool) -> None:
+        """Pass on the keys that stop the robots, or that the terminal is attended.
+
+        Raises:
+            StoppedError: The operator pressed q.
+        """
+        if 'q' in keys:
+            raise StoppedError
+        if stop := next((_STOPS[key] for key in _STOPS if key in keys), None):
+            self.request(*stop)
+        elif attended:
+            self.request(Action.ALIVE)
+
+    def start_by_keys(self, starts: bool, releases: int) -> None:
+        """Pass on that the start key was pressed, and how often the key that releases a stop."""
+        for _ in range(releases):  # more than one: it is held down
+            self.request(Action.RELEASE)
+        if starts:
+            self.request(Action.START, 'by s')
 
     def stop(self) -> int:
         """Stop the robots, then all processes, once; return the exit status of the controllers."""

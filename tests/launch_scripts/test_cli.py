@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from processes import SETCMAS, run_here
+from processes import run_here
 
 from launch_scripts.cli import VERBS, spelled
 from setcmas_simu import __version__
@@ -101,17 +101,6 @@ def test_mistakes_are_reported_in_one_line_with_status_2(arguments, message, tmp
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize('option', ['--animate', '--paper', '--format'])
-def test_a_folder_that_an_option_takes_for_its_value_must_go_first(option, tmp_path):
-    (tmp_path / 'out').mkdir()
-
-    result = run_here('csv_to_plot', option, 'out', cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert f"{option} is 'out'; it must be" in result.stderr
-    assert 'put the folder to plot first' in result.stderr
-
-
 def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
     (tmp_path / 'mine.py').write_text(
         '"""Turns round.\n\nMore."""\ndef control(a, b, c, d): ...\n'
@@ -158,19 +147,6 @@ def test_completion_of_verbs_options_and_values(tmp_path):
     assert complete('setcmas ctrl --algo m') == ['mine.py']
 
 
-@pytest.mark.parametrize(('verb', 'shown'), [('csv_to_plot ../out', ' csv_to_plot'), ('', '')])
-def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path, verb, shown):
-    command = f'mkdir gone && cd gone && rmdir ../gone && {SETCMAS[0]} {verb}'
-    result = subprocess.run(
-        ['sh', '-c', command], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-
-    assert result.returncode == 2
-    assert result.stderr == (
-        f'setcmas{shown}: the current folder was removed; change to another folder\n'
-    )
-
-
 def test_ctrl_c_while_modules_are_loaded_prints_nothing():
     code = (
         'import sys\n'
@@ -184,23 +160,3 @@ def test_ctrl_c_while_modules_are_loaded_prints_nothing():
     result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
 
     assert (result.returncode, result.stdout, result.stderr) == (130, '', '')
-
-
-@pytest.mark.skipif(sys.platform == 'win32', reason='a limit of POSIX')
-def test_too_few_open_files_are_told_in_one_line():
-    code = (
-        'import resource\n'
-        'from launch_scripts import cli\n'
-        'def no_files(args):\n'
-        '    resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))\n'
-        '    open("/dev/null")\n'
-        'from launch_scripts.commands import list\n'
-        'list.main = no_files\n'
-        'raise SystemExit(cli.main(["list"]))'
-    )
-    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
-
-    assert result.returncode == 2
-    assert result.stderr == (
-        'setcmas list: too many open files; raise the limit: ulimit -n 1024\n'
-    )

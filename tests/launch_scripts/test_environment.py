@@ -70,14 +70,6 @@ def test_where_signals_are_missing_the_commands_can_be_imported():
     subprocess.run([sys.executable, '-c', code], check=True)
 
 
-def test_streams_that_are_closed_are_empty_ones(monkeypatch):
-    monkeypatch.setattr(sys, 'stdin', None)
-    environment.open_streams()
-
-    with sys.stdin as stream:
-        assert (stream.isatty(), stream.read()) == (False, '')
-
-
 @pytest.mark.parametrize('domain', ['abc', '300'])
 def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
@@ -104,10 +96,7 @@ def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environmen
         'def control(i, n, p, t):\n    print("mine", file=sys.stderr)\n    return 0.1, 0\n',
         encoding='utf-8',
     )
-    left_behind = {
-        'PYTHONWARNINGS': 'error',
-        'MPLBACKEND': 'module://matplotlib_inline.backend_inline',
-    }
+    left_behind = {'MPLBACKEND': 'module://matplotlib_inline.backend_inline'}
     result = run_setcmas(
         'offline', '--algo', name, '--duration', '1', '-o', 'out', cwd=tmp_path, **left_behind
     )
@@ -115,15 +104,6 @@ def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environmen
     assert result.returncode == 0, result.stderr
     assert {line.split(': ', 1)[1] for line in result.stderr.splitlines()} == {'mine'}
     assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
-
-
-def test_warnings_that_are_errors_do_not_end_ros(domain):
-    pytest.importorskip('rclpy')
-
-    result = run_setcmas('record', '-o', '/', PYTHONWARNINGS='error')
-    assert 'already exists' in result.stderr
-    result = run_setcmas('fault', 'freeze', PYTHONWARNINGS='error')
-    assert 'Warning' not in result.stderr
 
 
 def test_a_middleware_without_wheels_is_reported(domain, monkeypatch):

@@ -134,17 +134,6 @@ def test_what_a_start_waits_for_is_the_call_that_hangs(supervisor):
     assert child.failed == ()
 
 
-def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
-    code = IN_A_CALL.format(ago=0) + 'os.closerange(0, 100)\n' + SLEEPER.partition('; ')[0]
-    child = supervisor.start('ctrl', python(code + '; time.sleep(600)'))
-
-    lost = r'lost its file descriptors.* in control of law.py for tb3_2'
-    with pytest.raises(ChildDiedError, match=lost):
-        supervisor.run()
-    supervisor.stop(child)
-    assert child.failed == (CALL,)
-
-
 def test_a_call_that_silences_its_process_is_reported_and_ended(supervisor):
     child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + 'os.kill(os.getpid(), 19)'))
     supervisor.run(until=lambda: supervisor.lines)

@@ -46,27 +46,6 @@ def test_a_key_to_hold_is_reported_each_time():
     assert starts(['s', '', 'ss', 's', '', 'l', 's'], held=True) == [0, 2, 3]
 
 
-CODE = """
-import os
-from launch_scripts.terminal import kept_terminal
-with kept_terminal():
-    os.system('stty -echo raw')
-"""
-
-
-def test_a_terminal_that_a_script_has_changed_is_given_back():
-    import termios
-
-    terminal, inner = pty.openpty()
-    before = termios.tcgetattr(inner)
-
-    subprocess.run([sys.executable, '-c', CODE], stdin=inner, check=True)
-
-    assert termios.tcgetattr(inner) == before
-    os.close(terminal)
-    os.close(inner)
-
-
 def fed(*chunks, prefix=''):
     buffer = LineBuffer(prefix, io.StringIO())
     return [line for chunk in chunks for line in buffer.feed(chunk)]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 

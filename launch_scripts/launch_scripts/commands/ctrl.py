@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views, shown_robots
+from launch_scripts.commands.view import NONE, ViewOptions, fleet_views, shown_robots
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import (
     CONTROLLER,
@@ -22,6 +21,7 @@ from launch_scripts.processes import (
     node_command,
     ros_arguments,
 )
+from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions

@@ -19,14 +19,9 @@ import math
 import time
 from dataclasses import asdict
 
-from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.commands.run import concluded, new_run
-from launch_scripts.commands.scenario_options import (
-    add_scenario_arguments,
-    scenario_of,
-    typed_values,
-)
-from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
+from launch_scripts.commands.view import NONE, ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.experiment import (
     Experiment,
@@ -35,10 +30,14 @@ from launch_scripts.experiment import (
     joystick_command,
 )
 from launch_scripts.run_robots import run_robots
+from launch_scripts.scenario_options import (
+    add_scenario_arguments,
+    scenario_of,
+    typed_values,
+)
 from launch_scripts.status_display import KEYS, StatusDisplay
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from launch_scripts.terminal import (
-    ESC,
     Keyboard,
     StartKey,
     open_keyboard,
@@ -49,19 +48,11 @@ from launch_scripts.terminal import (
 from setcmas_ctrl.laws.control_options import WatchOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_lab import bounded_lab_options, check_emulated, in_lab
-
-_STOPS = {
-    ESC: (Action.EMERGENCY, 'by Esc'),
-    'e': (Action.EMERGENCY, 'by e'),
-    ' ': (Action.PAUSE, 'by space bar'),
-}
-"""If several arrive together, the first of these counts: stopping comes first."""
 
 _ONLY_STOPS = 'not started: over ssh this key only counts while your terminal answers'
 
@@ -187,7 +178,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
             supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
 
         def serve(experiment: Experiment) -> None:
-            _stop_by(single_keys(keyboard.pressed()).lower(), experiment, attended=True)
+            experiment.stop_by_keys(single_keys(keyboard.pressed()).lower(), attended=True)
 
         def start() -> RecordedExperiment:
             bag = folder.bag
@@ -198,20 +189,6 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
         supervisor.stop(*supervisor.children)
         with supervisor.signals_handed_back():
             return concluded(args, folder, info, None, status, outcome)
-
-
-def _stop_by(keys: str, experiment: Experiment, attended: bool) -> None:
-    """Pass on the keys that stop the robots, or that the terminal is attended.
-
-    Raises:
-        StoppedError: The operator pressed q.
-    """
-    if 'q' in keys:
-        raise StoppedError
-    if stop := next((_STOPS[key] for key in _STOPS if key in keys), None):
-        experiment.request(*stop)
-    elif attended:
-        experiment.request(Action.ALIVE)
 
 
 def _confirm_starts(supervisor: Supervisor, keyboard: Keyboard, lab: Lab) -> None:
@@ -255,19 +232,15 @@ def _serve(
 
     def serve_terminal() -> None:
         display.note_silence()
-        experiment.look_at_network(time.monotonic())
         pressed = keyboard.pressed()
-        _stop_by(single_keys(pressed).lower(), experiment, keyboard.is_attended)
+        experiment.stop_by_keys(single_keys(pressed).lower(), keyboard.is_attended)
         if keyboard.only_stops:
             if set(pressed) & set('sSR'):
                 supervisor.warn(_ONLY_STOPS)
             pressed = ''
         starts = start_key.pressed(pressed, time.monotonic())
-        if pressed and set(pressed) == {'R'}:
-            for _ in pressed:  # more than one: it is held down
-                experiment.request(Action.RELEASE)
-        elif starts:
-            experiment.request(Action.START, 'by s')
+        releases = len(pressed) if set(pressed) == {'R'} else 0
+        experiment.start_by_keys(starts and not releases, releases)
 
     try:
         supervisor.run(on_tick=serve_terminal)

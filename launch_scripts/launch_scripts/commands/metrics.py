@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.commands.plot_options import add_run_argument
+from launch_scripts.commands.csv_to_plot import add_run_argument
 from launch_scripts.terminal import warner
 
 _warn = warner('metrics')

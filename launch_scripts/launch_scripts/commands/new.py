@@ -43,22 +43,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='copy the exercise, with blanks to fill in, instead of the finished law; without '
         '--from, the exercise called NAME',
     )
+    others = parser.add_mutually_exclusive_group()
     cut = (
         'for teachers: a copy of this solution without the parts between the lines "# BEGIN '
         'SOLUTION" and "# END SOLUTION", and a draft of the rubric'
     )
-    parser.add_argument('--exercise-from', metavar='FILE.py', type=Path, help=cut)
-    parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
+    others.add_argument('--exercise-from', metavar='FILE.py', type=Path, help=cut)
+    others.add_argument('--robot', action='store_true', help='a robot script, for --model')
     conversion = 'a script with the built-in si_to_uni, for --si-to-uni'
-    parser.add_argument('--si-to-uni', action='store_true', help=conversion)
+    others.add_argument('--si-to-uni', action='store_true', help=conversion)
     lab = 'a lab file with every default (default NAME: lab)'
-    parser.add_argument('--lab', action='store_true', help=lab)
+    others.add_argument('--lab', action='store_true', help=lab)
     session = 'a folder for practical session N of three hours (default NAME: session_N)'
-    parser.add_argument('--session', metavar='N', help=session)
+    others.add_argument('--session', metavar='N', help=session)
 
 
 def main(args: argparse.Namespace) -> int:
     """Write the file and show the next step; return the exit status."""
+    is_other = any((args.exercise_from, args.robot, args.si_to_uni, args.lab, args.session))
+    if is_other and (args.source or args.exercise):
+        raise SetcmasError('--from and --exercise are for laws; leave the other option out')
     if args.session:
         return _write_session(args)
     if args.lab:
@@ -68,22 +72,16 @@ def main(args: argparse.Namespace) -> int:
     target = _new_file(args.name)
     if args.exercise_from:
         return _write_exercise(args, target)
-    others = [name for name in ('robot', 'si_to_uni') if getattr(args, name)]
-    if len([*others, *filter(None, [args.source or args.exercise])]) > 1:
-        raise SetcmasError(
-            '--robot and --si-to-uni each write a script of their own; --from and --exercise are '
-            'for laws'
-        )
     if args.exercise:
         source = EXERCISES.file(args.source or target.stem)
     elif args.source:
         is_condition = args.source in CONDITIONS
         source = CONDITIONS.file(args.source) if is_condition else find_script(args.source)
     else:
-        name = others[0] if others else 'control_law'
+        name = 'robot' if args.robot else 'si_to_uni' if args.si_to_uni else 'control_law'
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
     _write(target, source.read_bytes())
-    if not (args.source or args.exercise or others) and target.stem in ALGORITHMS:
+    if not (args.source or args.exercise or is_other) and target.stem in ALGORITHMS:
         print(
             f'--algo {target.stem} now runs this file instead of the built-in law; to copy that '
             f'law, delete this file and run setcmas new {target.stem} --from {target.stem}'
@@ -96,8 +94,6 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _write_exercise(args: argparse.Namespace, target: Path) -> int:
-    if args.source or args.exercise or args.robot or args.si_to_uni:
-        raise SetcmasError('--exercise-from writes an exercise; leave the other options out')
     solution, rubric = args.exercise_from, target.with_suffix('.yaml')
     exercise = cut_exercise(solution)
     _write(rubric, draft_rubric(solution, target.stem).encode())
@@ -109,8 +105,6 @@ def _write_exercise(args: argparse.Namespace, target: Path) -> int:
 
 
 def _write_lab_file(args: argparse.Namespace) -> int:
-    if args.source or args.exercise or args.exercise_from:
-        raise SetcmasError('--lab writes a lab file; --from and --exercise are for scripts')
     target = Path(args.name or 'lab').with_suffix('.yaml')
     _write(target, DEFAULT_FILE.read_bytes())
     print(f'edit {target}, then run')
@@ -119,9 +113,6 @@ def _write_lab_file(args: argparse.Namespace) -> int:
 
 
 def _write_session(args: argparse.Namespace) -> int:
-    others = args.source, args.exercise, args.exercise_from, args.robot, args.si_to_uni, args.lab
-    if any(others):
-        raise SetcmasError('--session writes a whole folder; leave the other options out')
     sessions = Path(str(resources.files('setcmas_ctrl') / 'sessions'))
     source = sessions / f'session_{args.session}.md'
     if not source.is_file():

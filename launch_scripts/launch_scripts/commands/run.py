@@ -19,22 +19,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from launch_scripts.commands.plot_options import FormatOptions, print_evaluation
-from launch_scripts.commands.scenario_options import (
-    add_from_argument,
-    add_scenario_arguments,
-    earlier_run,
-    output_folder,
-    scenario_of,
-)
-from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
+from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
+from launch_scripts.commands.offline import add_from_argument, earlier_run, earlier_scenario
+from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.processes import PAGE, SimulatedRun
 from launch_scripts.run_robots import STOPPED, run_robots
+from launch_scripts.scenario_options import (
+    add_scenario_arguments,
+    output_folder,
+    scenario_of,
+)
 from launch_scripts.supervisor import Child, StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options import take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
@@ -57,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; return the exit status."""
-    scenario, earlier = scenario_of(args), earlier_run(args)
+    scenario, earlier = scenario_of(args, earlier=earlier_scenario(args)), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
     scenario.start_poses()
     for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
@@ -168,12 +166,6 @@ def _evaluate(
         warn(f'setcmas {args.verb}: no odometry was recorded, so there are no plots')
         return 1
     run = Run.load(folder.path, warn)
-    strangers = set(run.robots) - set(range(1, info.scenario['nb_robots'] + 1))
-    if strangers:
-        warn(
-            f'setcmas {args.verb}: plots and metrics include {robots_in_words(sorted(strangers))} '
-            'of another simulator'
-        )
     files = print_evaluation(args, folder, run, earlier)
     with suppress(OSError):  # the terminal may be closed; the work is done
         print(f'bag: {folder.shown(folder.bag)}   {files}', flush=True)

@@ -12,10 +12,10 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.commands.view_options import ViewOptions, fleet_views
+from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import SIMULATOR, add_ros_arguments, node_command, ros_arguments
+from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.supervisor import run_in_foreground
 from setcmas_simu.options import typed_words
 from setcmas_simu.simulation_options import SimulationOptions

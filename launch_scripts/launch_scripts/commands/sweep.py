@@ -16,8 +16,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from launch_scripts.commands.plot_options import FormatOptions
-from launch_scripts.commands.scenario_options import (
+from launch_scripts.commands.csv_to_plot import FormatOptions
+from launch_scripts.scenario_options import (
     add_scenario_arguments,
     output_folder,
     scenario_of,

@@ -15,15 +15,32 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
-from launch_scripts.commands.view_options import browser_command
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import add_ros_arguments, ros_arguments
+from launch_scripts.processes import (
+    BROWSER_VIEW,
+    PAGE,
+    add_ros_arguments,
+    namespace_rule,
+    node_command,
+    ros_arguments,
+)
 from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.page.browser import BrowserOptions
+from setcmas_simu.fleet.palettes import PALETTES
+from setcmas_simu.fleet.rviz_config import rviz_config
+from setcmas_simu.option_kinds import OneOf
+from setcmas_simu.options import Options, flag, option
+from setcmas_tools.page.browser import BrowserOptions, has_display
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,3 +65,102 @@ def main(args: argparse.Namespace) -> int:
 
     show_runs(loaded_pair(args.runs, warn), browser)
     return 0
+
+
+_RVIZ = 'rviz2'
+_ROBOTS_IF_UNKNOWN = 8
+
+Companion = tuple[str, list[str]]
+"""Name and command of an optional process."""
+
+
+def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
+    """Return the robots in --robots or --nb-robots; by default the first 8."""
+    return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
+
+
+@contextmanager
+def rviz_companion(
+    wanted: bool, robots: list[int], experiment: bool = False, namespace: str = ''
+) -> Iterator[list[Companion]]:
+    """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page.
+
+    The namespace of the fleet has no slash at its ends.
+    """
+    missing = why_no_rviz() if wanted else ''
+    if missing:
+        warn(f'--rviz: {missing}; to see the robots in a browser, run setcmas view')
+    if not wanted or missing:
+        yield []
+        return
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        path = Path(folder) / 'fleet.rviz'
+        config = rviz_config(robots, experiment)
+        if namespace:
+            config = config.replace('Value: /', f'Value: /{namespace}/')
+        path.write_text(config, encoding='utf-8')
+        yield [('rviz', [_RVIZ, '-d', str(path)])]
+
+
+def why_no_rviz() -> str:
+    """Return why RViz 2 cannot start; '' if it can."""
+    if shutil.which(_RVIZ) is None:
+        return 'rviz2 is not installed, or its setup.bash is not sourced'
+    if not has_display(os.environ, sys.platform):
+        return 'rviz2 has no screen for its window'
+    return ''
+
+
+AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewOptions(Options):
+    """Which views of the robots are started."""
+
+    rviz: bool = flag('also show the robots in RViz 2')
+    view: str = option(
+        OneOf((AUTO, BROWSER, NONE)),
+        'browser (also --view alone) serves a page with the robots, none shows nothing, and auto '
+        'starts RViz 2, or serves the page if RViz 2 cannot start; without a terminal, auto '
+        'shows nothing',
+        default=AUTO,
+        alone=BROWSER,
+    )
+
+
+def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> tuple[bool, bool]:
+    """Return whether to start RViz 2, and whether to serve the page.
+
+    Args:
+        options: The values of --view and --rviz.
+        attended: Whether a person reads the command's output.
+        no_rviz: Why RViz 2 cannot be started; empty if it can.
+    """
+    view, rviz = options.view, options.rviz
+    if view == AUTO and attended and not rviz:
+        return not no_rviz, bool(no_rviz)
+    return rviz, view == BROWSER
+
+
+@contextmanager
+def fleet_views(
+    options: ViewOptions,
+    robots: list[int],
+    experiment: bool = False,
+    palette: str = PALETTES[0],
+    ros_arguments: Sequence[str] = (),
+) -> Iterator[list[Companion]]:
+    """Yield the views of a fleet, as companions of the robots' process, in its namespace."""
+    attended = sys.stdout.isatty() and 'CI' not in os.environ
+    rviz, browser = choose_view(options, attended, why_no_rviz())
+    rule = namespace_rule(ros_arguments)
+    page = [(PAGE, browser_command([f'--palette={palette}', *rule]))] if browser else []
+    namespace = '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/')
+    with rviz_companion(rviz, robots, experiment, namespace) as companions:
+        yield companions + page
+
+
+def browser_command(arguments: Sequence[str] = ()) -> list[str]:
+    """Return the command line that serves the page."""
+    return node_command(BROWSER_VIEW, arguments)

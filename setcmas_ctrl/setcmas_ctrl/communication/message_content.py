@@ -111,15 +111,6 @@ def _check_size(size: int) -> None:
         )
 
 
-def value_in_words(value: Value) -> str:
-    """Return a value as short text, such as 'x = 1.5, goal = [2, 3]'."""
-    if isinstance(value, Mapping):
-        return ', '.join(f'{name} = {value_in_words(one)}' for name, one in value.items())
-    if not np.ndim(value):
-        return f'{value:.4g}'
-    return f'[{", ".join(value_in_words(one) for one in np.asarray(value))}]'
-
-
 class Dimension(NamedTuple):
     """A dimension of a value, as in std_msgs/MultiArrayDimension.
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import ignore, task_of
+from setcmas_tools.measures.task import Task, ignore, task_of
 from setcmas_tools.page.law_calls import begin_of, calls_entry
 from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
@@ -21,7 +19,6 @@ from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
@@ -94,34 +91,16 @@ def _references(run: Run) -> list[dict[str, Any]]:
     if not (known := task_of(run, ignore)):
         return []
     task, references = known
-    with ExitStack() as style:
-        axes = _LateAxes(style)
-        task.draw('film', cast('Axes', axes), run, references)
-        return [_line(one) for one in axes.drawn]
+    if type(task).draw is Task.draw:  # it draws nothing; a page may lack matplotlib
+        return []
+    from matplotlib.figure import Figure
 
+    from setcmas_tools.plots.style import plot_style
 
-class _LateAxes:
-    """Axes that are made, in the style of plots, when a task draws: pages may lack matplotlib."""
-
-    def __init__(self, style: ExitStack) -> None:
-        self._style = style
-
-    @cached_property
-    def _axes(self) -> Axes:
-        from matplotlib.figure import Figure
-
-        from setcmas_tools.plots.style import plot_style
-
-        self._style.enter_context(plot_style())
-        return Figure().add_subplot()
-
-    @property
-    def drawn(self) -> Iterable[Line2D]:
-        """The lines so far."""
-        return self._axes.lines if '_axes' in vars(self) else ()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._axes, name)
+    with plot_style():
+        axes = Figure().add_subplot()
+        task.draw('film', axes, run, references)
+        return [_line(one) for one in axes.lines]
 
 
 def _line(line: Line2D) -> dict[str, Any]:

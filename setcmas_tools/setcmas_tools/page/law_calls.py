@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.message_content import value_in_words
 from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -83,8 +82,17 @@ def _sent_values(run: Run) -> dict[int, dict[str, Any]]:
 
 
 def _texts(messages: Sequence[SentMessage]) -> dict[str, Any]:
-    texts = changes([value_in_words(message.value) for message in messages])
+    texts = changes([_in_words(message.value) for message in messages])
     return {'messages': {'t': packed([message.t for message in messages]), 'texts': texts}}
+
+
+def _in_words(value: Any) -> str:
+    """Return a value as short text, such as 'x = 1.5, goal = [2, 3]'."""
+    if isinstance(value, Mapping):
+        return ', '.join(f'{name} = {_in_words(one)}' for name, one in value.items())
+    if not np.ndim(value):
+        return f'{value:.4g}'
+    return f'[{", ".join(_in_words(one) for one in np.asarray(value))}]'
 
 
 def _fastest(run: Run) -> float:

@@ -14,7 +14,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models import UNICYCLE
 from setcmas_tools.measures.agreement import CONSENSUS, disagreement
-from setcmas_tools.page.drawn_markers import MarkerStore
 from setcmas_tools.page.page_data import SCALE, look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
 
@@ -22,14 +21,22 @@ LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""
 FORGOTTEN_S = 30.0
 """Silence in s from which a robot is not shown any more."""
-GRACE_S = 3.0
-"""Time in s after which contents of vanished topics go; those of a run vanish one by one."""
 OK, WARN, ERROR = 0, 1, 2
 """Levels, as of diagnostic_msgs/DiagnosticStatus."""
 CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))
 """Names and units of the numbers that each frame has."""
 
+MOST_SHAPES = 30_000
+"""Beyond, the oldest is dropped."""
+
 Message = dict[str, Any]
+Shape = dict[str, Any]
+"""A shape as `plane.js` draws it: kind, robot in whose frame it is (0 for the world), places,
+size in m, colour and alpha.
+"""
+ShapeKey = tuple[str, str, int]
+"""Topic, namespace and id of the marker of a shape."""
+
 _MOVING_M_S = 0.005
 _SILENCE_S = 2.0
 _PAUSED_TIMEOUT_S = 0.5
@@ -140,26 +147,35 @@ class RunClock:
         return self._counted + (0.0 if self._paused or since > _SILENCE_S else since)
 
 
-class Departures:
-    """Topics that have lost their publishers for good, or have new ones."""
+class DrawnShapes:
+    """What control laws, obstacles and arenas draw, and the changes since they were last taken."""
 
     def __init__(self) -> None:
-        self._known: set[str] = set()
-        self._since: dict[str, float] = {}
+        self._shapes: dict[ShapeKey, Shape] = {}
+        self._changes: dict[ShapeKey, Shape | None] = {}
 
-    def look(self, present: Collection[str], now: float) -> set[str]:
-        """Return the topics, given those with publishers, whose contents are out of date.
+    def put(self, key: ShapeKey, shape: Shape) -> None:
+        """Add a shape, or replace the one with its key."""
+        if shape == self._shapes.pop(key, None):
+            self._shapes[key] = shape
+            return
+        self._shapes[key] = self._changes[key] = shape
+        if len(self._shapes) > MOST_SHAPES:
+            self._drop(next(iter(self._shapes)))
 
-        `now` is the time in s.
-        """
-        for name in self._known.difference(present):
-            self._since.setdefault(name, now)
-        over = {name for name, since in self._since.items() if now - since >= GRACE_S}
-        dropped = over | self._since.keys() & set(present)
-        for name in dropped:
-            del self._since[name]
-        self._known = self._known.union(present) - over
-        return dropped
+    def drop_topics(self, gone: Collection[str]) -> None:
+        """Drop the shapes of some topics."""
+        for key in [key for key in self._shapes if key[0] in gone]:
+            self._drop(key)
+
+    def take_changes(self) -> list[tuple[str, Shape | None]]:
+        """Return the changed shapes by name since the last call; None for those that are gone."""
+        changes, self._changes = self._changes, {}
+        return [('\0'.join(map(str, key)), shape) for key, shape in changes.items()]
+
+    def _drop(self, key: ShapeKey) -> None:
+        del self._shapes[key]
+        self._changes[key] = None
 
 
 class LiveRun:
@@ -179,7 +195,7 @@ class LiveRun:
         self.announced: list[int] = []
         self.models: dict[int, str] = {}
         self.real = self.ended = False
-        self.markers = MarkerStore()
+        self.shapes = DrawnShapes()
         self.begin()
 
     def begin(self) -> None:
@@ -228,14 +244,20 @@ class LiveRun:
         self._sent.add(robot)
 
     def connect(self, weights: Floats, now: float) -> None:
-        """Note the links: row i hears column j, by robots' numbers from 1, shape (N, N)."""
+        """Note the links: row i hears column j, by robots' numbers from 1, shape (N, N).
+
+        A row of NaN is not known: another controller process has it.
+        """
+        unknown = np.flatnonzero(np.isnan(weights).all(axis=1)) + 1
         known = np.nan_to_num(weights) * (1 - np.eye(len(weights)))
         pairs = np.argwhere(known > 0).tolist()
         links = {(i + 1, j + 1): round(float(known[i, j]), 4) for i, j in pairs}
+        for pair, weight in self._links.items():
+            if pair[0] in unknown and pair[1] <= len(weights):
+                links[pair] = weight
         changed = {pair: links.get(pair, 0.0) for pair in self._links.keys() | links.keys()}
-        t = self._t(now)
         changes = [
-            [t, *pair, weight]
+            [self._t(now), *pair, weight]
             for pair, weight in changed.items()
             if weight != self._links.get(pair, 0.0)
         ]
@@ -253,7 +275,7 @@ class LiveRun:
         if self._sent:
             found.append({'kind': 'sent', 't': self._t(now), 'numbers': sorted(self._sent)})
             self._sent = set()
-        if changes := self.markers.take_changes():
+        if changes := self.shapes.take_changes():
             found.append({'kind': 'shapes', 't': self._t(now), 'shapes': changes})
         status = self._status(now)
         if status != self._reported_status:
@@ -339,10 +361,10 @@ class LiveRun:
         }
 
 
-def live_content(takes_actions: bool) -> Mapping[str, Any]:
+def live_content(has_buttons: bool) -> Mapping[str, Any]:
     """Return the content of a live page that other pages lack."""
     charts = [{'name': name, 'unit': unit, 'values': {}} for name, unit in CHARTS]
-    return {'charts': charts, 'live': {'commands': takes_actions}}
+    return {'charts': charts, 'live': {'commands': has_buttons}}
 
 
 def _curves(rows: Floats, task: str) -> list[float | None]:

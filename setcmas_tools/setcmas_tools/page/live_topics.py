@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Collection
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -16,22 +19,25 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Empty, Float32MultiArray, String, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.communication.graph import with_known_rows
 from setcmas_ctrl.laws.references import References, not_understood
-from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import seconds_of, state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
-from setcmas_tools.page.live import Departures, LiveRun, RobotDiagnosis
-from setcmas_tools.page.server import Action, PauseButton, ResetButton, StopButton
+from setcmas_tools.page.live import LiveRun, RobotDiagnosis, Shape
+from setcmas_tools.page.page_data import colour_code
+from setcmas_tools.page.server import Button
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of several controller processes, each of which has the rows of its own robots."""
 _MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
+GRACE_S = 3.0
+"""Time in s after which contents of vanished topics go; those of a run vanish one by one."""
+_FARTHEST_M = 1e6
+_LEAST_M = 0.01
 _KINDS = {
     'nav_msgs/msg/Odometry': Odometry,
     'std_msgs/msg/UInt16': UInt16,
@@ -51,7 +57,6 @@ class LiveTopics:
         self._robots: dict[str, PolledTopic] = {}
         self._warned: set[str] = set()
         self._commands: dict[str, PolledTopic] = {}
-        self._adjacency: Floats = np.empty((0, 0))
         self._departures = Departures()
         self._announced = FleetListener(node)
         self._fleet = [
@@ -95,10 +100,9 @@ class LiveTopics:
             present = present | {topics.COMMUNICATION_GRAPH}
         now = time.monotonic()
         gone = self._departures.look(present, now)
-        self._run.markers.drop_topics(gone)
+        self._run.shapes.drop_topics(gone)
         if topics.COMMUNICATION_GRAPH in gone - present:
-            self._adjacency = np.empty((0, 0))
-            self._run.connect(self._adjacency, now)
+            self._run.connect(np.empty((0, 0)), now)
 
     def wait(self, timeout_s: float) -> None:
         """Wait until a robot publishes its pose: those of a simulation do so together."""
@@ -213,24 +217,62 @@ class LiveTopics:
         sizes = [dimension.size for dimension in message.layout.dim]
         if self._run.ended:
             self._run.begin()  # its robots are about to be seen
-        weights = _matrix(sizes, message.data.tolist())
-        if weights is None:
-            return
-        if weights.shape == self._adjacency.shape:
-            weights = with_known_rows(weights, self._adjacency)
-        self._adjacency = weights
-        self._run.connect(weights, self._now)
+        if len(sizes) == 2 and sizes[0] == sizes[1] and len(message.data) == sizes[0] * sizes[1]:
+            self._run.connect(np.array(message.data, dtype=float).reshape(sizes), self._now)
 
     def _on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
         for marker in message.markers if isinstance(message, MarkerArray) else [message]:
-            self._run.markers.put(topic, marker)
+            if shape := planar_shape(marker):
+                self._run.shapes.put((topic, marker.ns, marker.id), shape)
 
 
-def _matrix(sizes: list[int], data: list[float]) -> Floats | None:
-    """Return the N x N matrix of a message; None if its parts do not fit together."""
-    if len(sizes) != 2 or sizes[0] != sizes[1] or len(data) != sizes[0] * sizes[1]:
+def planar_shape(marker: Marker) -> Shape | None:
+    """Return a disc or a line from above for a marker, which is not turned.
+
+    None for other markers, or without a finite place.
+    """
+    x, y, size = marker.pose.position.x, marker.pose.position.y, marker.scale.x
+    places: list[tuple[float, ...]] = [(x, y)]
+    if marker.type == Marker.LINE_STRIP:
+        places = [(a.x, a.y, b.x, b.y) for a, b in pairwise(marker.points)]
+    elif marker.type not in (Marker.SPHERE, Marker.CYLINDER):
         return None
-    return np.array(data, dtype=float).reshape(sizes)
+    colour = marker.color.r, marker.color.g, marker.color.b, marker.color.a
+    if not places or not all(map(math.isfinite, (size, *colour, *sum(places, ())))):
+        return None
+    return {
+        'kind': 'lines' if marker.type == Marker.LINE_STRIP else 'discs',
+        'robot': topics.robot_of(f'/{marker.header.frame_id.strip("/")}/') or 0,
+        'places': [
+            [round(min(max(part, -_FARTHEST_M), _FARTHEST_M), 4) for part in place]
+            for place in places
+        ],
+        'size': round(min(max(abs(size), _LEAST_M), _FARTHEST_M), 4),
+        'colour': colour_code(colour[:3]),
+        'alpha': round(min(max(colour[3], 0.0), 1.0), 3),
+    }
+
+
+class Departures:
+    """Topics that have lost their publishers for good, or have new ones."""
+
+    def __init__(self) -> None:
+        self._known: set[str] = set()
+        self._since: dict[str, float] = {}
+
+    def look(self, present: Collection[str], now: float) -> set[str]:
+        """Return the topics, given those with publishers, whose contents are out of date.
+
+        `now` is the time in s.
+        """
+        for name in self._known.difference(present):
+            self._since.setdefault(name, now)
+        over = {name for name, since in self._since.items() if now - since >= GRACE_S}
+        dropped = over | self._since.keys() & set(present)
+        for name in dropped:
+            del self._since[name]
+        self._known = self._known.union(present) - over
+        return dropped
 
 
 class FleetCommands:
@@ -242,34 +284,37 @@ class FleetCommands:
     def __init__(self, node: Node) -> None:
         """Prepare; nothing is published before `prepare`."""
         self._node = node
-        self._publishers: dict[type, Publisher] = {}
+        self._publishers: dict[Button, Publisher] = {}
         self._subscribers = 0
 
     def prepare(self) -> None:
         """Make the publishers, so that subscribers know them when a button is pressed."""
         if not self._publishers:
+            pause = self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT)
             self._publishers = {
-                PauseButton: self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT),
-                ResetButton: self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT),
-                StopButton: self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT),
+                Button.PAUSE: pause,
+                Button.START: pause,
+                Button.RESET: self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT),
+                Button.STOP: self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT),
             }
 
-    def obey(self, action: Action, real: bool) -> None:
+    def obey(self, button: Button, real: bool) -> None:
         """Do what a button asks for; real robots are paused and stopped only.
 
         The pause node of an experiment starts robots for its own terminal, whatever is published.
         """
-        publisher = self._publishers[type(action)]
-        if not isinstance(action, ResetButton):
-            publisher.publish(Bool(data=real or isinstance(action, StopButton) or action.on))
-        elif not real:
-            publisher.publish(Empty())
+        if real and button in (Button.START, Button.RESET):
+            return
+        is_reset = button is Button.RESET
+        self._publishers[button].publish(
+            Empty() if is_reset else Bool(data=button is not Button.START)
+        )
 
     def follow_subscribers(self, paused: bool) -> None:
         """Repeat a pause that still holds for controllers that are new since the last call."""
         if not self._publishers:
             return
-        subscribers = self._publishers[PauseButton].get_subscription_count()
+        subscribers = self._publishers[Button.PAUSE].get_subscription_count()
         if paused and subscribers > self._subscribers:
-            self._publishers[PauseButton].publish(Bool(data=True))
+            self._publishers[Button.PAUSE].publish(Bool(data=True))
         self._subscribers = subscribers

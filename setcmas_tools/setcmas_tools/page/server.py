@@ -6,7 +6,6 @@ Only `websockets` is used: a page without files of its own needs no framework.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import ipaddress
 import logging
@@ -15,29 +14,24 @@ import secrets
 import socket
 import sys
 import threading
+from collections import deque
 from collections.abc import Collection, Mapping, Sequence
-from concurrent.futures import Future
+from enum import Enum
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
 import msgspec
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.datastructures import Headers
-from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions
-from setcmas_tools.page.feed import Feed
 
 LIVE = '/live'
 _PORTS_TRIED = 50
-_MOST_VIEWERS = 100
-_MOST_WAITING = 100
-"""Messages queued for a slow browser; beyond, its connection is closed, and it reconnects."""
-_MOST_ASKED = 100
+_MOST_PRESSED = 100
 _LARGEST_BYTES = 256
 _HANDSHAKE_S = 5.0
 _NO_TOKEN = 'open the whole address that setcmas has printed, with its token'
@@ -52,22 +46,72 @@ _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
 
 
-class StopButton(msgspec.Struct, tag_field='kind', tag='stop', forbid_unknown_fields=True):
-    """A stop of all robots."""
+class Button(Enum):
+    """What a button of the page asks for; the last two are for simulations only."""
+
+    STOP = 'stop'
+    PAUSE = 'pause'
+    START = 'start'
+    RESET = 'reset'
 
 
-class PauseButton(msgspec.Struct, tag_field='kind', tag='pause', forbid_unknown_fields=True):
-    """A pause of all robots; `on` is false for their start, in a simulation."""
+class LiveSummary:
+    """The newest state and the last poses of a live run, for browsers that come later.
 
-    on: bool
+    It is used by the thread of the server only.
+    """
 
+    MOST_FRAMES = 1200
+    """Poses of two minutes."""
 
-class ResetButton(msgspec.Struct, tag_field='kind', tag='reset', forbid_unknown_fields=True):
-    """All robots of a simulation back to their start poses."""
+    def __init__(self) -> None:
+        self._status: list[Mapping[str, Any]] = []
+        self._now = 0.0
+        self._begin()
 
+    def _begin(self) -> None:
+        self._looks: dict[int, Any] = {}
+        self._states: dict[int, Any] = {}
+        self._shapes: dict[str, Any] = {}
+        self._links: dict[tuple[int, int], Any] = {}
+        self._frames: deque[Mapping[str, Any]] = deque(maxlen=self.MOST_FRAMES)
 
-Action = StopButton | PauseButton | ResetButton
-_ACTIONS: msgspec.json.Decoder[Action] = msgspec.json.Decoder(Action)
+    def take(self, message: Mapping[str, Any]) -> None:
+        """Take a message that all browsers get."""
+        kind = message['kind']
+        if kind == 'begin':
+            self._begin()
+        elif kind == 'status':
+            self._status = [message]
+        elif kind == 'now':
+            self._now = message['t']
+        elif kind == 'frame':
+            self._frames.append(message)
+        elif kind == 'looks':
+            self._looks |= {look['number']: look for look in message['robots']}
+        elif kind == 'states':
+            self._states |= {state[0]: state for state in message['states']}
+        elif kind == 'shapes':
+            for key, shape in message['shapes']:
+                self._shapes.pop(key, None)
+                if shape:
+                    self._shapes[key] = shape
+        elif kind == 'links':
+            self._links |= {(change[1], change[2]): change for change in message['changes']}
+
+    def messages(self) -> list[Mapping[str, Any]]:
+        """Return the messages that bring a new browser up to date."""
+        t = self._frames[0]['t'] if self._frames else self._now
+        return [
+            *self._status,
+            {'kind': 'begin'},
+            {'kind': 'looks', 'robots': [*self._looks.values()]},
+            *self._frames,
+            {'kind': 'states', 't': t, 'states': [*self._states.values()]},
+            {'kind': 'shapes', 't': t, 'shapes': [*self._shapes.items()]},
+            {'kind': 'links', 'changes': sorted(link for link in self._links.values() if link[3])},
+            {'kind': 'now', 't': self._now},
+        ]
 
 
 class PageServer:
@@ -76,7 +120,7 @@ class PageServer:
     Attributes:
         url: Address of the page on this machine.
         query: End of its address: its token, if it needs one.
-        actions: Requests from buttons, for the process that started the server.
+        pressed: Buttons that were pressed, for the process that started the server.
     """
 
     def __init__(
@@ -84,9 +128,9 @@ class PageServer:
         text: str,
         host: str,
         port: int,
+        is_live: bool = False,
+        has_buttons: bool = False,
         needs_token: bool = False,
-        feed: Feed | None = None,
-        takes_actions: bool = False,
     ) -> None:
         """Serve at a host's address, at a port or the next free one.
 
@@ -94,37 +138,30 @@ class PageServer:
             text: The page.
             host: The address.
             port: The port.
+            is_live: Whether browsers that show the page get messages.
+            has_buttons: Whether its buttons command robots.
             needs_token: Whether only people with the token may open the page.
-            feed: Messages of a live page.
-            takes_actions: Whether the buttons of a live page command robots.
 
         Raises:
             SetcmasError: No port is free, or the address is not one of this machine.
         """
         self._socket = _bound_socket(host, port)
         self.port = int(self._socket.getsockname()[1])
-        self._token = Token(self.port) if needs_token else None
-        self.query = self._token.query if self._token else ''
+        self._token = secrets.token_urlsafe() if needs_token else ''
+        self.query = f'/?token={self._token}' if needs_token else ''
         self.url = address_url(EVERYWHERE.get(host, host), self.port) + self.query
         self._names = names_of_this_machine() | {host.lower()}
         self._page = text.encode(errors='replace')
-        self._feed, self._takes_actions = feed, takes_actions
-        self.actions: queue.Queue[Action] = queue.Queue(_MOST_ASKED)
-        self._viewers: dict[ServerConnection, asyncio.Queue[bytes]] = {}
+        self._is_live, self._has_buttons = is_live, has_buttons
+        self.pressed: queue.Queue[Button] = queue.Queue(_MOST_PRESSED)
+        self._summary = LiveSummary()
+        self._viewers: set[ServerConnection] = set()
         self._loop = asyncio.new_event_loop()
         self._stopping = asyncio.Event()
-        started: Future[None] = Future()
         self._thread = threading.Thread(
-            target=self._loop.run_until_complete, args=(self._serve(started),), daemon=True
+            target=self._loop.run_until_complete, args=(self._serve(),), daemon=True
         )
         self._thread.start()
-        try:
-            started.result()
-        except BaseException:
-            self._thread.join()
-            self._loop.close()
-            self._socket.close()
-            raise
 
     def has_viewers(self) -> bool:
         """Return whether a browser shows the live page."""
@@ -140,15 +177,7 @@ class PageServer:
         self._thread.join()
         self._loop.close()
 
-    async def _serve(self, started: Future[None]) -> None:
-        try:
-            await self._serve_until_stopped(started)
-        except BaseException as error:
-            if started.done():
-                raise
-            started.set_exception(error)
-
-    async def _serve_until_stopped(self, started: Future[None]) -> None:
+    async def _serve(self) -> None:
         async with serve(
             self._talk,
             sock=self._socket,
@@ -161,9 +190,9 @@ class PageServer:
             logger=_SILENT,
             server_header=None,
         ) as server:
-            started.set_result(None)
             await self._stopping.wait()
-            await _close(server)
+            for connection in server.connections:
+                connection.transport.abort()
 
     def _answer(self, _: ServerConnection, request: Request) -> Response | None:
         """Return the answer to a request; None lets a websocket begin."""
@@ -171,54 +200,34 @@ class PageServer:
         host, origins = ', '.join(headers.get_all('Host')), headers.get_all('Origin')
         if reason := refusal(host, ', '.join(origins) if origins else None, self._names):
             return _text(HTTPStatus.FORBIDDEN, reason)
-        token = self._token
-        in_address = token is not None and token.is_in_address(request.path)
-        if token and not in_address and not token.is_kept('; '.join(headers.get_all('Cookie'))):
+        given = ''.join(parse_qs(address.query).get('token', []))
+        if self._token and not secrets.compare_digest(given.encode(), self._token.encode()):
             return _text(HTTPStatus.FORBIDDEN, _NO_TOKEN)
-        if address.path == LIVE and self._feed:
-            if len(self._viewers) < _MOST_VIEWERS:
-                return None
-            return _text(HTTPStatus.SERVICE_UNAVAILABLE, 'too many browsers show this page')
+        if address.path == LIVE and self._is_live:
+            return None
         if address.path != '/':
             return _text(HTTPStatus.NOT_FOUND, 'the only page is /')
-        answer = _response(HTTPStatus.OK, 'text/html; charset=utf-8', self._page)
-        if token and in_address:
-            answer.headers['Set-Cookie'] = token.cookie
-        return answer
+        return _response(HTTPStatus.OK, 'text/html; charset=utf-8', self._page)
 
     async def _talk(self, connection: ServerConnection) -> None:
-        assert self._feed
-        waiting: asyncio.Queue[bytes] = asyncio.Queue(_MOST_WAITING)
-        waiting.put_nowait(self._feed.snapshot())
-        self._viewers[connection] = waiting
-        sending = asyncio.create_task(_pass_on(connection, waiting))
+        # Without waiting in between, so that no message is missed. `websockets` closes the
+        # connection to a browser that no longer reads after 40 s.
+        broadcast([connection], _encoded(self._summary.messages()))
+        self._viewers.add(connection)
         try:
             async for message in connection:
-                if not self._take(message):
+                if not self._has_buttons:
                     break
+                self.pressed.put_nowait(Button(message))
+        except (ValueError, queue.Full):  # no button of this page sends that, or that often
+            pass
         finally:
-            sending.cancel()
-            self._viewers.pop(connection, None)
-
-    def _take(self, message: str | bytes) -> bool:
-        """Queue the action in a message; return whether it has one."""
-        if not self._takes_actions or isinstance(message, bytes):
-            return False
-        try:
-            self.actions.put_nowait(_ACTIONS.decode(message))
-        except (msgspec.MsgspecError, UnicodeError, RecursionError, queue.Full):
-            return False
-        return True
+            self._viewers.remove(connection)
 
     def _send(self, messages: Sequence[Mapping[str, Any]]) -> None:
-        assert self._feed
-        encoded = self._feed.take(messages)
-        for connection, waiting in list(self._viewers.items()):
-            if waiting.full():
-                del self._viewers[connection]
-                connection.transport.abort()
-            else:
-                waiting.put_nowait(encoded)
+        for message in messages:
+            self._summary.take(message)
+        broadcast(self._viewers, _encoded(messages))
 
 
 def announce(server: PageServer, options: BrowserOptions) -> None:
@@ -237,16 +246,8 @@ def announce(server: PageServer, options: BrowserOptions) -> None:
         )
 
 
-async def _pass_on(connection: ServerConnection, waiting: asyncio.Queue[bytes]) -> None:
-    with contextlib.suppress(ConnectionClosed):
-        while True:
-            await connection.send(await waiting.get(), text=True)
-
-
-async def _close(server: Server) -> None:
-    for connection in server.connections:
-        connection.transport.abort()
-    server.close()
+def _encoded(messages: Sequence[Mapping[str, Any]]) -> str:
+    return msgspec.json.encode(messages).decode()
 
 
 def _text(status: HTTPStatus, text: str) -> Response:
@@ -298,37 +299,6 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-class Token:
-    """A secret in the address of the page, which the browser then keeps as a cookie.
-
-    Attributes:
-        query: End of the page's address.
-        cookie: The header that lets a browser keep the token.
-    """
-
-    def __init__(self, port: int) -> None:
-        """Make one for a page at a port: cookies are those of a host, whatever its port."""
-        self._value = secrets.token_urlsafe()
-        self._name = f'setcmas_{port}'
-        self.query = f'/?token={self._value}'
-        self.cookie = f'{self._name}={self._value}; HttpOnly; SameSite=Strict; Path=/'
-
-    def is_in_address(self, path: str) -> bool:
-        """Return whether it is in the path of a request, with its query."""
-        return any(map(self._is, parse_qs(urlsplit(path).query).get('token', [])))
-
-    def is_kept(self, cookies: str) -> bool:
-        """Return whether it is in the Cookie header of a request."""
-        try:
-            kept = SimpleCookie(cookies).get(self._name)
-        except CookieError:
-            return False
-        return kept is not None and self._is(kept.value)
-
-    def _is(self, text: str) -> bool:
-        return secrets.compare_digest(text.encode(), self._value.encode())
 
 
 def _bound_socket(host: str, port: int) -> socket.socket:

@@ -16,7 +16,6 @@ from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
 from setcmas_tools.page.document import checkbox, document, element, stage
-from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
 from setcmas_tools.page.page_data import page_content
@@ -59,14 +58,14 @@ _LOOK_S = 1.0
 class LivePage:
     """Reads topics, and sends the changes to the browsers that show the page."""
 
-    def __init__(self, process: RosProcess, server: PageServer, takes_actions: bool) -> None:
-        """Subscribe; `takes_actions` tells whether buttons of the page command the robots."""
+    def __init__(self, process: RosProcess, server: PageServer, has_buttons: bool) -> None:
+        """Subscribe; `has_buttons` tells whether buttons of the page command the robots."""
         self._process, self._server = process, server
         node = FleetNode('browser_view')
         self._run = LiveRun(time.monotonic())
         self._topics = LiveTopics(node, self._run)
         process.add(node)
-        self._commands = FleetCommands(node) if takes_actions else None
+        self._commands = FleetCommands(node) if has_buttons else None
 
     def run(self) -> None:
         """Send messages until a signal ends the process."""
@@ -108,21 +107,21 @@ class LivePage:
     def _obey(self) -> None:
         while self._commands:
             try:
-                action = self._server.actions.get_nowait()
+                button = self._server.pressed.get_nowait()
             except queue.Empty:
                 return
             self._commands.prepare()
-            self._commands.obey(action, self._run.real)
+            self._commands.obey(button, self._run.real)
 
 
-def live_page(takes_actions: bool) -> str:
+def live_page(has_buttons: bool) -> str:
     """Return the page of running robots."""
     titles = '<h1 id="title">setcmas</h1>\n<p class="soft" id="detail"></p>'
     state = '<p class="outcome" id="state" role="status">connecting</p>'
     header = f'<header>\n<div>\n{titles}\n</div>\n{state}\n</header>'
     noscript = f'<noscript>{element("p", "This page needs JavaScript.")}</noscript>'
-    body = [header, noscript, stage([checkbox('links', 'links')], has_commands=takes_actions)]
-    return document('setcmas', body, page_content(**live_content(takes_actions)))
+    body = [header, noscript, stage([checkbox('links', 'links')], has_commands=has_buttons)]
+    return document('setcmas', body, page_content(**live_content(has_buttons)))
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -135,18 +134,18 @@ def main(argv: list[str] | None = None) -> int:
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
     palette.set(options.palette)
-    takes_actions = not options.read_only
+    has_buttons = not options.read_only
     server = PageServer(
-        live_page(takes_actions),
+        live_page(has_buttons),
         options.host,
         options.port,
-        options.needs_token,
-        Feed(),
-        takes_actions,
+        is_live=True,
+        has_buttons=has_buttons,
+        needs_token=options.needs_token,
     )
     try:
         announce(server, options)
-        LivePage(process, server, takes_actions).run()
+        LivePage(process, server, has_buttons).run()
     finally:
         server.stop()
 

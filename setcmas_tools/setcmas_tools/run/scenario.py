@@ -22,7 +22,7 @@ from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.fleet.fleet import format_per_robot
-from setcmas_simu.fleet.start_poses import poses_of_array
+from setcmas_simu.fleet.start_poses import parse_pose_option, poses_of_array
 from setcmas_simu.option_kinds import DURATION
 from setcmas_simu.options import ClashError, Option, Options, option, plain
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
@@ -247,6 +247,27 @@ class Scenario:
         size = 'set nb_robots to 5 (--nb-robots 5)'
         alone = f'the fleet has one robot, which has no neighbours; {size}'
         return [*self.notes, *([alone] if is_alone else [])]
+
+    def overridden(self, typed: Mapping[str, Any]) -> Scenario:
+        """Return the same with typed values, where settings and single poses join its own.
+
+        Other start poses replace its own, and another robot model has the limits of its own.
+
+        Raises:
+            SetcmasError: A value is invalid, or values do not go together.
+        """
+        changes = dict(typed)
+        if 'set' in typed:
+            changes['set'] = {**self.law.set, **typed['set']}
+        if {'poses', 'random_poses'} & typed.keys():
+            changes = {'poses': None, 'pose': (), 'random_poses': None, **changes}
+        elif 'pose' in typed:
+            named = {parse_pose_option(text)[0] for text in typed['pose']}
+            own = (one for one in self.robots.pose if parse_pose_option(one)[0] not in named)
+            changes['pose'] = (*own, *typed['pose'])
+        if typed.get('model'):
+            changes.setdefault('limits', NO_LIMITS)
+        return self.replace(**changes)
 
     def start_poses(self) -> Floats:
         """Return the start poses of a simulation: x, y in m and theta in rad, (3, nb_robots).

@@ -107,7 +107,7 @@ def test_a_solution_that_cannot_be_cut_says_why(tmp_path, source, message):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('unused', '--from', 'consensu'), 'did you mean consensus'),
-        (('unused', '--robot', '--si-to-uni'), 'each write a script of their own'),
+        (('unused', '--robot', '--si-to-uni'), 'not allowed with argument --robot'),
         (
             ('unused', '--exercise'),
             "unknown exercise 'unused'; it must be one of bearing_formation, ",

@@ -11,8 +11,8 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 from served_folder import served
 
-from launch_scripts.commands.site import site
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_tools.page.site_folder import site
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run import Run
 

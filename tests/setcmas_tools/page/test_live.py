@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 
+from setcmas_tools.page import live
 from setcmas_tools.page.live import (
     FORGOTTEN_S,
-    GRACE_S,
     LOST_S,
     OK,
     WARN,
-    Departures,
+    DrawnShapes,
     LiveRun,
     PauseStates,
     RobotDiagnosis,
@@ -86,9 +86,11 @@ def test_links_are_sent_as_changes(run):
     run.connect(np.array([[9, 1, 0], [0.5, 0, 0], [math.nan, 0, 0]], float), 1.0)
     changes = by_kind(run, 1.0)['links']['changes']
     assert sorted(changes) == [[1.0, 1, 2, 1.0], [1.0, 2, 1, 0.5]]
-    run.connect(np.array([[0, 0], [0.5, 0]], float), 2.0)
+    run.connect(np.array([[math.nan, math.nan], [0, 0]]), 2.0)  # of the process of robot 2
+    assert by_kind(run, 2.0)['links']['changes'] == [[2.0, 2, 1, 0.0]]
+    run.connect(np.empty((0, 0)), 3.0)
 
-    assert by_kind(run, 2.0)['links']['changes'] == [[2.0, 1, 2, 0.0]]
+    assert by_kind(run, 3.0)['links']['changes'] == [[3.0, 1, 2, 0.0]]
 
 
 def test_an_ended_run_stays_until_another_one_begins(run):
@@ -151,11 +153,26 @@ def test_the_clock_stops_while_an_experiment_is_paused():
     assert clock.seconds(20.1) == pytest.approx(3.2)
 
 
-def test_topics_that_are_gone_count_for_a_while():
-    topics = Departures()
+DISC, LINE = {'kind': 'discs'}, {'kind': 'lines'}
 
-    assert not topics.look({'/a', '/b'}, 0.0)
-    assert not topics.look({'/b'}, 1.0)
-    assert not topics.look({'/b'}, 0.9 + GRACE_S)
-    assert topics.look({'/b'}, 1.0 + GRACE_S) == {'/a'}
-    assert not topics.look({'/a', '/b'}, 9.0)
+
+def test_shapes_are_replaced_and_go_with_their_topic():
+    shapes = DrawnShapes()
+    shapes.put(('/a', '', 0), DISC)
+    shapes.put(('/b', '', 0), DISC)
+    assert shapes.take_changes() == [('/a\0\x000', DISC), ('/b\0\x000', DISC)]
+
+    shapes.put(('/a', '', 0), DISC)
+    assert shapes.take_changes() == []
+    shapes.put(('/a', '', 0), LINE)
+    shapes.drop_topics({'/a'})
+    assert shapes.take_changes() == [('/a\0\x000', None)]
+
+
+def test_the_number_of_shapes_is_bounded(monkeypatch):
+    monkeypatch.setattr(live, 'MOST_SHAPES', 3)
+    shapes = DrawnShapes()
+    for number in range(5):
+        shapes.put(('/a', '', number), DISC)
+
+    assert [shape for _, shape in shapes.take_changes()] == [None] * 2 + [DISC] * 3

@@ -1,3 +1,4 @@
+import math
 import subprocess
 import sys
 
@@ -5,10 +6,11 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Point32
+from geometry_msgs.msg import Point, Point32
+from visualization_msgs.msg import Marker
 
 from setcmas_tools.page.live import LiveRun
-from setcmas_tools.page.live_topics import LiveTopics
+from setcmas_tools.page.live_topics import GRACE_S, Departures, LiveTopics, planar_shape
 
 
 @pytest.fixture
@@ -49,3 +51,51 @@ def test_the_process_of_a_live_page_needs_no_matplotlib():
     code = 'import sys, setcmas_tools.page.viewer; print("matplotlib" in sys.modules)'
     found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert found.stdout == 'False\n'
+
+
+def marker(kind, points=(), **fields):
+    message = Marker(type=kind, **fields)
+    message.pose.position.x, message.pose.position.y = 2.0, 3.0
+    message.scale.x = message.scale.y = 0.4
+    message.color.r = message.color.a = 1.0
+    message.points = [Point(x=float(x), y=float(y)) for x, y in points]
+    return message
+
+
+@pytest.mark.parametrize('kind', [Marker.SPHERE, Marker.CYLINDER])
+def test_a_disc(kind):
+    assert planar_shape(marker(kind)) == {
+        'kind': 'discs',
+        'robot': 0,
+        'places': [[2.0, 3.0]],
+        'size': 0.4,
+        'colour': '#ff0000',
+        'alpha': 1.0,
+    }
+
+
+def test_an_outline():
+    found = planar_shape(marker(Marker.LINE_STRIP, [(0, 0), (1, 0), (1, 2)]))
+
+    assert (found['kind'], found['places']) == ('lines', [[0, 0, 1, 0], [1, 0, 1, 2]])
+
+
+@pytest.mark.parametrize('wrong', [math.nan, math.inf])
+def test_markers_without_a_finite_place_and_of_other_kinds_are_not_shown(wrong):
+    message = marker(Marker.SPHERE)
+    message.pose.position.x = wrong
+
+    assert planar_shape(message) is None
+    assert planar_shape(marker(Marker.LINE_STRIP)) is None
+    assert planar_shape(marker(Marker.LINE_STRIP, [(0, 0), (1, wrong)])) is None
+    assert planar_shape(marker(Marker.CUBE)) is None
+
+
+def test_topics_that_are_gone_count_for_a_while():
+    topics = Departures()
+
+    assert not topics.look({'/a', '/b'}, 0.0)
+    assert not topics.look({'/b'}, 1.0)
+    assert not topics.look({'/b'}, 0.9 + GRACE_S)
+    assert topics.look({'/b'}, 1.0 + GRACE_S) == {'/a'}
+    assert not topics.look({'/a', '/b'}, 9.0)

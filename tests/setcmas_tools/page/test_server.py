@@ -10,8 +10,7 @@ from processes import TIMEOUT_S
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from setcmas_tools.page.feed import Feed
-from setcmas_tools.page.server import PageServer, PauseButton, ResetButton, StopButton, refusal
+from setcmas_tools.page.server import Button, LiveSummary, PageServer, refusal
 
 NAMES = {'localhost', 'lab-pc', 'lab-pc.local'}
 
@@ -48,8 +47,7 @@ def serve(request):
     """Serve a page; the server ends with the test."""
 
     def start(**options):
-        feed = Feed() if options.get('takes_actions') is not None else None
-        server = PageServer('<p>page</p>', '127.0.0.1', 18990, feed=feed, **options)
+        server = PageServer('<p>page</p>', '127.0.0.1', 18990, **options)
         request.addfinalizer(server.stop)
         return server
 
@@ -58,7 +56,7 @@ def serve(request):
 
 @pytest.fixture
 def live(serve):
-    return serve(takes_actions=True)
+    return serve(is_live=True, has_buttons=True)
 
 
 def get(server, path='/', **headers):
@@ -69,9 +67,8 @@ def get(server, path='/', **headers):
         return answer.status, answer.headers, answer.read().decode()
 
 
-def talk(server, origin=None, headers=None):
-    url = f'ws://127.0.0.1:{server.port}/live'
-    return connect(url, origin=origin, additional_headers=headers, max_size=None)
+def talk(server, origin=None, query=''):
+    return connect(f'ws://127.0.0.1:{server.port}/live{query}', origin=origin, max_size=None)
 
 
 def expect_closed(connection):
@@ -103,56 +100,45 @@ def test_a_page_from_elsewhere_gets_no_websocket(live):
 
 
 def test_a_page_with_a_token_is_for_those_who_know_its_address(serve):
-    server = serve(takes_actions=True, needs_token=True)
+    server = serve(is_live=True, needs_token=True)
     address, _, query = server.url.partition('/?')
 
     assert get(server)[0] == get(server, '/?token=guessed')[0] == 403
-    status, headers, _ = get(server, f'/?{query}')
-    assert status == 200
-    kept = {'Cookie': headers['Set-Cookie'].partition(';')[0]}
-    assert get(server, **kept)[0] == 200
-    assert get(server, Cookie=f'setcmas_{server.port}=guessed')[0] == 403
-    with pytest.raises(InvalidStatus):
-        talk(server, address)
-    with talk(server, address, kept) as own:
+    assert get(server, f'/?{query}')[0] == 200
+    for guess in ('', '?token=guessed'):
+        with pytest.raises(InvalidStatus):
+            talk(server, address, guess)
+    with talk(server, address, f'?{query}') as own:
         assert own.recv(timeout=TIMEOUT_S)
 
 
-def test_buttons_ask_for_actions(live):
+def test_buttons_are_passed_on(live):
     with talk(live) as page:
-        for kind, own in (('pause', {'on': True}), ('reset', {}), ('stop', {})):
-            page.send(json.dumps({'kind': kind, **own}))
-        actions = [live.actions.get(timeout=TIMEOUT_S) for _ in range(3)]
+        for button in Button:
+            page.send(button.value)
+        pressed = [live.pressed.get(timeout=TIMEOUT_S) for _ in Button]
 
-    assert actions == [PauseButton(True), ResetButton(), StopButton()]
+    assert pressed == [*Button]
 
 
-@pytest.mark.parametrize(
-    'message',
-    [
-        '', '{', '[]', 'null', 'NaN', '{"kind": "start"}', '{"kind": "pause"}',
-        '{"kind": "pause", "on": 1}', '{"kind": "pause", "on": NaN}',
-        '{"kind": "pause", "on": true, "by": "x"}', '{"kind": "reset", "kind": "x"}',
-        '{"on": true}', '[' * 200, '{"kind": "' + 'x' * 300 + '"}', b'{"kind": "stop"}', b'\xff',
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize('message', ['', 'go', 'STOP', '"stop"', 'x' * 300, b'stop', b'\xff'])
 def test_any_other_message_closes_its_own_connection_only(live, message):
     with talk(live) as other, talk(live) as page:
         page.recv(timeout=TIMEOUT_S)
         page.send(message)
         expect_closed(page)
-        other.send('{"kind": "stop"}')
-        assert live.actions.get(timeout=TIMEOUT_S) == StopButton()
-    assert live.actions.empty()
+        other.send('stop')
+        assert live.pressed.get(timeout=TIMEOUT_S) is Button.STOP
+    assert live.pressed.empty()
 
 
-def test_a_page_without_buttons_takes_no_action(serve):
-    server = serve(takes_actions=False)
+def test_a_page_without_buttons_takes_none(serve):
+    server = serve(is_live=True)
     with talk(server) as page:
-        page.send('{"kind": "stop"}')
+        page.send('stop')
         expect_closed(page)
 
-    assert server.actions.empty()
+    assert server.pressed.empty()
 
 
 def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
@@ -167,36 +153,6 @@ def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
             one = stack.enter_context(socket.create_connection(('127.0.0.1', live.port)))
             one.sendall(content)
         assert get(live)[0] == 200
-
-
-def test_a_page_that_never_reads_is_closed_and_its_messages_are_dropped(live):
-    """Its queue is bounded, so that its memory is; the others get all messages."""
-    frame = {'kind': 'frame', 't': 0.0, 'numbers': [1] * 2000, 'poses': [9] * 8000, 'put': []}
-    with contextlib.ExitStack() as stack, talk(live) as reader:
-        deaf = [stack.enter_context(deaf_page(live)) for _ in range(5)]
-        for number in range(3000):  # 60 MB to each of them
-            live.send([frame | {'t': float(number)}])
-            while json.loads(reader.recv(timeout=TIMEOUT_S))[-1].get('t') != number:
-                pass
-            if len(live._viewers) == 1:
-                break
-        assert len(live._viewers) == 1
-        for one in deaf:
-            with contextlib.suppress(ConnectionError):  # what the system still held, then the end
-                while one.recv(1 << 20):
-                    pass
-
-
-def deaf_page(server):
-    """Return the socket of a page that is open and never reads."""
-    one = socket.create_connection(('127.0.0.1', server.port), timeout=TIMEOUT_S)
-    key = 'Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=='
-    one.sendall(
-        f'GET /live HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
-        f'{key}\r\nSec-WebSocket-Version: 13\r\n\r\n'.encode()
-    )
-    assert one.recv(12) == b'HTTP/1.1 101'
-    return one
 
 
 def test_a_page_that_comes_later_gets_what_it_missed(live):
@@ -219,13 +175,11 @@ def test_a_page_that_comes_later_gets_what_it_missed(live):
 
 
 def test_the_past_is_bounded_and_ends_with_the_run():
-    feed = Feed()
+    summary = LiveSummary()
     for number in range(3000):
-        feed.take([{'kind': 'frame', 't': number / 10, 'numbers': [], 'poses': [], 'put': []}])
-    frames = [one for one in json.loads(feed.snapshot()) if one['kind'] == 'frame']
+        summary.take({'kind': 'frame', 't': number / 10})
+    frames = [one['t'] for one in summary.messages() if one['kind'] == 'frame']
 
-    assert len(frames) <= 601
-    assert frames[-1]['t'] == 299.9
-    assert frames[0]['t'] >= 179.0
-    feed.take([{'kind': 'begin'}])
-    assert not [one for one in json.loads(feed.snapshot()) if one['kind'] == 'frame']
+    assert (len(frames), frames[-1]) == (LiveSummary.MOST_FRAMES, 299.9)
+    summary.take({'kind': 'begin'})
+    assert not [one for one in summary.messages() if one['kind'] == 'frame']

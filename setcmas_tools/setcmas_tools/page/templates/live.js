@@ -47,12 +47,12 @@ function showStatus() {
   find('pause').disabled = real && paused;
   find('reset').hidden = real || ended;
 }
-function ask(action) {
-  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(action));
+function press(button) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(button);
 }
 
 export function connect() {
-  socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/live`);
+  socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/live${location.search}`);
   socket.addEventListener('message', ({data}) => JSON.parse(data).forEach(message => TAKES[message.kind](message)));
   socket.addEventListener('close', () => {
     write('state', 'no connection to setcmas view; trying again');
@@ -61,7 +61,7 @@ export function connect() {
   });
 }
 export function addCommands() {
-  find('stop').addEventListener('click', () => ask({kind: 'stop'}));
-  find('pause').addEventListener('click', () => ask({kind: 'pause', on: status.real || !status.paused}));
-  find('reset').addEventListener('click', () => { ask({kind: 'reset'}); redraw(); });
+  find('stop').addEventListener('click', () => press('stop'));
+  find('pause').addEventListener('click', () => press(status.real || !status.paused ? 'pause' : 'start'));
+  find('reset').addEventListener('click', () => { press('reset'); redraw(); });
 }

@@ -42,7 +42,7 @@ export class Python {
     frame.contentWindow.postMessage(source, '*', [port2]);
     this.port = port1;
     port1.onmessage = ({data}) => this.take(data);
-    await this.send({does: 'boot', contents, wheel: parts.wheel, packed: parts.packed, packages: parts.packages});
+    await this.send({does: 'boot', contents, packages: parts.packages});
     this.started = true;
   }
 
@@ -62,7 +62,7 @@ export class Python {
     if (error) waiting?.reject(new Error(error)); else waiting?.resolve(answer);
   }
 
-  // Call a function of in_browser; `limit` is the longest silence in ms. Packages that it needs are loaded first.
+  // Call a function of site_worker; `limit` is the longest silence in ms. Packages that it needs are loaded first.
   async call(name, request = {}, limit = Infinity) {
     await this.start();
     this.heard = performance.now();

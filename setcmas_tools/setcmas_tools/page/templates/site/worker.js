@@ -12,16 +12,16 @@ self.fetch = async address => {
 };
 const scriptOf = name => URL.createObjectURL(new Blob([files.get(name)], {type: 'text/javascript'}));
 
-async function boot({contents, wheel, packed, packages}) {
+async function boot({contents, packages}) {
   addFiles(contents);
   importScripts(scriptOf('pyodide.asm.js'));
   const {loadPyodide} = await import(scriptOf('pyodide.mjs'));
   python = await loadPyodide({indexURL: BASE, packages});
-  for (const name of [wheel, packed]) {
-    python.unpackArchive(files.get(name), name.endsWith('.whl') ? 'wheel' : 'zip');
+  for (const [name, format] of [['setcmas.zip', 'wheel'], ['given.zip', 'zip']]) {  // a wheel goes to site-packages
+    python.unpackArchive(files.get(name), format);
     files.delete(name);
   }
-  core = python.pyimport('launch_scripts.commands.in_browser');
+  core = python.pyimport('setcmas_tools.page.site_worker');
 }
 
 function addFiles(contents) {

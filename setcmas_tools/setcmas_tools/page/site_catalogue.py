@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import Field, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, names_to_set
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Number, Whole
 from setcmas_simu.options import Option, default_of, plain
 from setcmas_simu.plugins import ScriptGroup
@@ -29,27 +30,54 @@ _COMMANDS = re.compile(r'\nCommands\n(    .*\n)+"""')
 """The end of an exercise's docstring: a page has no terminal to type them in."""
 
 
-def catalogue(scenarios: Iterable[Path] = (), rubrics: Iterable[Path] = ()) -> dict[str, Any]:
-    """Return what a page offers, as JSON has it, or raise SetcmasError.
+def catalogue(
+    names: Sequence[str] = (), rubrics: Sequence[Path] = (), scenarios: Sequence[Path] = ()
+) -> dict[str, Any]:
+    """Return what a page offers, and with what it begins, as JSON has it.
 
     Args:
-        scenarios: Scenario files.
+        names: Exercises; all shipped ones, and the laws that solve them, without names and
+            rubrics.
         rubrics: Rubrics; only their shown parts are described.
+        scenarios: Scenario files.
+
+    Raises:
+        SetcmasError: An exercise is unknown, or a file has a mistake or the name of another.
     """
-    files = {name: EXERCISES.file(name) for name in _names(EXERCISES)}
-    marked = (name for name, file in files.items() if file.with_suffix('.yaml').is_file())
+    for files in (rubrics, scenarios):
+        stems = [one.stem for one in files]
+        if twice := sorted({one for one in stems if stems.count(one) > 1}):
+            raise SetcmasError(f"two files are named '{twice[0]}'; rename one")
+    chosen = names or (() if rubrics else _exercises_with_rubrics())
+    exercises = [
+        {**_law(name, EXERCISES.file(name)), **_rubric(name, rubric_of_exercise(name))}
+        for name in chosen
+    ]
+    of_files = [_rubric(one.stem, read_rubric(one)) for one in rubrics]
+    solved = {*names, *(one['exercise'] for one in of_files)}
     template = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
+    begins = [
+        *(f'exercise:{name}' for name in names),
+        *(f'rubric:{one.stem}' for one in rubrics),
+        *(f'scenario:{one.stem}' for one in scenarios),
+        'law:consensus',
+    ]
     return {
-        'laws': [_law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS)],
-        'exercises': [
-            {**_law(name, files[name]), **_rubric(name, rubric_of_exercise(name))}
-            for name in marked
+        'first': begins[0],
+        'laws': [
+            _law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS) if name not in solved
         ],
-        'rubrics': [_rubric(one.stem, read_rubric(one)) for one in rubrics],
+        'exercises': exercises,
+        'rubrics': of_files,
         'template': {'name': 'my_law.py', 'text': template.read_text(encoding='utf-8')},
         'scenarios': [_scenario(one) for one in scenarios],
         'options': _options(),
     }
+
+
+def _exercises_with_rubrics() -> list[str]:
+    names = _names(EXERCISES)
+    return [name for name in names if EXERCISES.file(name).with_suffix('.yaml').is_file()]
 
 
 def _names(group: ScriptGroup) -> list[str]:

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from launch_scripts.commands import in_browser
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import Run, simulate
+from setcmas_tools.page import site_worker
 from setcmas_tools.page.content import run_content
 
 LAW = """
@@ -38,14 +38,14 @@ def _folder(tmp_path, monkeypatch):
 
 
 class Page:
-    """Calls `in_browser` in this process, and keeps what the page is sent meanwhile."""
+    """Calls `site_worker` in this process, and keeps what the page is sent meanwhile."""
 
     def __init__(self):
         self.said = []
 
     def call(self, call, **request):
         self.said.clear()
-        return json.loads(getattr(in_browser, call)(json.dumps(request), self.say))
+        return json.loads(getattr(site_worker, call)(json.dumps(request), self.say))
 
     def say(self, text):
         self.said.append(json.loads(text))
@@ -136,8 +136,8 @@ def test_a_law_is_checked(page):
 @pytest.mark.nightly
 def test_the_run_is_handed_in_as_a_folder_and_as_a_page(page, tmp_path):
     answer = page.run(script=LAW)
-    zipfile.ZipFile(io.BytesIO(in_browser.run_zip())).extractall(tmp_path / 'zip')
-    html = json.loads(in_browser.report_html(json.dumps({'title': 'Lab', 'name': '<Ada>'})))
+    zipfile.ZipFile(io.BytesIO(site_worker.run_zip())).extractall(tmp_path / 'zip')
+    html = json.loads(site_worker.report_html(json.dumps({'title': 'Lab', 'name': '<Ada>'})))
 
     loaded = Run.load(tmp_path / 'zip' / 'run')
     assert len(loaded.table.t) == 3 * 41
@@ -161,7 +161,7 @@ def test_output_is_limited(page):
 
 @pytest.fixture(scope='module')
 def chromium():
-    """Chromium with Pyodide, in which `in_browser` is imported, but not matplotlib."""
+    """Chromium with Pyodide, in which `site_worker` is imported, but not matplotlib."""
     if not shutil.which('chromium'):
         pytest.skip('chromium is missing')
     from pyodide_browser import pyodide_browser

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from launch_scripts.commands.site_catalogue import catalogue
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.page.site_catalogue import catalogue
 from setcmas_tools.run.scenario import Scenario
 
 
@@ -56,7 +56,9 @@ def test_scenarios_have_their_values_and_scripts(tmp_path):
     (tmp_path / 'law.py').write_text(law)
     (tmp_path / 'own.yaml').write_text('algo: law.py\nnb_robots: 4\nloss: 0.5\n')
     (tmp_path / 'shipped.yaml').write_text('algo: consensus\n')
-    own, shipped = catalogue([tmp_path / 'own.yaml', tmp_path / 'shipped.yaml'])['scenarios']
+    own, shipped = catalogue(scenarios=[tmp_path / 'own.yaml', tmp_path / 'shipped.yaml'])[
+        'scenarios'
+    ]
 
     assert own['values'] == {'nb_robots': 4, 'loss': 0.5}
     assert own['script'] == {'name': 'law.py', 'text': law}
@@ -67,4 +69,4 @@ def test_a_scenario_with_a_mistake_is_refused(tmp_path):
     (tmp_path / 'bad.yaml').write_text('algo: consensus\nlos: 1\n')
 
     with pytest.raises(SetcmasError, match='did you mean loss'):
-        catalogue([Path(tmp_path / 'bad.yaml')])
+        catalogue(scenarios=[Path(tmp_path / 'bad.yaml')])
