@@ -102,13 +102,12 @@ def earlier_scenario(args: argparse.Namespace) -> Scenario | None:
         raise SetcmasError(
             f"'{args.scenario}' and --from {folder} both say what to run; leave one out"
         )
-    if info := read_info(folder):
-        scenario = Scenario.load(folder / INFO_FILE)
-        for line in origin_changes(info.origin) if info.origin else ():
-            warn(f'setcmas {args.verb}: {line}')
-    else:
-        scenario = _scenario_of_study(folder)
+    is_run = (folder / INFO_FILE).is_file()
+    scenario = Scenario.load(folder / INFO_FILE) if is_run else _scenario_of_study(folder)
     name_scripts(args.verb, scenario, folder)
+    if (info := read_info(folder)) and info.origin:
+        for line in origin_changes(info.origin):
+            warn(f'setcmas {args.verb}: {line}')
     return scenario
 
 
