@@ -133,7 +133,7 @@ def concluded(
     if not folder.bag.exists():
         return status or 1
     try:
-        status = _evaluate(args, folder, info, earlier) or status
+        status = _evaluate(args, folder, earlier) or status
         if outcome.state is RunState.FAILED:
             warn(f'setcmas {args.verb}: {outcome}; see the messages above the table')
         return status
@@ -154,9 +154,7 @@ def _show_until_enter(supervisor: Supervisor, page: Child) -> None:
         supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
 
 
-def _evaluate(
-    args: argparse.Namespace, folder: RunFolder, info: RunInfo, earlier: Path | None
-) -> int:
+def _evaluate(args: argparse.Namespace, folder: RunFolder, earlier: Path | None) -> int:
     """Write CSV files, plots and metrics, print these; return the exit status."""
     from setcmas_tools.run.bag_conversion import convert  # late, as in `print_evaluation`
     from setcmas_tools.run.run import Run
