@@ -13,7 +13,7 @@ from pathlib import Path
 
 from launch_scripts.terminal import LOG_FORMAT, warn
 from setcmas_simu.errors import SetcmasError, install_command
-from setcmas_simu.ros_domains import LARGEST_DOMAIN, SHARED_DOMAINS
+from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
 
 _PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _ON_PYPI = ('Linux', 'x86_64')

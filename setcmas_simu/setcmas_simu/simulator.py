@@ -23,12 +23,15 @@ from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_nodes
 from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
-from setcmas_simu.ros.cmd_vel_topics import UnreadCommands
-from setcmas_simu.ros.duplicate_simulators import SecondPublishers, refuse_second_simulator
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
+from setcmas_simu.ros.simulator_watch import (
+    SecondPublishers,
+    UnreadCommands,
+    refuse_second_simulator,
+)
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.virtual_robot import VirtualRobot
 

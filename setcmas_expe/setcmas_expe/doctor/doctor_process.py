@@ -27,9 +27,9 @@ from setcmas_expe.doctor.findings import (
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError, did_you_mean, install_command
+from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
 from setcmas_simu.options import take_values
 from setcmas_simu.plugins import GROUPS, unknown_groups
-from setcmas_simu.ros_domains import LARGEST_DOMAIN, SHARED_DOMAINS
 
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import uuid
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
@@ -18,7 +17,6 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.process import FleetNode
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
 """Message classes by their name in options."""
@@ -174,46 +172,6 @@ def _endpoint(info: TopicEndpointInfo) -> Endpoint:
 def type_name(kind: str) -> str:
     """Return the name of a message class by its name in options; other names stay."""
     return TYPES[kind].__name__ if kind in TYPES else kind
-
-
-class UnreadCommands:
-    """Finds senders of commands of a type that robots do not take."""
-
-    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
-        """Watch the command topics of robots that take a type, by its name in options."""
-        self._node = node
-        self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
-        self._kind = kind
-        self._suspects: set[bytes] = set()
-        self._reported: set[str] = set()
-
-    def look(self) -> None:
-        """Warn once of senders that were there at the last look, too: some change their type."""
-        types = dict(self._node.get_topic_names_and_types())
-        found = {
-            topic: sender
-            for topic in self._topics
-            if len(types.get(topic, ())) > 1
-            for sender in publishers(self._node, topic)
-            if sender.kind != self._kind
-        }
-        stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
-        self._suspects = {sender.gid for sender in found.values()}
-        if new := [topic for topic in stay if topic not in self._reported]:
-            self._reported |= set(new)
-            self._node.get_logger().warning(self._described(new, found[new[0]]))
-
-    def _described(self, unread: Sequence[str], sender: Endpoint) -> str:
-        topic = self._node.full_name(unread[0])
-        more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
-        other, own = type_name(sender.kind), type_name(self._kind)
-        start = (
-            f'start simu with --cmd-vel-type {sender.kind}, or ' if sender.kind in TYPES else ''
-        )
-        return (
-            f'{topic}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
-            f'command arrives; {start}send {own}'
-        )
 
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]

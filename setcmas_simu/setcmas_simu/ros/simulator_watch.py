@@ -1,4 +1,4 @@
-"""Guard against two simulators of the same robots, by a look at the graph."""
+"""What a simulator looks for in the graph: other simulators of its robots, unread commands."""
 
 from __future__ import annotations
 
@@ -78,3 +78,45 @@ class SecondPublishers:
                 f'the odometry of {robots_in_words(sorted(staying))} has two publishers '
                 f'({" and ".join(names)}): two simulators move each; stop one of them'
             )
+
+
+class UnreadCommands:
+    """Finds senders of commands of a type that robots do not take."""
+
+    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
+        """Watch the command topics of robots that take a type, by its name in options."""
+        self._node = node
+        self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
+        self._kind = kind
+        self._suspects: set[bytes] = set()
+        self._reported: set[str] = set()
+
+    def look(self) -> None:
+        """Warn once of senders that were there at the last look, too: some change their type."""
+        types = dict(self._node.get_topic_names_and_types())
+        found = {
+            topic: sender
+            for topic in self._topics
+            if len(types.get(topic, ())) > 1
+            for sender in cmd_vel_topics.publishers(self._node, topic)
+            if sender.kind != self._kind
+        }
+        stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
+        self._suspects = {sender.gid for sender in found.values()}
+        if new := [topic for topic in stay if topic not in self._reported]:
+            self._reported |= set(new)
+            self._node.get_logger().warning(self._described(new, found[new[0]]))
+
+    def _described(self, unread: Sequence[str], sender: cmd_vel_topics.Endpoint) -> str:
+        topic = self._node.full_name(unread[0])
+        more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
+        other, own = cmd_vel_topics.type_name(sender.kind), cmd_vel_topics.type_name(self._kind)
+        start = (
+            f'start simu with --cmd-vel-type {sender.kind}, or '
+            if sender.kind in cmd_vel_topics.TYPES
+            else ''
+        )
+        return (
+            f'{topic}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
+            f'command arrives; {start}send {own}'
+        )
