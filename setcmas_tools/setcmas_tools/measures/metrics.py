@@ -160,7 +160,7 @@ def measure(
     `warn` shows the error of a failing metric; the others continue. `own` adds metrics by name.
 
     Raises:
-        SetcmasError: No row has t >= 0, or vnom is not a speed.
+        SetcmasError: No row has t >= 0.
     """
     if not len(run.counted.t):
         raise SetcmasError('no row has t >= 0: the robots were never commanded')

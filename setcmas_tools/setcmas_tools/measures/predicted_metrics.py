@@ -13,8 +13,6 @@ from setcmas_ctrl.laws.control_options import KOMEGA
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
 from setcmas_ctrl.predictions.conditions import Conditions, Departure, of_all_links
 from setcmas_ctrl.predictions.prediction import doubts, predicted, predicted_law
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
@@ -111,19 +109,14 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
 
     Raises:
         SetcmasError: The prediction cannot be imported.
-        InvalidPluginError: The run's settings do not fit its law, or the prediction fails.
+        InvalidPluginError: The prediction fails.
     """
     scripts = [one.contents[0] for one in run.inputs if one.option == 'algo']
     name = predicted_law(scripts[0]) if len(scripts) == 1 else None
     if name is None or not (conditions := conditions_of(run)):
         return None
     settings = run.parameters.get('set') or {}
-    if not isinstance(settings, Mapping):
-        raise InvalidPluginError(f"skipped: the run's settings are {settings!r}, no mapping")
-    try:
-        law = vars(load_script(ALGORITHMS.file(name), 1, settings=settings))
-    except SetcmasError as error:
-        raise InvalidPluginError(f'skipped: {error}') from error
+    law = vars(load_script(ALGORITHMS.file(name), 1, settings=settings))
     found, left_out = predicted(name, law, conditions), departures(run)
     if found.linear and conditions.delay:
         left_out.pop(Departure.DELAY)
@@ -145,7 +138,7 @@ def conditions_of(run: Run) -> Conditions | None:
     grid, given = run.counted_grid, run.parameters
     rate, count = float(given.get('rate') or 0.0), len(grid.robots)
     starts = held_poses(run.table, 0.0, grid.robots)
-    if not 0.0 < rate < np.inf or not len(grid.t) or not np.isfinite(starts).all():
+    if not rate or not len(grid.t) or not np.isfinite(starts).all():
         return None
     adjacency = 1.0 - np.eye(count)
     if run.record:

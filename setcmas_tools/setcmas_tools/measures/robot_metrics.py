@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.laws.control_options import VNOM
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models import fastest, motion_of
 from setcmas_tools.measures.metric import Columns, Measured
@@ -97,8 +96,8 @@ def _speeds(track: FleetTable) -> Floats:
 
 
 def largest_speed(run: Run) -> float:
-    """Return the speed (m/s) that the robots of a run can reach; raise SetcmasError if unknown."""
-    vnom = run.parameters.get('vnom', VNOM)
+    """Return the speed (m/s) that the robots of a run can reach, at most that of its commands."""
+    vnom = float(run.parameters.get('vnom', VNOM))
     limits = run.parameters.get('limits')
     if isinstance(limits, Mapping):  # those of a lab
         own = limits.get('V_max')
@@ -106,14 +105,7 @@ def largest_speed(run: Run) -> float:
         model = run.parameters.get('model')
         files = (str(one.path) for one in run.inputs if one.option == 'model' and not one.robots)
         own = fastest(model and next(files, model), max(run.robots), str(limits))
-    speed = min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
-    if not _is_number(speed) or not speed > 0:
-        raise SetcmasError(f"vnom is '{speed}'; it must be a speed above 0 in m/s")
-    return float(speed)
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return vnom if own is None else min(vnom, float(own))
 
 
 def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:

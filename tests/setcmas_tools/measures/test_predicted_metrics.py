@@ -100,9 +100,6 @@ def test_the_bound_of_events_is_said_only_where_its_hypotheses_hold(options, is_
     [
         ('leader_election', {'graph': 'path', 'loss': 0.3}),
         ('leader_election', {'rate': 20.0, 'robot_rate': 10.0}),
-        ('finite_time_consensus', {}),
-        ('resilient_consensus', {}),
-        ('rendezvous', {}),
         ('coverage', {}),
     ],
 )
@@ -171,10 +168,6 @@ def test_predicted_values_are_written():
     assert line in '\n'.join(theory_lines(metrics.parts))
 
 
-def test_a_law_without_predictions_has_none():
-    assert 'prediction' not in simulate('nav_wp', 2, 5.0).metrics()
-
-
 @pytest.mark.parametrize('changes', [False, True])
 def test_robots_that_cannot_meet_are_doubted_unless_the_graph_changes(tmp_path, capsys, changes):
     later = '  - {edges: [1 - 2, 2 - 3], duration: 1}\n' if changes else ''
@@ -185,24 +178,6 @@ def test_robots_that_cannot_meet_are_doubted_unless_the_graph_changes(tmp_path, 
     doubt = 'the graph at the start leaves differences between robots that never decay'
     assert capsys.readouterr().out.count(doubt) == (not changes)
     assert (doubt in '\n'.join(theory_lines(run.metrics().parts))) == (not changes)
-
-
-@pytest.mark.parametrize('rate', [float('inf'), float('nan'), -1.0])
-def test_a_rate_that_is_none_predicts_nothing(rate):
-    run = simulate('consensus', 3, 2.0)
-    claimed = replace(run, info=replace(run.info, scenario={**run.info.scenario, 'rate': rate}))
-
-    assert 'prediction' in run.metrics()
-    assert 'prediction' not in claimed.metrics()
-
-
-@pytest.mark.parametrize('settings', [{'UNKNOWN': 1.0}, {'K': 'fast'}, {3: 4}, 'K=1', [1]])
-def test_settings_that_do_not_fit_cost_the_prediction_only(capsys, settings):
-    run = simulate('consensus', 3, 2.0)
-    changed = replace(run, info=replace(run.info, scenario={**run.info.scenario, 'set': settings}))
-
-    assert set(changed.metrics()) == set(run.metrics()) - {'prediction'}
-    assert capsys.readouterr().out.count('prediction skipped: ') == 1
 
 
 def test_another_result_is_reported(monkeypatch, capsys):

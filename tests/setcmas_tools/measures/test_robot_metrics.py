@@ -73,8 +73,6 @@ def test_vnom_is_that_of_the_run(tmp_path):
         ({'limits': 'ideal'}, 0.5),
         ({'lab': {'limits': {'V_max': 0.15}}}, 0.15),
         ({'lab': {'limits': {}}}, 0.5),
-        ({'lab': {'limits': [1]}}, 0.5),
-        ({'limits': 2}, 0.5),
     ],
 )
 def test_vnom_is_what_robots_can_reach_at_most(tmp_path, values, vnom):
