@@ -79,10 +79,9 @@ def test_unicycles_get_to_the_equilibrium_and_rest(law, count, options):
         assert metrics['distances'].distance_error_final_largest_m < 0.05
 
 
-@pytest.mark.parametrize('seed', range(2))
 @pytest.mark.parametrize('vnom', [0.5, 50.0])
-def test_fast_robots_lose_no_link_of_a_rendezvous(vnom, seed):
-    starts = {'random_poses': 'box=16x16,distance=1', 'seed': seed}
+def test_fast_robots_lose_no_link_of_a_rendezvous(vnom):
+    starts = {'random_poses': 'box=16x16,distance=1', 'seed': 0}
     run = simulate('rendezvous', 10, 40.0, range=6.0, **starts, **{**THEORY, 'vnom': vnom})
 
     assert run.metrics()['messages'].broken_links == 0

@@ -7,8 +7,6 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
-import pytest
-
 IMPORTS = """
 from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
@@ -91,20 +89,3 @@ def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
 
 def test_a_page_shows_a_run_without_a_task_before_it_has_matplotlib():
     assert output_of(PAGE).splitlines() == ['True None', 'False matplotlib']
-
-
-REPORT = f"""
-{REFUSE.format(names=OTHERS)}
-import json
-from setcmas_tools.page import site_worker
-
-site_worker.run(json.dumps({{'algo': 'consensus', 'scenario': {{'duration': 1}}}}), str)
-print('<html' in json.loads(site_worker.report_html(json.dumps({{'title': ''}})))['html'])
-"""
-
-
-@pytest.mark.nightly
-def test_a_page_in_a_browser_makes_the_report_of_its_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    assert output_of(REPORT).splitlines()[-1] == 'True'

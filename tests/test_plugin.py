@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.laws.script_loader import ALGORITHMS
-
 pytestmark = pytest.mark.nightly
 
 PLUGIN = Path(__file__).parent / 'plugin'
@@ -109,44 +107,6 @@ def test_motion_capture_is_used_by_name(setcmas, domain):
     (robot,) = (line for line in result.stdout.splitlines() if line.startswith('tb3_1'))
     assert ' Hz ' in robot
     assert result.returncode == 0, result.stdout
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'message'),
-    [
-        (
-            ('offline', '--algo', 'lost'),
-            "control law 'lost' of package example-lab 0.3 cannot be used: its module",
-        ),
-        (
-            ('offline', '--algo', 'spiral', '--model', 'brick'),
-            "robot model 'brick' of package example-lab 0.3 cannot be used: it is a str",
-        ),
-        (
-            ('doctor', '--mocap', 'no_topic'),
-            "mocap source 'no_topic' of package example-lab 0.3 cannot be used: topic 'no topic'",
-        ),
-        (
-            ('offline', '--algo', 'spiral', '--model', 'hovercraf'),
-            "unknown robot model 'hovercraf'.*did you mean hovercraft",
-        ),
-    ],
-)
-def test_an_unusable_plugin_is_reported_in_one_line(setcmas, arguments, message, tmp_path):
-    result = setcmas(*arguments, cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert len(result.stderr.splitlines()) == 1
-    assert re.search(message, result.stderr)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_shipped_name_is_not_taken_over_and_the_plugin_is_reported(setcmas, tmp_path):
-    result = setcmas('new', 'mine', '--from', 'consensus', cwd=tmp_path)
-
-    assert (tmp_path / 'mine.py').read_text() == ALGORITHMS.file('consensus').read_text()
-    told = "package example-lab also has a control law 'consensus'; using that of setcmas"
-    assert told in result.stderr
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)

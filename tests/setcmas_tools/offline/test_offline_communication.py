@@ -29,7 +29,7 @@ def test_disagreement_of_event_triggered_robots_is_that_of_the_ros_1_stack():
     # 0.123 m was recorded after 40 s. It never rests, and one run is as good as another whose
     # robots start 1 mm away.
     starts = simulate('consensus', 8, 0.1).poses[0]
-    errors = np.random.default_rng(0).normal(0.0, 0.001, (10, *starts.shape))
+    errors = np.random.default_rng(0).normal(0.0, 0.001, (4, *starts.shape))
     options = {'nb_robots': 8, 'duration': 40.0, 'event_triggered': True}
 
     def disagreement(own_state, error):
