@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', '-o', type=Path, metavar='DIR', help=folder)
     corrections = (
         'file with points set by hand and late penalties '
-        f'(default: {CORRECTIONS} in FOLDER or DIR)'
+        f'(default: {CORRECTIONS} in DIR, if it is there)'
     )
     parser.add_argument('--corrections', type=Path, metavar='FILE', help=corrections)
     handout = 'only write the rubric for students, without the solution and the hidden parts'
@@ -117,7 +117,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         import jinja2  # noqa: F401
 
     from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, read_class
-    from setcmas_tools.grade.corrections import Corrections, find_corrections, read_corrections
+    from setcmas_tools.grade.corrections import Corrections, read_corrections
     from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
 
@@ -125,8 +125,9 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         check_sandbox()
     submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
-    file = find_corrections(args.corrections, args.folder, folder)
-    corrections = read_corrections(file, students, rubric) if file else Corrections()
+    file = args.corrections or folder / CORRECTIONS
+    is_used = args.corrections or file.is_file()
+    corrections = read_corrections(file, students, rubric) if is_used else Corrections()
     if corrections.untimed:
         warn(
             f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'

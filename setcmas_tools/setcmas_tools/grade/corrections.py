@@ -14,7 +14,7 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 from unicodedata import normalize
 
-from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.errors import did_you_mean
 from setcmas_simu.limited_file import read_limited
 from setcmas_simu.option_kinds import Number
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -194,32 +194,10 @@ def untimed(
     return unknown
 
 
-CORRECTIONS = 'corrections.yaml'
-"""Name of the file in the folder of a class, or of its grades."""
-
 _KEYS = ('author', 'date', 'late', 'corrections')
 _OF_ONE = ('student', 'criterion', 'points', 'add', 'total', 'reason')
 _OF_LATE = ('deadline', 'per_day', 'at_most', 'submitted', 'times', 'reason')
 _CHANGE = Number(least=-1e6, most=1e6)
-
-
-def find_corrections(given: Path | None, submissions: Path, grades: Path) -> Path | None:
-    """Return the file of corrections: as given, or in the folder of the class or its grades.
-
-    Raises:
-        SetcmasError: Both folders have one.
-    """
-    of_class = submissions if submissions.is_dir() else submissions.parent
-    places = dict.fromkeys(folder.resolve() for folder in (of_class, grades))
-    found = [folder / CORRECTIONS for folder in places if (folder / CORRECTIONS).is_file()]
-    if given or not found:
-        return given
-    if len(found) > 1:
-        raise SetcmasError(
-            f"there are two files of corrections, '{found[0]}' and '{found[1]}'; name one with "
-            '--corrections'
-        )
-    return found[0]
 
 
 @dataclass(frozen=True)

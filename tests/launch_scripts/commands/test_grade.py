@@ -70,13 +70,21 @@ def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monk
     for name in 'ab':
         (tmp_path / 'class' / 'bob' / f'{name}.py').write_text(f'{LAW}# {name}\n')
 
-    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == 0
+    command = ['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']
+    assert main(command) == 0
 
     *_, last = capsys.readouterr().out.splitlines()
     assert last.startswith('1 submission without a grade: the remarks say why')
     rows = (tmp_path / 'grades' / 'grades.csv').read_text().splitlines()
     assert rows[1].startswith('ada,,,ada.py,ada.py,0,10,')
     assert rows[2].startswith('bob,,,bob,,,10,a.py and b.py both')
+
+    (tmp_path / 'grades' / 'corrections.yaml').write_text(
+        'author: Ann\ndate: 2026-11-22\n'
+        'corrections: [{student: bob, total: 3, reason: seen by hand}]\n'
+    )
+    assert main(command) == 0
+    assert 'bob,,,bob,,3,10,' in (tmp_path / 'grades' / 'grades.csv').read_text()
 
 
 @pytest.mark.nightly

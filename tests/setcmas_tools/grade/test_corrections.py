@@ -8,7 +8,7 @@ import pytest
 from graded_classes import marks_of
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade.corrections import find_corrections, read_corrections
+from setcmas_tools.grade.corrections import read_corrections
 from setcmas_tools.grade.gradebook import pages_of, tables_of
 from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import read_rubric
@@ -198,16 +198,3 @@ def test_corrections_are_on_pages_and_in_every_export_beside_the_automatic_mark(
         assert 'Ann' in text, name
         assert 'SECRET' not in text or name == 'grades.csv'
         assert '2.5' in text, name  # Alan's automatic mark
-
-
-def test_corrections_are_found_in_the_folder_of_the_class_or_of_its_grades(tmp_path):
-    folders = tmp_path / 'class', tmp_path / 'grades'
-    for folder in folders:
-        folder.mkdir()
-    assert find_corrections(None, *folders) is None
-    (folders[1] / 'corrections.yaml').touch()
-    assert find_corrections(None, *folders) == folders[1] / 'corrections.yaml'
-    (folders[0] / 'corrections.yaml').touch()
-    with pytest.raises(SetcmasError, match='two files of corrections'):
-        find_corrections(None, *folders)
-    assert find_corrections(folders[0], *folders) == folders[0]
