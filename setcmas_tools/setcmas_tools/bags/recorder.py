@@ -7,7 +7,6 @@ import sys
 import time
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports import WRITES_S, Recording
@@ -109,13 +108,11 @@ class GraphRecorder:
             self._print_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
         profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
         if not topic.connection:
-            self._connect(topic, profiles)
+            definition = self._definitions.of(topic.msgtype)
+            topic.connection = self._writer.add_topic(
+                name, topic.msgtype, definition, stored_qos(profiles)
+            )
         self._waiting += topic.adapt_to(profiles)
-
-    def _connect(self, topic: RecordedTopic, profiles: list[QoSProfile]) -> None:
-        topic.connection = self._writer.add_topic(
-            topic.name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
-        )
 
     def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
         previous = self._topics.pop(name, None)

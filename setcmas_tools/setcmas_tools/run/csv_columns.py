@@ -46,9 +46,8 @@ NUMBER = Cells('.9f')
 SHORT_NUMBER = Cells('.9g')
 COUNT = Cells('.0f', 0, 1e15)
 ROBOT = Cells('.0f', 1, MAX_ROBOTS)
-SECONDS = Cells('', may_be_empty=True)
 EXACT_NUMBER = Cells('')
-INDEX = Cells('', may_be_empty=True)
+NUMBER_OR_EMPTY = Cells('', may_be_empty=True)
 TEXT = Cells('', is_text=True)
 
 
@@ -210,7 +209,9 @@ COUNTS = CsvFile(
         *_columns(TEXT, receiver=f'number of the receiving robot; `{ALL}`: broadcasts'),
         *_columns(COUNT, sent='messages sent', received='messages that arrived'),
         *_columns(COUNT, lost='messages that were lost'),
-        *_columns(SECONDS, mean_interval='mean time between arrivals, or broadcasts, in s'),
+        *_columns(
+            NUMBER_OR_EMPTY, mean_interval='mean time between arrivals, or broadcasts, in s'
+        ),
     ),
 )
 TRIGGERS = CsvFile(
@@ -234,8 +235,8 @@ MESSAGES = CsvFile(
     (
         *_T_ROBOT,
         *_columns(TEXT, name='name of the value; empty if it has none'),
-        *_columns(INDEX, row='place in an array, from 0; empty for a number'),
-        *_columns(INDEX, column='place in a row of a matrix, from 0; else empty'),
+        *_columns(NUMBER_OR_EMPTY, row='place in an array, from 0; empty for a number'),
+        *_columns(NUMBER_OR_EMPTY, column='place in a row of a matrix, from 0; else empty'),
         *_columns(EXACT_NUMBER, value='the number'),
     ),
 )

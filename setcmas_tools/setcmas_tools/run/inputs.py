@@ -13,9 +13,6 @@ from setcmas_simu.limited_file import read_limited
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_files import INPUTS, OF_FILES, robots_by_text
 
-_MOST_BYTES = 20_000_000
-"""Most bytes of a script with the modules that it imports."""
-
 
 class RunInput:
     """A file that an option names, and the modules that it imports.
@@ -33,14 +30,7 @@ class RunInput:
         self.path = path
         self.robots = tuple(robots)
         self.files = with_helpers(path)
-        self.contents: list[bytes] = []
-        for file in self.files:
-            self.contents.append(_read(file))
-            if sum(map(len, self.contents)) > _MOST_BYTES:
-                raise SetcmasError(
-                    f"'{path}' and the modules that it imports are too large; they must have at "
-                    f'most {_MOST_BYTES:,} bytes'
-                )
+        self.contents = [_read(file) for file in self.files]
 
     @property
     def folder(self) -> str:
