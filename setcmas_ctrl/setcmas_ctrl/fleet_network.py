@@ -11,11 +11,11 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
+from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension, String
 
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.links import Links
-from setcmas_ctrl.communication.message_content import Content, Value, content_of, layout
+from setcmas_ctrl.communication.message_content import Content, Value, decoded, encoded
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats
@@ -60,19 +60,18 @@ class MessageTopics:
         """Publish what a robot of this process sends."""
         if robot not in self._publishers:
             self._publishers[robot] = self._node.create_publisher(
-                Float64MultiArray, topics.robot_topic(robot, topics.MESSAGE), qos.LATCHED_VALUES
+                String, topics.robot_topic(robot, topics.MESSAGE), qos.LATCHED_VALUES
             )
-        self._publishers[robot].publish(encoded(content))
+        self._publishers[robot].publish(String(data=encoded(content)))
 
     def _subscribed(self, robot: int) -> PolledTopic:
         topic = topics.robot_topic(robot, topics.MESSAGE)
         on_message = partial(self._on_message, robot)
-        return PolledTopic(self._node, Float64MultiArray, topic, on_message, qos.LATCHED_VALUES)
+        return PolledTopic(self._node, String, topic, on_message, qos.LATCHED_VALUES)
 
-    def _on_message(self, robot: int, message: Float64MultiArray) -> None:
+    def _on_message(self, robot: int, message: String) -> None:
         try:
-            given = message.layout
-            content = content_of(given.dim, given.data_offset, message.data)
+            content = decoded(message.data)
         except (TypeError, ValueError) as error:
             topic = topics.robot_topic(robot, topics.MESSAGE)
             if topic not in self._ignored:
@@ -80,18 +79,6 @@ class MessageTopics:
                 self._node.get_logger().warning(f'ignored a message on {topic}: {error}')
         else:
             self._on_content(robot, content)
-
-
-def encoded(content: Content) -> Float64MultiArray:
-    """Return content as a message."""
-    dimensions, numbers = layout(content.value)
-    message = Float64MultiArray(data=[content.t, *numbers])
-    message.layout.data_offset = 1
-    message.layout.dim = [
-        MultiArrayDimension(label=one.label, size=one.size, stride=one.stride)
-        for one in dimensions
-    ]
-    return message
 
 
 _COUNTS_EVERY_S = 1.0
@@ -186,8 +173,6 @@ class FleetNetwork:
         """Let the next states that a robot of this process sends carry a value."""
         content = Content(self.t, value)
         self._attach(robot, content)
-        if robot in self.senders:
-            self.senders[robot].broadcast.value = value
         self._messages.publish(robot, content)
 
     def received(self, robot: int) -> Mapping[int, Content]:
@@ -199,8 +184,6 @@ class FleetNetwork:
         """Drop all messages: the laws start anew."""
         if self.is_on:
             self._links.forget_contents()
-        for sender in self.senders.values():
-            sender.broadcast.value = None
 
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)

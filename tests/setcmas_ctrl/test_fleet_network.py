@@ -12,14 +12,14 @@ from lab_peer import LabPeer
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
-from std_msgs.msg import Float32MultiArray, Float64MultiArray
+from std_msgs.msg import Float32MultiArray, Float64MultiArray, String
 
 from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
     chosen_communication,
 )
-from setcmas_ctrl.communication.message_content import Content, checked_value
-from setcmas_ctrl.fleet_network import FleetNetwork, encoded
+from setcmas_ctrl.communication.message_content import decoded
+from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
 
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -33,7 +33,7 @@ def sent_states(messages):
 
 
 def messages_of(peer, robots):
-    return [peer.listen(Float64MultiArray, f'/tb3_{i}/message', LATCHED) for i in robots]
+    return [peer.listen(String, f'/tb3_{i}/message', LATCHED) for i in robots]
 
 
 def test_robots_exchange_values_with_loss_and_delay(start, peer):
@@ -42,11 +42,12 @@ def test_robots_exchange_values_with_loss_and_delay(start, peer):
         start(*FOUR, *LOSSY, '--robots', robots)
     sent = messages_of(peer, (1, 2, 3, 4))
 
-    peer.wait_for(lambda: all(sent) and {one[-1].data[1] for one in sent} == {9.0})
+    peer.wait_for(lambda: all(sent) and {decoded(one[-1].data).value[0] for one in sent} == {9.0})
     for robot, own in enumerate(sent, start=1):
-        assert own[0].data.tolist()[1:3] == [(3, 1, 2, 9)[robot - 1], robot]
-        assert own[-1].data.tolist()[1:] == pytest.approx([9, 4, -5, 5], abs=0.01)
-        times = [message.data[0] for message in own]
+        contents = [decoded(message.data) for message in own]
+        assert contents[0].value[:2].tolist() == [(3, 1, 2, 9)[robot - 1], robot]
+        assert contents[-1].value.tolist() == pytest.approx([9, 4, -5, 5], abs=0.01)
+        times = [content.t for content in contents]
         assert times == sorted(times)
 
 
@@ -62,12 +63,12 @@ def test_programs_of_others_may_send_values(start, peer, script):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', law, '--nb-robots', '2', '--robots', '1')
     wanted = peer.cmd_cart_vel(1)
-    publisher = peer.publisher(Float64MultiArray, '/tb3_2/message', qos=LATCHED)
-    publisher.publish(Float64MultiArray(data=[0.0, 5.0]))  # without a layout
-    publisher.publish(encoded(Content(0.0, checked_value([2.0, 7.0]))))
+    publisher = peer.publisher(String, '/tb3_2/message', qos=LATCHED)
+    publisher.publish(String(data='5.0'))
+    publisher.publish(String(data='{"t": 0, "value": [2, 7]}'))
 
     peer.wait_for(lambda: wanted and wanted[-1].x == pytest.approx(0.2))
-    process.wait_for_output('ignored a message on /tb3_2/message: it must begin with a time in s')
+    process.wait_for_output('ignored a message on /tb3_2/message: it must be a JSON object with t')
 
 
 def test_laws_that_send_nothing_have_no_topic(start, peer):
@@ -78,36 +79,6 @@ def test_laws_that_send_nothing_have_no_topic(start, peer):
 
     names = [name for name, _ in peer.node.get_topic_names_and_types()]
     assert not [name for name in names if name.endswith(('/message', '/links'))]
-
-
-def test_each_value_that_a_condition_sends_is_received_in_another_process(start, peer, script):
-    law = script(
-        """
-        from setcmas_ctrl import network
-        def control(robotNo, nbRobots, poses, t):
-            received = network.received()
-            network.send({'count': min(t // 0.3, 3)})
-            return 0.01 * max([0, *(1 + one.value['count'] for one in received.values())]), 0
-        """
-    )
-    when = script(
-        """
-        def ctc(pos, last_pos, t, *, value, last_value):
-            return value is not None and value != last_value
-        """,
-        'when.py',
-    )
-    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
-    states = peer.listen(Odometry, '/tb3_2/trig_odom', LATCHED)
-    sent = messages_of(peer, [2])[0]
-    wanted = peer.cmd_cart_vel(1)
-    for robot in ('1', '2'):
-        options = ['--robots', robot, '--event-triggered', '--ctc', when]
-        start(*CTRL, '--algo', law, '--nb-robots', '2', *options)
-
-    # The last value triggers one state only.
-    peer.wait_for(lambda: wanted and wanted[-1].x == pytest.approx(0.04))
-    assert len(sent_states(states)) <= 1 + len({message.data[1] for message in sent})
 
 
 def test_experiments_have_messages(start, peer, script):

@@ -1,4 +1,4 @@
-"""Content of messages between robots: values that control laws send, and their layout as numbers.
+"""Content of messages between robots: values that control laws send, as JSON over ROS.
 
 A value is a finite number, an array of up to two dimensions, or a flat dictionary of names to
 these; at most MOST_NUMBERS numbers and MOST_NAMES names.
@@ -6,11 +6,9 @@ these; at most MOST_NUMBERS numbers and MOST_NAMES names.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import groupby
-from math import isfinite, prod
-from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -111,57 +109,30 @@ def _check_size(size: int) -> None:
         )
 
 
-class Dimension(NamedTuple):
-    """A dimension of a value, as in std_msgs/MultiArrayDimension.
-
-    Attributes:
-        label: Name of the value in its dictionary; '' without a dictionary.
-        size: Length of the array in this dimension; 1 for a number.
-        stride: Count of numbers in this and the following dimensions; 0 for a number.
-    """
-
-    label: str
-    size: int
-    stride: int
+def plain(value: Value) -> Any:
+    """Return a value as numbers, lists and dictionaries, for JSON."""
+    if isinstance(value, Mapping):
+        return {name: plain(one) for name, one in value.items()}
+    return np.asarray(value).tolist()
 
 
-def layout(value: Value) -> tuple[list[Dimension], list[float]]:
-    """Return the dimensions of a value, and its numbers, the last dimension running fastest."""
-    dimensions: list[Dimension] = []
-    numbers: list[float] = []
-    for name, one in value.items() if isinstance(value, Mapping) else [('', value)]:
-        shape = np.shape(one)
-        sizes = [Dimension(name, size, prod(shape[i:])) for i, size in enumerate(shape)]
-        dimensions += sizes or [Dimension(name, 1, 0)]
-        numbers += np.ravel(one).tolist()
-    return dimensions, numbers
+def encoded(content: Content) -> str:
+    """Return content as JSON, such as {"t": 4.2, "value": {"x": 1.5, "goal": [2, 3]}}."""
+    return json.dumps({'t': content.t, 'value': plain(content.value)})
 
 
-def value_of(dimensions: Iterable[Any], numbers: Sequence[float]) -> Value:
-    """Return the value of a layout: dimensions with label, size and stride, and numbers.
+def decoded(text: str) -> Content:
+    """Return the content in a text of JSON.
 
     Raises:
-        TypeError, ValueError: They are not the layout of a value.
+        TypeError, ValueError: It has none.
     """
-    values: dict[str, Any] = {}
-    rest = list(numbers)
-    for name, own in groupby(dimensions, attrgetter('label')):
-        first, *others = own
-        shape = (first.size, *(one.size for one in others)) if first.stride else ()
-        values[name] = np.reshape(rest[: prod(shape)], shape)
-        del rest[: prod(shape)]
-    if rest:
-        raise ValueError(f'{len(rest)} of {len(numbers)} numbers have no dimension')
-    return checked_value(values[''] if list(values) == [''] else values)
-
-
-def content_of(dimensions: Iterable[Any], offset: int, data: Iterable[float]) -> Content:
-    """Return the content in the numbers of a message: a time, and a value from an offset on.
-
-    Raises:
-        TypeError, ValueError: They are something else.
-    """
-    numbers = [float(number) for number in data]
-    if not numbers or not isfinite(numbers[0]) or offset < 1:
-        raise ValueError('it must begin with a time in s, and data_offset must be at least 1')
-    return Content(numbers[0], value_of(dimensions, numbers[offset:]))
+    try:
+        message = json.loads(text)
+        if isinstance(message, dict) and message.keys() == {'t', 'value'}:
+            t, value = checked_value(message['t']), checked_value(message['value'])
+            if isinstance(t, float):
+                return Content(t, value)
+    except RecursionError:
+        pass
+    raise ValueError('it must be a JSON object with t, a time in s, and value')

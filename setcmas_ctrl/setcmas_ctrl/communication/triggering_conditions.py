@@ -9,26 +9,24 @@ pos: position x, y, 0 in m; vit: velocity vx, vy, 0 in m/s, both in the world fr
 last_vit: the same in the last state sent; t: time since the start of the run, in s. Either form
 may also have any of these keyword arguments:
 
-    def ctc(pos, last_pos, t, *, value, last_value, received, measured): -> bool
+    def ctc(pos, last_pos, t, *, received, measured): -> bool
 
-value, last_value: the value that the robot's law gave last to `network.send`, and the one sent
-with the last state; None if there is none. received, measured: poses of the robot's neighbours at
-the last call of its law, as received last, and as they were; rows x, y in m and theta in rad, a
-column for each robot of the fleet, NaN for robots that are not neighbours.
+received, measured: poses of the robot's neighbours at the last call of its law, as received last,
+and as they were; rows x, y in m and theta in rad, a column for each robot of the fleet, NaN for
+robots that are not neighbours.
 """
 
 from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.message_content import Value, read_only
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_function import ScriptFunction
 from setcmas_ctrl.laws.script_loader import load_script
@@ -48,11 +46,8 @@ CTC = 'ctc(pos, last_pos, t)'
 CONSEQUENCE = 'sends its state whenever the condition fails'
 """What happens to a robot whose condition fails."""
 
-VALUES = ('value', 'last_value')
-"""Keyword arguments that a condition may take: what the robot's law sends."""
-
 NEIGHBOURS = RECEIVED, MEASURED = ('received', 'measured')
-"""Further ones: the poses of the robot's neighbours."""
+"""Keyword arguments that a condition may take: the poses of the robot's neighbours."""
 
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 
@@ -90,10 +85,10 @@ def takes_velocities(condition: Any, name: str) -> bool:
     if not callable(condition):
         raise SetcmasError(f'{name} has no function ctc; it must have {_FORMS}')
     signature = inspect.signature(condition)
-    values = dict.fromkeys(keywords_taken(condition, (*VALUES, *NEIGHBOURS)))
+    poses = dict.fromkeys(_keywords_taken(condition))
     for nb_arguments in (3, 5):
         try:
-            signature.bind(*range(nb_arguments), **values)
+            signature.bind(*range(nb_arguments), **poses)
         except TypeError:
             continue
         return nb_arguments == 5
@@ -102,12 +97,12 @@ def takes_velocities(condition: Any, name: str) -> bool:
     )
 
 
-def keywords_taken(condition: Callable[..., Any], names: Sequence[str] = VALUES) -> list[str]:
-    """Return which of some names a condition takes as keyword-only arguments."""
+def _keywords_taken(condition: Condition) -> list[str]:
+    """Return which poses of neighbours a condition takes as keyword-only arguments."""
     parameters = inspect.signature(condition).parameters
     return [
         name
-        for name in names
+        for name in NEIGHBOURS
         if name in parameters and parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
     ]
 
@@ -117,8 +112,6 @@ class Broadcast:
 
     Attributes:
         last: The state sent last; None before the first.
-        value: The value that its law sent last; None before the first.
-        last_value: The value in the state sent last; None if it had none.
         measures: Whether its condition takes the newest poses of its neighbours.
     """
 
@@ -133,12 +126,9 @@ class Broadcast:
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
-        self._values_taken = keywords_taken(condition)
-        self._neighbours = dict.fromkeys(keywords_taken(condition, NEIGHBOURS), np.empty((3, 0)))
+        self._neighbours = dict.fromkeys(_keywords_taken(condition), np.empty((3, 0)))
         self.measures = MEASURED in self._neighbours
         self.last: State | None = None
-        self.value: Value | None = None
-        self.last_value: Value | None = None
         self._failing = False
 
     @classmethod
@@ -164,7 +154,7 @@ class Broadcast:
         state = pose, V
         triggered = self.last is None or self._evaluate(state, self.last, t)
         if triggered:
-            self.last, self.last_value = state, self.value
+            self.last = state
         return triggered
 
     def _evaluate(self, state: State, last: State, t: float) -> bool:
@@ -172,11 +162,9 @@ class Broadcast:
         arguments = [_position(state), _position(last)]
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
-        given = {'value': self.value, 'last_value': self.last_value}
-        values: dict[str, Any] = {name: read_only(given[name]) for name in self._values_taken}
-        values |= {name: poses.copy() for name, poses in self._neighbours.items()}
+        neighbours = {name: poses.copy() for name, poses in self._neighbours.items()}
         try:
-            (answer,) = self._triggers(*arguments, t, **values)
+            (answer,) = self._triggers(*arguments, t, **neighbours)
         except ControlError as error:
             self._failing = True
             self._reports.failed(self.robot, t, error)

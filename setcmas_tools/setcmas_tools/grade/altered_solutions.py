@@ -22,7 +22,6 @@ from setcmas_ctrl.communication.message_content import Value
 from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
 from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
-    keywords_taken,
     takes_velocities,
 )
 from setcmas_ctrl.laws.control_law import ControlLaw
@@ -299,12 +298,11 @@ class _Replayed:
         if script:
             condition = vars(load_script(script, robot, CONDITION))['ctc']
         with_velocities = takes_velocities(condition, str(script))
-        names = keywords_taken(condition)
 
         def sends(*given: Any) -> Any:
-            *states, t, values = given
+            *states, t = given
             states = states if with_velocities else states[::2]
-            return bool(condition(*states, t, **{name: values[name] for name in names})), 0.0
+            return bool(condition(*states, t)), 0.0
 
         return sends
 
@@ -361,14 +359,11 @@ def _condition(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callab
     """Return the condition of a robot that repeats what the submission answered."""
     times = iter(range(len(calls.t)))
 
-    def ctc(
-        pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float, *, value: Any, last_value: Any
-    ) -> bool:
+    def ctc(pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float) -> bool:
         call = next(times)
         calls.heading[call, robot - 1] = np.hypot(*(pos - last_pos)[:2])
-        values = {'value': value, 'last_value': last_value}
         for one in replays:
-            one.answer(robot, call, pos, vit, last_pos, last_vit, t, values)
+            one.answer(robot, call, pos, vit, last_pos, last_vit, t)
         return bool(calls.own[call, robot - 1, 0])
 
     return ctc

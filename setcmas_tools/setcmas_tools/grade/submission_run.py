@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.message_content import Value, layout
+from setcmas_ctrl.communication.message_content import decoded, encoded
 from setcmas_ctrl.laws.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
@@ -28,7 +28,6 @@ from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
 from setcmas_tools.submissions.confined_script import (
     Answer,
-    Encoded,
     Refusal,
     Reply,
     Request,
@@ -171,10 +170,7 @@ class RunScript:
             adjacency = network.adjacency()
             is_new = adjacency is not self._adjacency.get(robot)
             self._adjacency[robot] = adjacency
-            received = {
-                sender: Encoded(*layout(content.value), content.t)
-                for sender, content in network.contents().items()
-            }
+            received = {sender: encoded(content) for sender, content in network.contents().items()}
             given = _bytes(poses), _bytes(adjacency) if is_new else b'', received
             vx, vy = self._numbers(Request(robot, t, *given), 2)
             return vx, vy
@@ -182,26 +178,16 @@ class RunScript:
         return control
 
     def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
-        def asked(*vectors: Floats, t: float, **values: Value | None) -> bool:
-            encoded = {name: Encoded.encode(value) for name, value in values.items()}
-            request = Request(robot, t, _bytes(*vectors), values=encoded)
-            return self._numbers(request, 1) != (0.0,)
+        def asked(*vectors: Floats, t: float) -> bool:
+            return self._numbers(Request(robot, t, _bytes(*vectors)), 1) != (0.0,)
 
-        def ctc(pos: Floats, last_pos: Floats, t: float, *, value: Any, last_value: Any) -> bool:
-            return asked(pos, last_pos, t=t, value=value, last_value=last_value)
+        def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
+            return asked(pos, last_pos, t=t)
 
         def long_ctc(
-            pos: Floats,
-            vit: Floats,
-            last_pos: Floats,
-            last_vit: Floats,
-            t: float,
-            *,
-            value: Any,
-            last_value: Any,
+            pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
         ) -> bool:
-            vectors = pos, vit, last_pos, last_vit
-            return asked(*vectors, t=t, value=value, last_value=last_value)
+            return asked(pos, vit, last_pos, last_vit, t=t)
 
         return long_ctc if velocities else ctc
 
@@ -284,8 +270,8 @@ def _answer(content: bytes) -> Answer:
 def _sent_on(answer: Answer) -> Answer:
     """Use messages as the law of an answer does; return the answer, or that it is invalid."""
     try:
-        if value := answer.messages.sent:
-            network.send(value.value)
+        if sent := answer.messages.sent:
+            network.send(decoded(sent).value)
         elif answer.messages.are_used:
             network.received()
     except (TypeError, ValueError, OverflowError, RuntimeError):  # RuntimeError: of a condition

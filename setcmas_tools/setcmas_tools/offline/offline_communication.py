@@ -128,8 +128,6 @@ class OfflineCommunication:
         """Let the next states that a robot sends carry a value."""
         self.sent.append(SentMessage(self.t, robot, value))
         self._links.attach(robot - 1, Content(self.t, value))
-        if self._broadcasts:
-            self._broadcasts[robot - 1].value = value
 
     def received(self, robot: int) -> Mapping[int, Content]:
         """Return what a robot has received last, by the numbers of the senders."""

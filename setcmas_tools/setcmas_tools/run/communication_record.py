@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from setcmas_ctrl.communication.message_content import Value, layout
+from setcmas_ctrl.communication.message_content import Value, plain
 from setcmas_simu.arrays import Floats
 
 
@@ -51,10 +51,10 @@ def agreement_time(messages: Sequence[SentMessage], nb_robots: int) -> float | N
 
     None if they do not at the end. Messages are sorted by time.
     """
-    values: dict[int, tuple[float, ...]] = {}
+    values: dict[int, str] = {}
     since = None
     for t, sent in groupby(messages, key=lambda one: one.t):
-        values |= {one.robot: tuple(layout(one.value)[1]) for one in sent}
+        values |= {one.robot: repr(plain(one.value)) for one in sent}
         agree = len(values) == nb_robots and len(set(values.values())) == 1
         since = (t if since is None else since) if agree else None
     return since

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
-from setcmas_ctrl.communication.message_content import Content, content_of
+from setcmas_ctrl.communication.message_content import Content, decoded
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References, not_understood
 from setcmas_simu.arrays import Floats
@@ -120,9 +120,7 @@ class CommunicationSamples:
     def take_message(self, robot: int, time_ns: int, message: Any) -> None:
         """Take a value that the law of a robot sent; those of other programs are left out."""
         with suppress(TypeError, ValueError):
-            given = message.layout
-            content = content_of(given.dim, given.data_offset, message.data)
-            self._contents.append((time_ns / 1e9, robot, content))
+            self._contents.append((time_ns / 1e9, robot, decoded(message.data)))
 
     def messages(self) -> list[SentMessage]:
         """Return the values that laws sent, at the times of their calls: one for each call."""
@@ -209,7 +207,7 @@ class RunSamples:
             (topics.LINKS, 'std_msgs/msg/Float64MultiArray'): (
                 partial(self._communication.take_counts, robot)
             ),
-            (topics.MESSAGE, 'std_msgs/msg/Float64MultiArray'): (
+            (topics.MESSAGE, 'std_msgs/msg/String'): (
                 partial(self._communication.take_message, robot)
             ),
             (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): (

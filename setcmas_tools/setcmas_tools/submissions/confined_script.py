@@ -13,15 +13,11 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import (
     Content,
-    Dimension,
-    Value,
-    layout,
-    read_only,
-    value_of,
+    decoded,
+    encoded,
 )
 from setcmas_ctrl.communication.triggering_conditions import (
     CTC,
-    keywords_taken,
     takes_velocities,
     triggering,
 )
@@ -60,24 +56,6 @@ class RunWork(msgspec.Struct, frozen=True):
     cpu: int
 
 
-class Encoded(msgspec.Struct, frozen=True):
-    """A value: its dimensions and numbers, see `message_content.layout`; and when it was sent."""
-
-    dimensions: list[Dimension]
-    numbers: list[float]
-    t: float = 0.0
-
-    @classmethod
-    def encode(cls, value: Value | None, t: float = 0.0) -> Encoded | None:
-        """Return a value, encoded; None for None."""
-        return None if value is None else cls(*layout(value), t)
-
-    @property
-    def value(self) -> Value:
-        """The value; TypeError or ValueError is raised if it is none."""
-        return value_of(self.dimensions, self.numbers)
-
-
 class Request(msgspec.Struct, frozen=True):
     """A call of a robot's function; without numbers, the script is loaded for the robot.
 
@@ -85,8 +63,7 @@ class Request(msgspec.Struct, frozen=True):
         t: Time in s.
         numbers: The arrays that the function takes, as the bytes of their float64 numbers.
         adjacency: The adjacency matrix likewise, if it is another one than at the last call.
-        received: What the robot has received, by sender.
-        values: The values that a condition gets, by name.
+        received: What the robot has received, by sender, as JSON.
         timeout: How long the call may take, in s.
     """
 
@@ -94,16 +71,15 @@ class Request(msgspec.Struct, frozen=True):
     t: float = 0.0
     numbers: bytes = b''
     adjacency: bytes = b''
-    received: dict[int, Encoded] = {}
-    values: dict[str, Encoded | None] = {}
+    received: dict[int, str] = {}
     timeout: float = 0.0
 
 
 class MessageUse(msgspec.Struct, frozen=True):
-    """Use of messages in a call: whether the law used any, and the value that it sent."""
+    """Use of messages in a call: whether the law used any, and what it sent, as JSON or ''."""
 
     are_used: bool = False
-    sent: Encoded | None = None
+    sent: str = ''
 
 
 class Refusal(msgspec.Struct, frozen=True, tag=True):
@@ -182,9 +158,7 @@ class ConfinedScript:
             poses = np.frombuffer(request.numbers).reshape(3, -1)
             if request.adjacency:
                 adjacency = np.frombuffer(request.adjacency).reshape(2 * poses.shape[1:])
-            received = {
-                sender: Content(one.t, one.value) for sender, one in request.received.items()
-            }
+            received = {sender: decoded(one) for sender, one in request.received.items()}
             mailbox = network.Mailbox(request.t, received)
             try:
                 with network.exchanged_by(mailbox):
@@ -198,17 +172,14 @@ class ConfinedScript:
     def _condition(self, robot: int) -> tuple[bool, Answering]:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
-        with_velocities, names = takes_velocities(condition, path.name), keywords_taken(condition)
         triggers = triggering(condition, path)
 
         def answer(request: Request) -> Reply:
             states = np.frombuffer(request.numbers).reshape(-1, 3).copy()
-            encoded = {name: request.values.get(name) for name in names}
-            values = {name: one and read_only(one.value) for name, one in encoded.items()}
-            (answer,) = triggers(*states, request.t, **values)
+            (answer,) = triggers(*states, request.t)
             return Reply((float(answer),))
 
-        return with_velocities, answer
+        return takes_velocities(condition, path.name), answer
 
     def _conversion(self, robot: int) -> tuple[bool, Answering]:
         convert = load_conversion(self._path, robot)
@@ -224,7 +195,8 @@ _NONE = MessageUse()
 
 
 def _messages(mailbox: network.Mailbox) -> MessageUse:
-    return MessageUse(mailbox.are_used, Encoded.encode(mailbox.sent))
+    sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
+    return MessageUse(mailbox.are_used, sent)
 
 
 def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:

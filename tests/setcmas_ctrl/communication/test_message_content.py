@@ -6,11 +6,12 @@ import pytest
 from setcmas_ctrl.communication.message_content import (
     MOST_NAMES,
     MOST_NUMBERS,
-    Dimension,
+    Content,
     checked_value,
-    layout,
+    decoded,
+    encoded,
+    plain,
     read_only,
-    value_of,
 )
 
 VALUES = [
@@ -28,32 +29,27 @@ VALUES = [
 ]
 
 
-def plain(value):
-    """Return a value as lists and floats."""
-    if hasattr(value, 'items'):
-        return {name: plain(one) for name, one in value.items()}
-    return np.asarray(value, dtype=float).tolist()
-
-
 @pytest.mark.parametrize('given', VALUES, ids=repr)
-def test_a_value_is_the_same_after_its_layout_and_back(given):
+def test_a_value_is_the_same_after_its_way_over_a_topic(given):
     value = checked_value(given)
+    content = decoded(encoded(Content(0.3, value)))
 
-    assert plain(value) == plain(given)
-    assert plain(value_of(*layout(value))) == plain(given)
+    assert content.t == 0.3
+    assert plain(content.value) == plain(value)
+    for one, expected in zip(*map(parts, (content.value, given)), strict=True):
+        np.testing.assert_array_equal(one, expected)
 
 
-def test_a_layout_names_the_values_and_has_their_shapes():
-    dimensions, numbers = layout(checked_value({'x': 1.5, 'v': [2, 3], 'A': np.ones((2, 3))}))
+def parts(value):
+    return list(value.values()) if hasattr(value, 'values') else [value]
 
-    assert dimensions == [
-        Dimension('x', 1, 0),
-        Dimension('v', 2, 2),
-        Dimension('A', 2, 6),
-        Dimension('A', 3, 3),
-    ]
-    assert numbers == [1.5, 2.0, 3.0, *[1.0] * 6]
-    assert layout(2.0) == ([Dimension('', 1, 0)], [2.0])
+
+def test_messages_are_json_that_people_can_read():
+    value = checked_value({'x': 1.5, 'goal': [2, 3], 'A': np.eye(2)})
+
+    assert encoded(Content(4.2, value)) == (
+        '{"t": 4.2, "value": {"x": 1.5, "goal": [2.0, 3.0], "A": [[1.0, 0.0], [0.0, 1.0]]}}'
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,18 +99,13 @@ def test_a_value_is_a_copy_that_cannot_be_changed():
 
 
 @pytest.mark.parametrize(
-    ('dimensions', 'numbers'),
+    'text',
     [
-        ([], []),
-        ([], [1.0]),
-        ([Dimension('', 2, 2)], [1.0]),
-        ([Dimension('', 2, 2)], [1.0, 2.0, 3.0]),
-        ([Dimension('', 4_000_000_000, 4_000_000_000)], [1.0]),
-        ([Dimension('', 1, 0)], [np.nan]),
-        ([Dimension('x', 1, 0), Dimension('y', 1, 0), Dimension('x', 1, 0)], [1.0, 2.0, 3.0, 4.0]),
-        ([Dimension('x y', 1, 0)], [1.0]),
+        '', 'hello', '[1, 2]', '5', '{"t": 1.0}', '{"value": 1.0}', '{"t": [1.0], "value": 1.0}',
+        '{"t": NaN, "value": 1.0}', '{"t": 1.0, "value": null}', '{"t": 1.0, "value": {"x y": 1}}',
+        '{"t": 1.0, "value": ' + '[' * 100_000, '{"t": 1' + '0' * 400 + ', "value": 1}',
     ],
-)
-def test_layouts_of_other_programs_may_be_invalid(dimensions, numbers):
+)  # fmt: skip
+def test_messages_of_other_programs_may_be_invalid(text):
     with pytest.raises((TypeError, ValueError)):
-        value_of(dimensions, numbers)
+        decoded(text)

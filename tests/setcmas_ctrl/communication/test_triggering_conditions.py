@@ -118,20 +118,6 @@ def test_scripts_that_have_no_condition(broadcast, text, message):
         broadcast(text)
 
 
-@pytest.mark.parametrize('positions', ['pos, last_pos', 'pos, vit, last_pos, last_vit'])
-def test_a_condition_may_take_the_values_of_messages(broadcast, positions):
-    own = broadcast(
-        f'def ctc({positions}, t, *, value, last_value=3):\n'
-        '    return last_value is None or abs(value["x"] - last_value["x"]) > 1\n'
-    )
-    decided = []
-    for x in (0.0, 1.0, 1.5, 2.0, 2.6, 3.7):
-        own.value = {'x': x} if x else None
-        decided.append(own.is_triggered((0.0, 0.0, 0.0), 0.0, x))
-
-    assert decided == [True, True, False, False, True, True]
-
-
 def test_a_condition_gets_the_poses_of_its_neighbours(broadcast):
     own = broadcast(
         'def ctc(pos, last_pos, t, *, received, measured):\n'

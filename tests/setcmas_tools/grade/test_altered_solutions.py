@@ -33,19 +33,6 @@ def test_solutions_get_the_messages_that_a_submission_received(name, tmp_path):
     assert np.isfinite(calls.answers[name]).all()
 
 
-def test_conditions_get_the_values_that_the_laws_sent(tmp_path):
-    source = 'def ctc(pos, last_pos, t, *, value, last_value):\n'
-    source += '    return last_value is None or value[1] > last_value[1]\n'
-    script = tmp_path / 'when.py'
-    script.write_text(source)
-    base = Scenario.of(LAW, nb_robots=3, duration=3.0, event_triggered=True)
-    altered = altered_solutions(script, [], function=Function.CONDITION, folder=tmp_path)
-
-    calls = calls_of('one', base, simulate(base, ctc=script), Function.CONDITION, altered)
-
-    assert not calls.differs(calls.solution).any()
-
-
 @pytest.mark.parametrize('solution', ['script', None])
 def test_a_si_to_uni_is_asked_at_the_poses_and_velocities_of_a_submission(tmp_path, solution):
     script = tmp_path / 'half.py'

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from sandboxes import SHORT, needs_sandbox, run
+from sandboxes import needs_sandbox, run
 
-from setcmas_ctrl import network
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.script_calls import Function
 from setcmas_tools import simulate
@@ -105,23 +104,6 @@ def test_what_cannot_be_sent_is_an_error_in_a_sandbox_too():
 
     assert 'law.py, line 3: TypeError: network.send got [[1], 2]' in done.failure.message
     assert not done.run.messages
-
-
-def test_a_condition_in_a_sandbox_gets_values(tmp_path):
-    source = 'def ctc(pos, last_pos, t, *, value, last_value):\n'
-    source += '    return value is not None and (not last_value or value > last_value + 1)\n'
-    (tmp_path / 'law.py').write_text(source)
-
-    def law(i, n, poses, t):
-        network.send(t * i)
-        return 0.1 * len(network.received()), 0
-
-    scenario = SHORT.replace(algo=law, event_triggered=True, duration=4.0)
-    own = simulate(scenario, ctc=tmp_path / 'law.py')
-    done = run(source, scenario, function=Function.CONDITION)
-
-    assert same(done.run, own)
-    assert done.run.record.robots[1].sent < done.run.record.robots[2].sent
 
 
 def test_an_endless_loop_is_reported_with_its_line():

@@ -162,22 +162,6 @@ def test_messages_have_the_delay_and_the_losses_of_poses():
     assert run.record.links[1, 2].lost > 50
 
 
-def test_an_event_triggered_robot_sends_its_value_with_its_state():
-    def control(robotNo, nbRobots, poses, t):
-        seen[robotNo] = {sender: one.value for sender, one in network.received().items()}
-        network.send(round(t))
-        return 0, 0
-
-    def ctc(pos, last_pos, t, *, value, last_value):
-        return value is not None and (last_value is None or value > last_value + 1)
-
-    seen = {}
-    run = simulate(control, 2, 9.9, event_triggered=True, ctc=ctc)
-
-    assert seen == {1: {2: 10}, 2: {1: 10}}
-    assert {one.sent for one in run.record.robots.values()} == {7}
-
-
 def test_robots_that_know_all_poses_have_links_from_the_first_message_on():
     def late(robotNo, nbRobots, poses, t):
         if t >= 0.95:

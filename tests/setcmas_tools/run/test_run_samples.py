@@ -1,14 +1,11 @@
-import numpy as np
 import pytest
 
 from setcmas_tools.run.run import Run
 
 
 def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, make):
-    def message(label, offset, *data):
-        dimension = make('std_msgs/msg/MultiArrayDimension', {'label': label, 'size': 1})
-        layout = {'layout.dim': [dimension], 'layout.data_offset': offset}
-        return make('std_msgs/msg/Float64MultiArray', layout | {'data': np.array(data)})
+    def message(data):
+        return make('std_msgs/msg/String', {'data': data})
 
     odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
     command = make('geometry_msgs/msg/TwistStamped', {})
@@ -17,10 +14,10 @@ def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, mak
         [
             ('/tb3_1/odom', 0.9, odometry),
             ('/tb3_1/cmd_vel', 1.0, command),
-            ('/tb3_1/message', 1.9, message('x', 1, 0.0, 5.0)),  # recorded late
-            ('/tb3_1/message', 1.9, message('x', 1, 0.8, 7.0)),
-            ('/tb3_1/message', 2.2, message('', 0, 0.2, 5.0)),  # of another program
-            ('/tb3_1/message', 5.0, message('', 1, 0.2, 6.0)),  # t has started anew
+            ('/tb3_1/message', 1.9, message('{"t": 0.0, "value": {"x": 5.0}}')),  # recorded late
+            ('/tb3_1/message', 1.9, message('{"t": 0.8, "value": {"x": 7.0}}')),
+            ('/tb3_1/message', 2.2, message('5.0')),  # of another program
+            ('/tb3_1/message', 5.0, message('{"t": 0.2, "value": 6.0}')),  # t has started anew
             ('/tb3_1/odom', 5.1, odometry),
         ],
     )
