@@ -6,15 +6,11 @@ import pytest
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import simulate
-from setcmas_tools.measures.metrics import theory_lines
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 EXACT = {**THEORY, 'set': {'SLOW': 0.0}}
 LAWS = ('velocity_alignment', 'second_order_consensus', 'kuramoto')
 RATE, LAG = 'alignment.convergence_rate_1_s', 'alignment.spread_of_directions_at_end_rad'
-
-UNLINKED = 'the graph at the start leaves differences between robots that never decay'
-OSCILLATES = 'with calls every 0.2 s, oscillations do not decay: the gain is too large'
 
 
 def figures(run):
@@ -63,7 +59,7 @@ def test_second_order_robots_meet_at_the_rate_of_their_slowest_mode(graph, count
 
 
 @pytest.mark.parametrize('damping', [0.3, 0.315])
-def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(damping, capsys):
+def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(damping):
     least = np.sqrt(0.1 / 2) / np.tan(np.pi / 5)  # 0.308
     options = {**THEORY, 'vnom': 1e5, 'set': {'SLOW': 0.0, 'G': damping}, 'random_poses': 'auto'}
     run = simulate('second_order_consensus', 5, 140.0, graph='directed_ring', **options)
@@ -77,7 +73,6 @@ def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(da
 
     assert growth == pytest.approx(expected, rel=0.01)
     assert (growth > 0) == (damping < least)
-    assert ('oscillations do not decay' in capsys.readouterr().out) == (damping < least)
 
 
 def test_second_order_unicycles_meet():
@@ -130,47 +125,6 @@ def test_few_robots_and_robots_that_never_receive_give_no_nan(capsys, law, optio
     if law in LAWS:
         late = np.abs(run.velocities[run.control_t > 1.9]).max()
         assert late == 0.0
-    assert [one for one in said if UNLINKED not in one] == []
+    assert said == []
     run.metrics()
     assert 'failed' not in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ('law', 'options', 'line'),
-    [
-        ('laplacian_consensus', {'set': {'K': 3}}, OSCILLATES),
-        ('laplacian_consensus', {'graph': 'two.yaml'}, UNLINKED),
-        (
-            'laplacian_consensus',
-            {'set': {'K': -0.1}},
-            'points without a speed limit would drive away',
-        ),
-        (
-            'laplacian_consensus',
-            {'set': {'DELAY': 4.0}},
-            'own positions 4 s old, points without',
-        ),
-        ('consensus', {'graph': 'two.yaml'}, UNLINKED),
-        ('containment', {'graph': 'two.yaml'}, UNLINKED),
-        ('containment', {'set': {'K': 5}}, OSCILLATES),
-        ('distributed_optimisation', {'graph': 'two.yaml'}, UNLINKED),
-        ('distributed_optimisation', {'set': {'BETA': 5}}, OSCILLATES),
-        ('dynamic_average', {'set': {'K': 6}}, OSCILLATES),
-        ('bearing_formation', {'graph': 'ring'}, UNLINKED),
-        ('bearing_formation', {'set': {'K': 9}}, OSCILLATES),
-        ('velocity_alignment', {'set': {'K': 3}}, OSCILLATES),
-        ('velocity_alignment', {'graph': 'two.yaml'}, UNLINKED),
-        ('second_order_consensus', {'set': {'G': 9}}, OSCILLATES),
-        ('second_order_consensus', {'graph': 'directed_ring', 'set': {'G': 0.2}}, OSCILLATES),
-        ('kuramoto', {'set': {'K': 15}}, OSCILLATES),
-    ],
-)
-def test_a_law_that_cannot_do_what_it_should_is_one_line(
-    tmp_path, monkeypatch, capsys, law, options, line
-):
-    (tmp_path / 'two.yaml').write_text('edges: [1 - 2, 2 - 3]\n')
-    monkeypatch.chdir(tmp_path)
-    run = simulate(law, **{'nb_robots': 4, 'duration': 1.0, **options})
-
-    assert capsys.readouterr().out.count(line) == 1
-    assert any(line in one for one in theory_lines(run.metrics().parts))

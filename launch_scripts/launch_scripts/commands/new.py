@@ -4,7 +4,6 @@ Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
   setcmas new my_law --from consensus --exercise   the exercise, for you to fill in
-  setcmas new my_task --exercise-from solution.py  an exercise of yours, and its rubric
   setcmas new my_robot --robot                     your own robot, for --model my_robot.py
   setcmas new my_driver --si-to-uni                how velocities become commands
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
@@ -22,7 +21,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from launch_scripts.environment import missing_ros
-from setcmas_ctrl.laws.exercise import cut_exercise, draft_rubric
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
@@ -44,11 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--from, the exercise called NAME',
     )
     others = parser.add_mutually_exclusive_group()
-    cut = (
-        'for teachers: a copy of this solution without the parts between the lines "# BEGIN '
-        'SOLUTION" and "# END SOLUTION", and a draft of the rubric'
-    )
-    others.add_argument('--exercise-from', metavar='FILE.py', type=Path, help=cut)
     others.add_argument('--robot', action='store_true', help='a robot script, for --model')
     conversion = 'a script with the built-in si_to_uni, for --si-to-uni'
     others.add_argument('--si-to-uni', action='store_true', help=conversion)
@@ -60,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Write the file and show the next step; return the exit status."""
-    is_other = any((args.exercise_from, args.robot, args.si_to_uni, args.lab, args.session))
+    is_other = any((args.robot, args.si_to_uni, args.lab, args.session))
     if is_other and (args.source or args.exercise):
         raise SetcmasError('--from and --exercise are for laws; leave the other option out')
     if args.session:
@@ -70,8 +63,6 @@ def main(args: argparse.Namespace) -> int:
     if not args.name:
         raise SetcmasError('NAME is missing; give the script a name, such as my_law')
     target = _new_file(args.name)
-    if args.exercise_from:
-        return _write_exercise(args, target)
     if args.exercise:
         source = EXERCISES.file(args.source or target.stem)
     elif args.source:
@@ -90,17 +81,6 @@ def main(args: argparse.Namespace) -> int:
     print(f'    {_next_command(target.stem, source.stem)}')
     if args.exercise:
         print(f'    setcmas check {target.stem}')
-    return 0
-
-
-def _write_exercise(args: argparse.Namespace, target: Path) -> int:
-    solution, rubric = args.exercise_from, target.with_suffix('.yaml')
-    exercise = cut_exercise(solution)
-    _write(rubric, draft_rubric(solution, target.stem).encode())
-    _write(target, exercise.encode())
-    print(f'students get {target}; edit {rubric}, then run')
-    print(f'    setcmas check {solution} --rubric {rubric}')
-    print(f'    setcmas grade --handout check.zip --rubric {rubric}')
     return 0
 
 

@@ -19,7 +19,6 @@ from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
-from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
@@ -71,9 +70,6 @@ class FleetScripts:
         if scripts:
             scripts.check(nb_robots)
             self.laws = self._loaded(scripts)
-            names = {one.path: one.names for one in self.laws}
-            for text in doubts_at_start(names, self.communication, 1.0 / law.rate):
-                warn(text)
         self.outcomes = ScriptOutcomes(
             warn,
             self.watch,

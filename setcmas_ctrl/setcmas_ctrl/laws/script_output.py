@@ -1,4 +1,4 @@
-"""Output of scripts: puts the robot's name before each line, and limits floods."""
+"""Output of scripts: puts the robot's name before each line, and folds repeated lines."""
 
 from __future__ import annotations
 
@@ -6,20 +6,12 @@ import contextlib
 import re
 import sys
 import threading
-import time
-import traceback
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import IO, Any, cast
 
-from setcmas_ctrl.laws.script_errors import failure_of
-from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
+from setcmas_ctrl.laws.script_imports import calling_robot
 from setcmas_simu.fleet.topics import robot_name
-
-_LONGEST_LINE = 16 * 1024
-_MOST_LINES = 10_000
-"""Lines that a robot may print per second; more would slow the run."""
 
 
 class _ThisThread(threading.local):
@@ -40,9 +32,6 @@ class ScriptOutput:
         self._lock = threading.RLock()
         # Unfinished lines of each robot and thread.
         self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
-        self._second = 0
-        self._shown: Counter[int] = Counter()  # lines of each robot in this second
-        self._left_out: Counter[int] = Counter()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -55,11 +44,7 @@ class ScriptOutput:
             return self._stream.write(text)
         with self._lock:
             key = (robot, threading.get_ident())
-            if not self._has_room(robot, text.count('\n')):
-                return len(text)
             lines, newline, rest = (self._begun[key] + text).rpartition('\n')
-            if len(rest) > _LONGEST_LINE:
-                lines, newline, rest = lines + newline + rest, '\n', ''
             self._begun[key] = rest
             if newline:
                 self._write_lines(robot, lines)
@@ -80,17 +65,6 @@ class ScriptOutput:
                 if text:
                     self._write_lines(robot, text)
             self._begun.clear()
-            for robot, count in (+self._left_out).items():
-                self._write_lines(robot, f'{count} more lines are not shown')
-            self._left_out.clear()
-
-    def _has_room(self, robot: int, lines: int) -> bool:
-        if self._second != (second := int(time.monotonic())):
-            self._second = second
-            self._shown.clear()
-        counts = self._left_out if self._shown[robot] >= _MOST_LINES else self._shown
-        counts[robot] += lines
-        return counts is self._shown
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '
@@ -104,43 +78,17 @@ class ScriptOutput:
 
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before output of scripts, and errors of their threads, inside."""
+    """Put the robot's name before output of scripts, inside."""
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         contextlib.redirect_stdout(cast(IO[str], stdout)),
         contextlib.redirect_stderr(cast(IO[str], stderr)),
-        _named_thread_errors(),
     ):
         try:
             yield
         finally:
             stdout.end_lines()
             stderr.end_lines()
-
-
-@contextlib.contextmanager
-def _named_thread_errors() -> Iterator[None]:
-    """Show each error in a thread that a script has started once, as one of the script, inside."""
-    usual, shown = threading.excepthook, set()
-
-    def show(args: threading.ExceptHookArgs) -> None:
-        frames = [frame for frame, _ in traceback.walk_tb(args.exc_traceback)]
-        own = [(robot, frame) for frame in frames if (robot := robot_of_frame(frame)) is not None]
-        if not own or args.exc_value is None or args.exc_type is SystemExit:
-            usual(args)
-            return
-        robot, frame = own[0]
-        error = failure_of(args.exc_value, Path(frame.f_code.co_filename))
-        if (robot, error.key) not in shown:
-            shown.add((robot, error.key))
-            message = f'{robot_name(robot)}: in a thread that it started: {error}'
-            print(message, file=sys.stderr, flush=True)
-
-    threading.excepthook = show
-    try:
-        yield
-    finally:
-        threading.excepthook = usual
 
 
 _SHOWN_ALIKE = 5

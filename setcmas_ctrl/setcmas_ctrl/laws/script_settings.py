@@ -10,7 +10,7 @@ import ast
 import copy
 import re
 import symtable
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -77,7 +77,7 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
         for assigned, own in literals(tree):
             if assigned == name:
                 converted(name, own, value, script)
-    ast.fix_missing_locations(_NextLines(settings).visit(tree))
+    tree.body = [line for node in tree.body for line in (node, *_settings_after(node, settings))]
 
 
 def plain_names(source: str, script: str) -> list[str]:
@@ -93,37 +93,18 @@ def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
     return {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
 
 
-class _NextLines(ast.NodeTransformer):
-    """Adds a line after each top-level statement that assigns a name to be set."""
-
-    def __init__(self, settings: Settings) -> None:
-        self._settings = settings
-
-    def visit(self, node: ast.AST) -> Any:
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.expr)):
-            return node
-        self.generic_visit(node)
-        if not isinstance(node, ast.stmt):
-            return node
-        return [node, *(self._line(name, node) for name in self._settings if _assigns(node, name))]
-
-    def _line(self, name: str, after: ast.stmt) -> ast.stmt:
+def _settings_after(node: ast.stmt, settings: Settings) -> Iterator[ast.stmt]:
+    """Yield the lines to add after a statement of the top level: one for each name it assigns."""
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+        return
+    names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
+    assigned = {name.id for name in names if isinstance(name.ctx, ast.Store)}
+    for name in settings.keys() & assigned:
         # A loop that never ran assigns nothing.
         line = ast.parse(f'if {name!r} in globals(): {name} = {CALL}({name!r}, {name})').body[0]
         for part in ast.walk(line):
-            ast.copy_location(part, after)
-        return line
-
-
-def _assigns(node: ast.stmt, name: str) -> bool:
-    """Return whether a statement itself, not a statement inside it, assigns a name."""
-    inner = (ast.stmt, ast.excepthandler, ast.match_case)
-    own = [part for part in ast.iter_child_nodes(node) if not isinstance(part, inner)]
-    return any(
-        isinstance(part, ast.Name) and part.id == name and isinstance(part.ctx, ast.Store)
-        for child in own
-        for part in ast.walk(child)
-    )
+            ast.copy_location(part, node)
+        yield line
 
 
 def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script: str) -> str:

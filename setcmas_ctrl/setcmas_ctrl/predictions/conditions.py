@@ -56,7 +56,6 @@ class Conditions:
         delay: Delay of messages, in s.
         threshold: Distance from the last position sent at which a robot sends its state, in m; 0
             if it sends every state, or has a condition of its own.
-        komega: Gain on the heading error in 1/s; 0 for robots that drive in any direction.
     """
 
     starts: Floats
@@ -65,7 +64,6 @@ class Conditions:
     duration: float = 0.0
     delay: float = 0.0
     threshold: float = 0.0
-    komega: float = 0.0
 
     @property
     def laplacian(self) -> Floats:

@@ -1,16 +1,10 @@
-"""Linear laws: what follows from their matrix, and how late all poses may be.
-
-A law v = -K (p - goal) turns a unicycle by omega = komega e with the heading error e, so that far
-away e' = -komega e(t - tau); near the goal its direction turns, and adds K sin(e).
-Commands that are held for a period h are old by h/2 on average.
-"""
+"""Linear laws: what follows from their matrix."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
-from math import ceil, log, pi
+from math import ceil, log
 from typing import Any
 
 import numpy as np
@@ -26,15 +20,6 @@ _MEETING_POINT = {
     'alignment': ('final_mean_vx_m_s', 'final_mean_vy_m_s'),
 }
 """Metrics by the names of tasks."""
-
-
-class Doubt(Enum):
-    """Why robots may not get where a law should bring them."""
-
-    UNLINKED = 'the graph at the start leaves differences between robots that never decay'
-    OSCILLATES = 'oscillations do not decay: the gain is too large'
-    DIVERGES = 'points without a speed limit would drive away, ever faster'
-    UNJUDGED = 'setcmas cannot tell whether differences decay: too many robots for this delay'
 
 
 @dataclass(frozen=True)
@@ -88,20 +73,8 @@ class LinearLaw:
             factors = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
         return complex(max(factors, key=abs, default=0.0))
 
-    def doubt(self, conditions: Conditions) -> Doubt | None:
-        """Return why robots may not get where they should; None if they do."""
-        factor = self.slowest_factor(conditions)
-        if factor is None:
-            return Doubt.UNJUDGED
-        if abs(factor) < 1.0 - _NOTHING:
-            return None
-        if np.sum(np.abs(np.linalg.eigvals(self.matrix)) < _NOTHING) > self.kept:
-            return Doubt.UNLINKED
-        is_real = factor.real > 0.0 and abs(factor.imag) < _NOTHING
-        return Doubt.DIVERGES if is_real else Doubt.OSCILLATES
-
     def theorems(self, conditions: Conditions) -> Iterator[Theorem]:
-        """Yield rates, the meeting point, how late poses may be, and the bound of events."""
+        """Yield rates, the meeting point, and the bound of events."""
         h, factor = conditions.period, self.slowest_factor(conditions)
         if factor is None or not _NOTHING < abs(factor) < 1.0 - _NOTHING:
             return
@@ -119,10 +92,10 @@ class LinearLaw:
             yield Theorem(metric, -log(abs(factor)) / h, rho)
         if self.kept == 1 and self.task and of_robots:
             yield from self._meeting_point(conditions)
-        if of_robots and not is_late and self.starts is None:
-            yield from self._delay_margin(values, conditions)
-            if conditions.threshold and np.allclose(self.matrix, self.matrix.T):
-                yield self._event_bound(conditions)
+        is_of_positions = of_robots and self.starts is None
+        is_symmetric = np.allclose(self.matrix, self.matrix.T)
+        if conditions.threshold and is_of_positions and is_symmetric and not is_late:
+            yield self._event_bound(conditions)
 
     def _meeting_point(self, conditions: Conditions) -> Iterator[Theorem]:
         """Yield the place, or the value, on which robots agree.
@@ -137,23 +110,6 @@ class LinearLaw:
         for name, places in zip(_MEETING_POINT[self.task], starts, strict=False):
             by = f'mean of the starts with weights {formula}'
             yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
-
-    def _delay_margin(self, values: NDArray[Any], conditions: Conditions) -> Iterator[Theorem]:
-        """Yield how late all poses may be at most, from the eigenvalues of M that are not kept.
-
-        With later ones robots drive away from each other. Unicycles may do so, or circle, a little
-        below, and far below if their positions are not three times as slow as their headings.
-        """
-        h, K, komega = conditions.period, np.abs(values), conditions.komega
-        if h * K.max() > 0.5 or 0.0 < komega < 3.0 * K.max() - _NOTHING:
-            return
-        margin = float(((pi / 2 - np.abs(np.angle(values))) / K).min()) - h / 2
-        formula = '(pi/2 - |arg lambda|)/|lambda| - h/2'
-        if komega and (turns := stable_delay(komega, h)) < margin:
-            margin, formula = turns, 'pi/(2 komega) - h/2'
-        excludes = frozenset({Departure.CHANGES, Departure.EVENTS, Departure.OWN_TURNING})
-        name = 'delay.tolerable_delay_of_all_poses_at_most_s'
-        yield Theorem(name, max(margin, 0.0), formula, excludes)
 
     def _event_bound(self, conditions: Conditions) -> Theorem:
         """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
@@ -191,11 +147,3 @@ def _companion(parts: list[tuple[NDArray[Any], float]], h: float) -> NDArray[Any
     companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
     companion[:size] = rows[:, : longest + 1].reshape(size, -1)
     return companion
-
-
-def stable_delay(gain: float, period: float) -> float:
-    """Return the delay in s up to which z' = -gain z(t - tau) does not grow: pi / (2 gain) - h/2.
-
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
-    """
-    return max(pi / (2 * gain) - period / 2, 0.0)

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
-from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_ctrl.predictions.conditions import Conditions, Theorem, of_all_links
-from setcmas_ctrl.predictions.linear_law import Doubt, LinearLaw
+from setcmas_ctrl.predictions.conditions import Conditions, Theorem
+from setcmas_ctrl.predictions.linear_law import LinearLaw
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 
@@ -85,38 +80,3 @@ def predicted(name: str, law: Mapping[str, Any], conditions: Conditions) -> Pred
             'return a Prediction'
         )
     return result
-
-
-def doubts(found: Prediction, conditions: Conditions, is_constant: bool) -> list[str]:
-    """Return why robots may not get where their law should bring them, as texts.
-
-    In a graph that is not constant, links at the start decide nothing.
-    """
-    if not found.linear:
-        return []
-    doubt, own_delay = found.linear.doubt(conditions), found.linear.own_delay
-    if doubt is Doubt.UNLINKED:
-        return [doubt.value] if is_constant else []
-    late = f' and own positions {own_delay:g} s old' if own_delay else ''
-    return [f'with calls every {conditions.period:g} s{late}, {doubt.value}'] if doubt else []
-
-
-def doubts_at_start(
-    scripts: Mapping[Path, Mapping[str, Any]], communication: Communication, period: float
-) -> list[str]:
-    """Return the doubts of a run to come, from its loaded scripts and their top-level names.
-
-    The period between two calls of the laws is in s. Robots with several laws have none.
-    """
-    graph = communication.graph
-    adjacency = graph.segment(0.0).adjacency
-    delay = of_all_links(communication.channel.delay, adjacency)
-    conditions = Conditions(np.zeros((3, len(adjacency))), adjacency, period, delay=delay)
-    for path, law in scripts.items() if len(scripts) == 1 else ():
-        with suppress(Exception):  # a function has no file; what a plugin raises, metrics report
-            if name := predicted_law(path.read_bytes()):
-                found = predicted(name, law, conditions)
-                return [
-                    f'{path.stem}: {one}' for one in doubts(found, conditions, graph.is_constant)
-                ]
-    return []

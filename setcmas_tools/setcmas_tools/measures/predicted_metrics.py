@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
-from setcmas_ctrl.laws.control_options import KOMEGA
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
 from setcmas_ctrl.predictions.conditions import Conditions, Departure, of_all_links
-from setcmas_ctrl.predictions.prediction import doubts, predicted, predicted_law
+from setcmas_ctrl.predictions.prediction import predicted, predicted_law
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
@@ -52,12 +51,10 @@ class Comparison(Measured):
     Attributes:
         figures: The predicted figures; the last one of a metric is the closest to the run.
         departures: What the theory leaves out and this run has, with a detail or ''.
-        doubts: Why robots may not get where they should.
     """
 
     figures: tuple[Figure, ...]
     departures: Mapping[Departure, str]
-    doubts: tuple[str, ...] = ()
 
     def __contains__(self, metric: str) -> bool:
         return any(one.metric == metric for one in self.figures)
@@ -75,9 +72,8 @@ class Comparison(Measured):
         ]
 
     def lines(self) -> list[str]:
-        """Return doubts and figures, and what the theory leaves out."""
-        lines = [f'theory: {doubt}' for doubt in self.doubts]
-        lines += [one.line() for one in self.figures]
+        """Return the figures, and what the theory leaves out."""
+        lines = [one.line() for one in self.figures]
         if not lines:
             return ['theory: the law predicts nothing for these conditions']
         left_out = [f'the theory leaves out: {"; ".join(self.differs)}'] if self.differs else []
@@ -89,7 +85,6 @@ class Comparison(Measured):
             **{one.metric.replace('.', '_'): _rounded(one.predicted) for one in self.figures},
             'formulas': list(dict.fromkeys(one.formula for one in self.figures)),
             'left_out': self.differs,
-            'doubts': list(self.doubts),
         }
 
 
@@ -126,8 +121,7 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         for one in theorems
         if not one.excludes & left_out.keys()
     ]
-    is_constant = Departure.CHANGES not in left_out
-    return Comparison(tuple(figures), left_out, tuple(doubts(found, conditions, is_constant)))
+    return Comparison(tuple(figures), left_out)
 
 
 def conditions_of(run: Run) -> Conditions | None:
@@ -151,9 +145,8 @@ def conditions_of(run: Run) -> Conditions | None:
         delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
     threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
-    komega = float(given.get('komega') or KOMEGA) if _turns(run) else 0.0
     duration = float(grid.t[-1] - grid.t[0])
-    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, threshold, komega)
+    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, threshold)
 
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:

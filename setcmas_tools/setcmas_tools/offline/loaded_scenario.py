@@ -20,7 +20,6 @@ from setcmas_ctrl.laws.control_options import Algo, LawOptions
 from setcmas_ctrl.laws.references import References, references_of_fleet
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_search import LawScripts
-from setcmas_ctrl.predictions.prediction import doubts_at_start
 from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -185,9 +184,6 @@ class Simulation:
         self.conversions = script_conversions(
             self._found.law.si_to_uni, robots, self._conversion_reports, time, _noted_call
         )
-        loaded = {law.path: law.names for law in self.laws}
-        for text in doubts_at_start(loaded, self.communication, 1.0 / self.scenario.law.rate):
-            self.warn(text)
         scripts = [(law.names, law.path) for law in self.laws]
         self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 

@@ -54,50 +54,6 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source, command):
     assert (tmp_path / f'{name}.py').read_bytes() == source.read_bytes()
 
 
-SOLUTION = """\
-def control(robotNo, nbRobots, poses, t):
-    vx = vy = 0
-    # BEGIN SOLUTION: drive to the origin
-    vx, vy = -0.5 * poses[:2, robotNo - 1]
-    # END SOLUTION
-    if t > 1:
-        ### BEGIN SOLUTION
-        vx = 1 * vx
-        ### END SOLUTION
-    return vx, vy
-"""
-
-
-def test_an_exercise_is_cut_from_a_solution_with_a_rubric_that_marks_it(tmp_path):
-    (tmp_path / 'solution.py').write_text(SOLUTION)
-    result = run_here('new', 'mine', '--exercise-from', 'solution.py', cwd=tmp_path)
-    _, check, handout = result.stdout.splitlines()
-
-    assert (
-        '    # TODO: drive to the origin\n    pass\n    if t' in (tmp_path / 'mine.py').read_text()
-    )
-    assert 'SOLUTION' not in (tmp_path / 'mine.py').read_text()
-    assert run_here(*handout.split()[1:], cwd=tmp_path).returncode == 0
-    assert '7 of 7 points; 3 more' in run_here(*check.split()[1:], cwd=tmp_path).stdout
-    unfilled = run_here('check', 'mine', '--rubric', 'mine.yaml', cwd=tmp_path)
-    assert '0 of 7 points' in unfilled.stdout
-
-
-@pytest.mark.parametrize(
-    ('source', 'message'),
-    [
-        ('def control(): pass', "between the lines '# BEGIN SOLUTION' and '# END SOLUTION'"),
-        (SOLUTION.replace('# END SOLUTION\n    if', 'if'), 'must have each part that students'),
-        (SOLUTION.replace('    vx = vy = 0', '    v = ('), "at 'v = ('; mark whole statements"),
-    ],
-)
-def test_a_solution_that_cannot_be_cut_says_why(tmp_path, source, message):
-    (tmp_path / 'solution.py').write_text(source)
-
-    refuses('new', 'mine', '--exercise-from', 'solution.py', message=message, cwd=tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ['solution.py']
-
-
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [

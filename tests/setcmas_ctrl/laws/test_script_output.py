@@ -81,34 +81,6 @@ def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
     assert len(lines) == 600
 
 
-def test_an_error_in_a_thread_of_a_script_is_shown_once_for_each_robot(
-    tmp_path, capsys, monkeypatch
-):
-    body = """
-    import threading
-    thread = threading.Thread(target=lambda: 1 / 0)
-    thread.start()
-    thread.join()
-    """
-    others = []
-    monkeypatch.setattr(threading, 'excepthook', others.append)
-    with named_output():
-        for robot in (1, 2):
-            control = law(tmp_path, body, robot)
-            for _ in range(3):
-                control(robot, 2, None, 0.0)
-        other = threading.Thread(target=int, args=('x',))
-        other.start()
-        other.join()
-
-    error = 'in a thread that it started: law.py, line 5: ZeroDivisionError: division by zero'
-    line = '    5 | thread = threading.Thread(target=lambda: 1 / 0)'
-    assert capsys.readouterr().err.splitlines() == [
-        f'tb3_1: {error}', line, f'tb3_2: {error}', line
-    ]  # fmt: skip
-    assert [other.exc_type for other in others] == [ValueError]
-
-
 def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
     before = sys.stdout
     with named_output():
@@ -155,18 +127,6 @@ def test_a_thread_inside_of_print_keeps_its_stream_when_the_naming_ends(capsys):
     goes_on.set()
     thread.join()
     assert capsys.readouterr().out == 'a True\n'
-
-
-def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr('time.monotonic', lambda: 5.0)  # all within a second
-    with named_output():
-        control = law(tmp_path, 'for k in range(12_000): print(k)')
-        control(2, 2, None, 0.0)
-
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == 'tb3_2: 0'
-    assert lines[-1] == 'tb3_2: 2000 more lines are not shown'
-    assert len(lines) == 10_001
 
 
 def test_lines_that_differ_in_numbers_only_are_folded(capsys):

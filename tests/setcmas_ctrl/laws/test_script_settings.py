@@ -80,7 +80,7 @@ def test_names_are_set_however_they_are_given_their_value(load):
     module = load('KI=7', 'NAME=b', 'LATER=[1]', 'W=2', 'FAST=false')
 
     assert (module.KP, module.KI, module.NAME, module.LATER) == (1, 7, 'b', [1])
-    assert (module.FAST, module.TWICE) == (False, 0)
+    assert (module.FAST, module.TWICE) == (False, 2)  # it follows after the whole statement
 
 
 def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(load):

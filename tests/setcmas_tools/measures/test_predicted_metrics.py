@@ -55,18 +55,6 @@ def test_what_the_theory_leaves_out_is_said():
     assert 'delay' not in last  # the sampled model has it
 
 
-@pytest.mark.parametrize('has_own', [False, True])
-def test_the_delay_that_robots_bear_is_said_only_of_the_built_in_turning(tmp_path, has_own):
-    own = tmp_path / 'ahead.py'
-    own.write_text('def si_to_uni(velocity, pose, komega):\n    return velocity[0], velocity[1]\n')
-    options = {'si_to_uni': str(own)} if has_own else {}
-    found = simulate('consensus', 4, 5.0, **options).metrics()['prediction']
-    names = [one.metric for one in found.figures]
-
-    assert ('delay.tolerable_delay_of_all_poses_at_most_s' in names) == (not has_own)
-    assert ('a si_to_uni of its own' in found.differs) == has_own
-
-
 TRIGGERED = {
     'event_triggered': True, 'threshold': 0.2, 'graph': 'ring', 'model': 'omnidirectional',
     'vnom': 50.0, 'rate': 10.0, 'set': {'SLOW': 0.0},
@@ -166,18 +154,6 @@ def test_predicted_values_are_written():
     )
     line = f'theory: convergence rate {figure.predicted:.3g} 1/s (sampled model, h = 0.2 s: '
     assert line in '\n'.join(theory_lines(metrics.parts))
-
-
-@pytest.mark.parametrize('changes', [False, True])
-def test_robots_that_cannot_meet_are_doubted_unless_the_graph_changes(tmp_path, capsys, changes):
-    later = '  - {edges: [1 - 2, 2 - 3], duration: 1}\n' if changes else ''
-    graph = tmp_path / 'graph.yaml'
-    graph.write_text(f'segments:\n  - {{edges: [1 - 2], duration: 1}}\n{later}')
-    run = simulate('laplacian_consensus', 3, 5.0, graph=str(graph))
-
-    doubt = 'the graph at the start leaves differences between robots that never decay'
-    assert capsys.readouterr().out.count(doubt) == (not changes)
-    assert (doubt in '\n'.join(theory_lines(run.metrics().parts))) == (not changes)
 
 
 def test_another_result_is_reported(monkeypatch, capsys):
