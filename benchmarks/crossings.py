@@ -15,8 +15,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from quick_option import parsed
 
-from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.start_poses import RandomPoses

@@ -25,7 +25,6 @@ import scenarios_page
 import topics_page
 from msgspec.json import schema
 
-from setcmas_ctrl.laws.references import TaskMessage
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.rviz_config import rviz_config
@@ -60,10 +59,9 @@ def generated_files() -> dict[Path, str]:
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()
     files[DOCS / 'pictures' / 'pose.svg'] = pose_picture.picture()
-    for name, kind in {'fleet-1': Announcement, 'task-1': TaskMessage}.items():
-        text = json.dumps({'$schema': _JSON_SCHEMA} | schema(kind), indent=2)
-        text = re.sub(r'\\n +', r'\\n', text)  # only Python 3.13 strips the indentation itself
-        files[DOCS / 'schemas' / f'{name}.json'] = f'{text}\n'
+    text = json.dumps({'$schema': _JSON_SCHEMA} | schema(Announcement), indent=2)
+    text = re.sub(r'\\n +', r'\\n', text)  # only Python 3.13 strips the indentation itself
+    files[DOCS / 'schemas' / 'fleet-1.json'] = f'{text}\n'
     files[DOCS / 'exercises.md'] = exercises_page.text()
     for page in sorted((ROOT / 'setcmas_ctrl' / 'setcmas_ctrl' / 'sessions').glob('session_*.md')):
         _, _, text = page.read_text().split('---\n', 2)

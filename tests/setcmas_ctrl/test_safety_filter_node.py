@@ -11,8 +11,7 @@ from nav_msgs.msg import Odometry
 from ros_peer import velocity
 from stepped_alone import SteppedAlone
 
-from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import si_to_uni as module
-from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.filter.safety_filter import SafetyFilter
-from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import (

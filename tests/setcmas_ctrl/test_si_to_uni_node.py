@@ -15,8 +15,7 @@ from std_msgs.msg import Bool
 from stepped_alone import SteppedAlone
 
 from setcmas_ctrl import si_to_uni as conversions
-from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.si_to_uni_node import SiToUni

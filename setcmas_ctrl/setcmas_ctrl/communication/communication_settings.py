@@ -18,8 +18,7 @@ from setcmas_ctrl.communication.graph import (
     checked_adjacency,
 )
 from setcmas_ctrl.communication.graph_file import GraphDescription, load_graph
-from setcmas_ctrl.communication.link_properties import Channel
-from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.links import Channel, Links
 from setcmas_ctrl.communication.triggering_conditions import (
     CTC,
     THRESHOLD_M,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
-from setcmas_ctrl.communication.link_properties import LinkChannel
+from setcmas_ctrl.communication.links import LinkChannel
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Number, OneOf

@@ -35,7 +35,7 @@ class TaskTopic:
         """Publish the task of the first law that has one; mistakes give a warning."""
         scripts = [(law.names, law.path) for law in laws]
         if references := references_of_fleet(scripts, self._nb_robots, self._warn):
-            self._publisher.publish(String(data=references.encoded(version=1)))
+            self._publisher.publish(String(data=references.encoded()))
 
 
 TRAIL_LENGTH = 500

@@ -1,7 +1,8 @@
-"""Options of the safety filter, the arena and the obstacles."""
+"""Options of the safety filter, the arena and the obstacles, and verdicts of the filter."""
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -76,3 +77,16 @@ class FilterOptions(Options):
         if self.filter is not None or not idle:
             return []
         return [f'ignored without the filter: {", ".join(idle)}; add --filter barrier']
+
+
+class Verdict(enum.IntEnum):
+    """What the safety filter did with a wanted velocity, as cmd_cart_vel_allowed has it in z."""
+
+    KEPT = 0
+    """The robot may have it: it is driven as without a filter, but within its limits."""
+
+    CHANGED = 1
+    """It may have another one: that of its control point, ahead of the axle of a unicycle."""
+
+    NO_SOLUTION = 2
+    """No velocity is safe: it stops."""

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
-from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions
+from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions, Verdict
 from setcmas_ctrl.filter.projection import Projection
-from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words

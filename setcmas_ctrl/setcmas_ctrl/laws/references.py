@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -36,19 +36,6 @@ TASKS = PluginGroup('setcmas.tasks', 'task', instance_of(TaskNames))
 """Installed tasks; each is imported when a law names it."""
 
 
-_Numbers = list[int | float]
-_Value = int | float | list[int | float | list[int | float | _Numbers]]
-
-
-@dataclass(frozen=True)
-class TaskMessage:
-    """Message on /task: name of the task, and its references, numbers and lists of numbers."""
-
-    task: str
-    values: dict[str, _Value]
-    version: Literal[1] = 1
-
-
 @dataclass(frozen=True)
 class References:
     """The goal of the robots.
@@ -61,34 +48,32 @@ class References:
     task: str
     values: dict[str, Any] = field(default_factory=dict)
 
-    def encoded(self, **more: object) -> str:
-        """Return a line of JSON, with more entries if given."""
-        return json.dumps(asdict(self) | more, ensure_ascii=False, separators=(',', ':'))
+    def encoded(self) -> str:
+        """Return a line of JSON."""
+        return json.dumps(asdict(self), ensure_ascii=False, separators=(',', ':'))
 
     @classmethod
     def decoded(cls, text: str) -> References:
         """Read the references from a line of JSON.
 
         Raises:
-            ValueError: The line does not fit the schema of a TaskMessage.
+            ValueError: The line has no references.
         """
         try:
             message = json.loads(text)
         except (ValueError, RecursionError):
             message = None
-        if not (isinstance(message, dict) and message.get('version', 1) == 1):
-            raise ValueError('it must be a JSON object of version 1')
-        task, values = message.get('task'), message.get('values')
-        if not isinstance(task, str):
-            raise ValueError('task must be a name')
+        if not (isinstance(message, dict) and isinstance(message.get('task'), str)):
+            raise ValueError('it must be a JSON object with task, a name')
+        values = message.get('values')
         if not (isinstance(values, dict) and all(map(_is_value, values.values()))):
             raise ValueError('values must be numbers, or lists of numbers, by name')
-        return cls(task, values)
+        return cls(message['task'], values)
 
 
 def not_understood(error: ValueError) -> str:
-    """Return a warning about a message on /task that does not fit the schema."""
-    return f'/task is not understood and ignored: {error}; see docs/schemas/task-1.json'
+    """Return a warning about a message on /task that is not understood."""
+    return f'/task is not understood and ignored: {error}'
 
 
 def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:
@@ -173,7 +158,7 @@ def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> 
 
 
 def _is_value(value: Any, levels: int = 3) -> bool:
-    """Return whether a reference fits a TaskMessage: numbers, in at most three levels of lists."""
+    """Return whether a reference has finite numbers only, in at most three levels of lists."""
     if isinstance(value, list):
         return levels > 0 and all(_is_value(item, levels - 1) for item in value)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -197,14 +182,9 @@ def points(value: Any) -> list[list[float]]:
         result = np.array(value, dtype=float)
     except (TypeError, ValueError):
         result = np.empty(0)
-    if (
-        result.ndim != 2
-        or result.shape[1] != 2
-        or not len(result)
-        or not np.isfinite(result).all()
-    ):
+    if result.shape[1:] != (2,) or not result.size or not np.isfinite(result).all():
         raise ValueError('it must be points [[x, y], ...]')
-    return [[float(x), float(y)] for x, y in result]
+    return result.tolist()  # type: ignore[no-any-return]
 
 
 def robots(value: Any) -> list[int]:

@@ -40,15 +40,13 @@ def find_script(name: str, exercise: bool = False) -> Path:
     In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
     a control law, built in or of a plugin.
     """
-    for path in (Path(name), Path(f'{name}.py')):
-        with contextlib.suppress(OSError):  # such as a name that is too long
-            if path.is_file():
-                if path.suffix == '.ipynb':
-                    raise SetcmasError(
-                        f"'{path.name}' is a notebook; start its cell with "
-                        f'`%%writefile {path.stem}.py` and use --algo {path.stem}.py'
-                    )
-                return path.resolve()
+    if path := _named_file(name):
+        if path.suffix == '.ipynb':
+            raise SetcmasError(
+                f"'{path.name}' is a notebook; start its cell with "
+                f'`%%writefile {path.stem}.py` and use --algo {path.stem}.py'
+            )
+        return path
     groups = {'exercises': EXERCISES} if exercise else {}
     groups['control laws'] = ALGORITHMS
     for group in groups.values():
@@ -68,10 +66,8 @@ def find_script_of(option: str, name: str, function: str, *groups: ScriptGroup) 
     In this order: a path to a file; NAME.py in the current folder; a script of one of the groups.
     The function that it must define is for the message.
     """
-    for path in (Path(name), Path(f'{name}.py')):
-        with contextlib.suppress(OSError):
-            if path.is_file():
-                return path.resolve()
+    if path := _named_file(name):
+        return path
     for group in groups:
         if name in group:
             return group.file(name)
@@ -81,6 +77,15 @@ def find_script_of(option: str, name: str, function: str, *groups: ScriptGroup) 
         f"script '{name}' of {option} was not found; it must be a path, or the name of a script "
         f'in this folder with a function {function}{others}'
     )
+
+
+def _named_file(name: str) -> Path | None:
+    """Return the file with a path, or NAME.py in the current folder; None if there is none."""
+    for path in (Path(name), Path(f'{name}.py')):
+        with contextlib.suppress(OSError):  # such as a name that is too long
+            if path.is_file():
+                return path.resolve()
+    return None
 
 
 def _first(names: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from setcmas_ctrl.filter.barrier_constraints import nearest_points
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.models import UNICYCLE, shape_of

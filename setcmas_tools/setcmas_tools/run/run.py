@@ -16,7 +16,7 @@ from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
     chosen_communication,
 )
-from setcmas_ctrl.communication.link_properties import Channel
+from setcmas_ctrl.communication.links import Channel
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs

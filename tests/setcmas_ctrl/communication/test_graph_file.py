@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.graph_file import load_graph
-from setcmas_ctrl.communication.link_properties import LinkChannel
+from setcmas_ctrl.communication.links import LinkChannel
 from setcmas_simu.errors import SetcmasError
 
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.graph import complete, directed_ring, path
-from setcmas_ctrl.communication.link_properties import Channel, LinkChannel
-from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.links import Channel, LinkChannel, Links
 
 POSES = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.1, 0.2, 0.3]])
 ALL = [0, 1, 2]

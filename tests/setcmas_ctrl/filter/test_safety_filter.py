@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.filter.barrier_constraints import check_starts
-from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Obstacles

@@ -1,7 +1,6 @@
 from pathlib import Path
 
 import pytest
-from message_schemas import fits
 
 from setcmas_ctrl.laws import references
 from setcmas_ctrl.laws.references import (
@@ -92,30 +91,17 @@ def test_the_first_law_that_declares_a_task_counts():
     )
 
 
-STRANGE = [
-    '',
-    '3',
-    '{}',
-    '{"task": 3, "values": {}}',
-    '{"task": "a", "v',
-    '{"task": "a", "values": {"D": "far"}}',
-    '{"task": "a", "values": {}, "version": 2}',
-    '{"task": "a"}',
-    '{"task": "a", "values": {"D": [[[[1]]]]}}',
-]
-
-
-@pytest.mark.parametrize('text', STRANGE)
-def test_messages_of_other_nodes_fit_neither_the_reader_nor_the_published_schema(text):
+@pytest.mark.parametrize(
+    'text',
+    [
+        '', '3', '{}', '[' * 100_000, '{"task": 3, "values": {}}', '{"task": "a"}',
+        '{"task": "a", "values": {"D": "far"}}', '{"task": "a", "values": {"D": NaN}}',
+        '{"task": "a", "values": {"D": [[[[1]]]]}}', '{"task": "a", "values": []}',
+    ],
+)  # fmt: skip
+def test_messages_of_other_nodes_may_be_invalid(text):
     with pytest.raises(ValueError, match='must be'):
         References.decoded(text)
-    assert not fits('task-1', text)
-
-
-def test_numbers_are_finite_and_lists_few():
-    for text in ('[' * 100_000, '{"task": "a", "values": {"D": NaN}}'):
-        with pytest.raises(ValueError, match='must be'):
-            References.decoded(text)
 
 
 def test_a_task_whose_reference_is_no_number_is_refused_before_it_is_published(monkeypatch):
@@ -123,14 +109,6 @@ def test_a_task_whose_reference_is_no_number_is_refused_before_it_is_published(m
 
     with pytest.raises(SetcmasError, match=r"law.py: MODE is 'fast'; it must be a number"):
         checked_references('dance', {'MODE': 'fast'}, 'law.py')
-
-
-def test_tasks_fit_the_published_schema():
-    references = References('waypoints', {'WPL': [[1.0, 2.0], [3, 4]], 'D': 2.5})
-    message = references.encoded(version=1)
-
-    assert References.decoded(message) == references
-    assert fits('task-1', message)
 
 
 @pytest.mark.parametrize('nb_robots', [1, 5, 12])
