@@ -14,6 +14,8 @@ from processes import TIMEOUT_S
 
 pytest.importorskip('rclpy')
 
+from network_namespaces import on_a_network
+from network_rehearsal import roll_after_the_laptop_is_cut_off
 from rehearsal import BRIDGES, Rehearsal
 
 WAY = 0.16  # m
@@ -156,3 +158,11 @@ def test_a_y_up_system_that_is_taken_for_a_z_up_one_lets_no_robot_turn_fast(peer
     assert max(truth.V for truth in truths) > 0.15  # straight ahead it is not slowed down
     assert path(turns) < WAY
     assert max(abs(truth.omega) for truth in turns) <= 0.3
+
+
+@pytest.mark.nightly
+def test_robots_over_a_network_whose_plug_is_pulled(domain, tmp_path):
+    ways = on_a_network(roll_after_the_laptop_is_cut_off, 2, domain, tmp_path)
+
+    assert len(ways) == 2
+    assert max(ways) < WAY

@@ -120,11 +120,6 @@ def test_whatever_is_missing_stops_a_robot(changes, state, text, cause):
     assert result.is_ready is (state is STOPS or changes == PAUSED)
 
 
-def test_poses_that_come_late_by_their_stamps_name_the_clock():
-    assert decision(measured=NOW - 0.6).text.startswith('poses come 0.6 s late')
-    assert 'late' not in decision(measured=NOW - 0.6, received=NOW - 0.6).text
-
-
 def test_every_combination_of_what_is_missing_is_zero():
     bad = [
         PAUSED,

@@ -1,6 +1,5 @@
-"""One topic for all bodies, in messages that have a wheel: those of its drivers have none."""
+"""What a receiver passes on: of topics of all bodies and of one, of messages and of nonsense."""
 
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,94 +9,42 @@ from processes import refuses
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped
-from lab_peer import BRIDGES, LabPeer
 from ros_peer import Peer
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sources import MOCAP_SOURCES, read_pose_stamped
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource, read_pose_stamped, sample_of
 from setcmas_simu.ros import qos
 
-NAMES = ('3', 'Red.Red')
-GOES = (0.1, 0.2)
-STOP = (0.0, 0.0)
-WITH_MARKERS = """
-import runpy, sys
-from dataclasses import replace
-from setcmas_expe.mocap import mocap_presets
-def read(message):
-    for one in message.markers:
-        yield one.ns, mocap_presets.sample_of(one.header, one.pose.position, one.pose.orientation)
-mocap_presets.MOCAP4R2 = replace(
-    mocap_presets.MOCAP4R2, message_type='visualization_msgs/msg/MarkerArray', read=read
+
+def read_markers(message):
+    for marker in message.markers:
+        yield marker.ns, sample_of(marker.header, marker.pose.position, marker.pose.orientation)
+
+
+FOR_ALL = MocapSource('/rigid_bodies', 'visualization_msgs/msg/MarkerArray', read_markers)
+"""One topic for all bodies, in messages that have a wheel: those of its drivers have none."""
+
+
+@pytest.mark.parametrize(
+    ('seen', 'taken', 'twice'),
+    [
+        (('Red.Red', 'stranger', '3'), {'3', 'Red.Red'}, ''),
+        (('Red.Red',), {'Red.Red'}, ''),
+        (('3', 'Red.Red', '3'), {'Red.Red'}, "two bodies are called '3' on /rigid_bodies"),
+    ],
 )
-sys.argv[0] = sys.argv.pop(1)
-runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)
-"""
-"""Runs a module in which mocap4r2 sends markers."""
+def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(peer, seen, taken, twice):
+    found = set()
+    takers = {name: lambda _, name=name: found.add(name) for name in ('3', 'Red.Red')}
+    receiver = MocapReceiver(peer.node, FOR_ALL, y_up=False, bodies=takers)
+    driver = peer.publisher(MarkerArray, '/rigid_bodies', qos=qos.SENSOR)
+    driver.publish(MarkerArray(markers=[Marker(ns=name) for name in seen]))
+    peer.wait_for(lambda: receiver.take() or receiver.bodies())
 
-
-def with_markers(module, *arguments):
-    return [sys.executable, '-c', WITH_MARKERS, module, *arguments]
-
-
-def write_lab(folder):
-    robots = [f'  - {{number: {i}, mocap_name: "{name}"}}' for i, name in enumerate(NAMES, 1)]
-    lines = ['robots:', *robots, 'mocap: {preset: mocap4r2}', 'arena: {x: [-3, 3], y: [-3, 3]}']
-    path = folder / 'lab.yaml'
-    path.write_text('\n'.join(lines))
-    return path
-
-
-@pytest.fixture
-def see(peer):
-    """Return a function that tells motion capture what it sees from now on."""
-    seen, count = [], [0]
-    publisher = peer.node.create_publisher(MarkerArray, '/rigid_bodies', qos.SENSOR)
-
-    def publish():
-        count[0] += 1
-        message = MarkerArray()
-        for name, x, y, theta in seen:
-            marker = Marker(ns=name)
-            marker.header.stamp = peer.node.get_clock().now().to_msg()
-            place, q = marker.pose.position, marker.pose.orientation
-            place.x, place.y, place.z = x + 1e-6 * (count[0] % 7), y, 0.19  # noise, as there is
-            q.z, q.w = quaternion_of_yaw(theta)
-            message.markers.append(marker)
-        publisher.publish(message)
-
-    peer.node.create_timer(0.02, publish)
-
-    def see_bodies(*bodies):
-        seen[:] = bodies
-
-    return see_bodies
-
-
-def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(start, peer, see, tmp_path):
-    one, two = (NAMES[0], -1.0, 0.0, 0.5), (NAMES[1], 1.0, 0.0, 0.0)
-    see(two, ('stranger', 0.5, 0.5, 0.0), one)
-    process = start(*with_markers(*BRIDGES[2:], '--lab', str(write_lab(tmp_path))))
-    process.wait_for_output('poses from /rigid_bodies (mocap4r2)')
-    lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
-    lab.wanted = {1: GOES, 2: GOES}
-    lab.let_go({1: GOES, 2: GOES})
-
-    see(one, two)
-    lab.wait_for_command(1, GOES)
-    see(two)
-    lab.wait_for_command(1, STOP)
-    peer.wait_for(lambda: 'robot 1: no good pose for 0.5 s' in lab.status(1)[0].message)
-
-    see(two, one)
-    lab.let_go({1: GOES, 2: GOES})
-    see(one, two, (NAMES[0], -1.02, 0.0, 0.5))
-    lab.wait_for_command(1, STOP)
-    twice = f"two bodies are called '{NAMES[0]}' on /rigid_bodies"
-    peer.wait_for(lambda: twice in lab.status(1)[0].message)
-    assert 'Traceback' not in process.output()
+    assert found == taken
+    assert receiver.trouble('3') == twice
+    assert receiver.bodies() == sorted(set(seen))
 
 
 def part(**fields):
