@@ -79,20 +79,18 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Sepa
     for i, robot in enumerate(grid.robots[:-1]):  # all pairs at once would take gigabytes
         starts = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
         ends = np.concatenate([starts[..., 1:], starts[..., -1:]], axis=2)
-        reach = radii[i] + radii[i + 1 :]
+        others, reach = grid.robots[i + 1 :], radii[i] + radii[i + 1 :]
         passing = _passing(starts, ends, reach)
-        for other, distances, radius, nearest, contact in zip(
-            grid.robots[i + 1 :], passing.distances, reach, passing.nearest, passing.contact,
-            strict=True,
-        ):  # fmt: skip
-            k = int(np.argmin(distances))
-            if distances[k] < least:
-                least, pair = float(distances[k]), (robot, other)
-                when = float(grid.t[k] + nearest[k] * lasts[k])
-            if distances[k] < radius:
-                first_k = int(np.argmax(distances < radius))
-                t = float(grid.t[first_k] + contact[first_k] * lasts[first_k])
-                touched.append((robot, other, round(t, 3)))
+        j = int(np.argmin(passing.distances.min(axis=1)))
+        k = int(np.argmin(passing.distances[j]))
+        if passing.distances[j, k] < least:
+            least, pair = float(passing.distances[j, k]), (robot, others[j])
+            when = float(grid.t[k] + passing.nearest[j, k] * lasts[k])
+        touches = passing.distances < reach[:, None]
+        for j in np.flatnonzero(touches.any(axis=1)).tolist():
+            k = int(np.argmax(touches[j]))
+            t = float(grid.t[k] + passing.contact[j, k] * lasts[k])
+            touched.append((robot, others[j], round(t, 3)))
     if not np.isfinite(least):
         return None
     first = sorted(touched, key=lambda one: one[2])[:_MOST_TOUCHES]
