@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from launch_scripts.environment import local_environment
 from launch_scripts.supervisor import Child, Supervisor
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_simu.reports import Paused, Ready, Recording, Started
@@ -65,6 +66,22 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     # Python 3.10 has no option for that.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
+
+
+def run_in_foreground(
+    name: str,
+    command: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+) -> int:
+    """Run a process, and its companions if any, until Ctrl-C; return the exit status.
+
+    Topics stay on this machine, and the process must not end by itself.
+    """
+    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
+        child = supervisor.start(name, command)
+        for companion, its_command in companions:
+            supervisor.start(companion, its_command, needed=False)
+        return supervisor.run_to_end(child, may_end=False)
 
 
 class RecordedRun:

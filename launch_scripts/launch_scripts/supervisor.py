@@ -14,7 +14,6 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import IO, Any, TypeVar, cast
 
-from launch_scripts.environment import local_environment
 from launch_scripts.terminal import LineBuffer, OutputQueue, QueuedStream, Stream, write_line
 from setcmas_simu.reports import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports import (
@@ -43,11 +42,8 @@ class ChildDiedError(Exception):
     """A process ended unexpectedly; `exit_status` is for the command."""
 
     def __init__(self, message: str, exit_status: int) -> None:
-        super().__init__(message, exit_status)
+        super().__init__(message)
         self.exit_status = exit_status
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class Child:
@@ -400,19 +396,3 @@ class Supervisor:
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
     """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
-
-
-def run_in_foreground(
-    name: str,
-    command: Sequence[str],
-    companions: Sequence[tuple[str, Sequence[str]]] = (),
-) -> int:
-    """Run a process, and its companions if any, until Ctrl-C; return the exit status.
-
-    Topics stay on this machine, and the process must not end by itself.
-    """
-    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
-        child = supervisor.start(name, command)
-        for companion, its_command in companions:
-            supervisor.start(companion, its_command, needed=False)
-        return supervisor.run_to_end(child, may_end=False)

@@ -25,11 +25,10 @@ except ImportError:  # Windows
 
 
 @contextmanager
-def kept_terminal(single_keys: bool = False) -> Iterator[bool]:
-    """Restore the terminal's settings at the end; yield whether there is a terminal.
+def single_key_terminal() -> Iterator[bool]:
+    """Let keys arrive at once, without Enter; yield whether there is a terminal.
 
-    Args:
-        single_keys: Whether keys are to arrive at once, without Enter; Ctrl-C is still a signal.
+    Ctrl-C is still a signal. The terminal's settings are restored at the end.
     """
     stream = sys.__stdin__
     if termios is None or stream is None or stream.closed or not stream.isatty():
@@ -39,8 +38,7 @@ def kept_terminal(single_keys: bool = False) -> Iterator[bool]:
 
     try:
         before = termios.tcgetattr(stream)
-        if single_keys:
-            tty.setcbreak(stream, termios.TCSANOW)
+        tty.setcbreak(stream, termios.TCSANOW)
     except termios.error:  # the terminal has just been closed
         yield False
         return
@@ -48,8 +46,7 @@ def kept_terminal(single_keys: bool = False) -> Iterator[bool]:
         yield True
     finally:
         with suppress(termios.error):
-            if termios.tcgetattr(stream) != before:
-                termios.tcsetattr(stream, termios.TCSANOW, before)
+            termios.tcsetattr(stream, termios.TCSANOW, before)
 
 
 ESC = '\x1b'
@@ -95,7 +92,7 @@ class Keyboard:
 @contextmanager
 def open_keyboard() -> Iterator[Keyboard]:
     """Read single keys; restore the terminal at the end."""
-    with kept_terminal(single_keys=True) as there:
+    with single_key_terminal() as there:
         yield Keyboard(there)
 
 
@@ -293,7 +290,7 @@ def open_operator_keyboard(holds_joystick: bool, emulated: bool) -> Iterator[Key
     is_remote = bool(os.environ.get('SSH_CONNECTION') or os.environ.get('SSH_TTY'))
     if not emulated:  # sudo and su clear the environment; the person at tmux may be anywhere
         is_remote |= any(name in _OF_SSH or name in _ANSWER_THEMSELVES for name in _parents())
-    with kept_terminal(single_keys=True) as there:
+    with single_key_terminal() as there:
         asks = there and is_remote and not holds_joystick
         yield RemoteKeyboard() if asks else Keyboard(there, only_stops=is_remote)
 

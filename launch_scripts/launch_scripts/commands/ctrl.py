@@ -20,9 +20,9 @@ from launch_scripts.processes import (
     controller_arguments,
     node_command,
     ros_arguments,
+    run_in_foreground,
 )
 from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions
 

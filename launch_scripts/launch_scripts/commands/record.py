@@ -17,8 +17,13 @@ import time
 from pathlib import Path
 
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import RECORDER, add_ros_arguments, node_command, ros_arguments
-from launch_scripts.supervisor import run_in_foreground
+from launch_scripts.processes import (
+    RECORDER,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+    run_in_foreground,
+)
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.recording_options import RecorderOptions
 

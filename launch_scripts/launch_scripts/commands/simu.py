@@ -14,9 +14,14 @@ from dataclasses import replace
 
 from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import SIMULATOR, add_ros_arguments, node_command, ros_arguments
+from launch_scripts.processes import (
+    SIMULATOR,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+    run_in_foreground,
+)
 from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.supervisor import run_in_foreground
 from setcmas_simu.options import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.scenario import options

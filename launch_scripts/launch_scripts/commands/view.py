@@ -32,8 +32,8 @@ from launch_scripts.processes import (
     namespace_rule,
     node_command,
     ros_arguments,
+    run_in_foreground,
 )
-from launch_scripts.supervisor import run_in_foreground
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES

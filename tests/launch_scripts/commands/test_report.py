@@ -204,25 +204,6 @@ def test_on_a_phone_fingers_hit_every_control_and_none_covers_a_robot(folder, br
     browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
 
-@pytest.mark.nightly
-def test_the_button_saves_a_png_of_the_plane(folder, browser, tmp_path):
-    behaviour = {'behavior': 'allow', 'downloadPath': str(tmp_path)}
-    browser.execute_cdp_cmd('Page.setDownloadBehavior', behaviour)
-    show(browser, folder, '#t=3')
-    browser.find_element(By.ID, 'save').click()
-    wait_for((tmp_path / 'robots.png').exists)
-
-    with Image.open(tmp_path / 'robots.png') as picture:
-        plane = "const {width, height} = document.getElementById('plane'); return [width, height]"
-        assert picture.format == 'PNG'
-        assert [*picture.size] == browser.execute_script(plane)
-        found = {colour[:3]: count for count, colour in picture.getcolors(1 << 20)}
-        assert all(colour[3] == 255 for _, colour in picture.getcolors(1 << 20))
-    assert max(found, key=found.get) == (255, 255, 255)
-    for colour in browser.execute_script('return page.robots.map(robot => robot.colour)'):
-        assert found[tuple(bytes.fromhex(colour[1:]))] > 20, colour
-
-
 WATCH_PRINT = """
 window.addEventListener('beforeprint', () => {
   const plane = document.getElementById('plane'), {width, height} = plane, counts = {};

@@ -1,17 +1,15 @@
 """The worker's calls: here in this process, and in Chromium with Pyodide, without a network."""
 
-import io
 import json
 import math
 import shutil
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_tools import Run, simulate
+from setcmas_tools import simulate
 from setcmas_tools.page import site_worker
 from setcmas_tools.page.content import run_content
 
@@ -131,20 +129,6 @@ def test_a_law_is_checked(page):
     assert answer['picture'].startswith('data:image/png;base64,iVBOR')
     assert answer['scenarios'][0]['criteria'][0]['full']
     assert {'scenario': 'eight robots'} in page.said
-
-
-@pytest.mark.nightly
-def test_the_run_is_handed_in_as_a_folder_and_as_a_page(page, tmp_path):
-    answer = page.run(script=LAW)
-    zipfile.ZipFile(io.BytesIO(site_worker.run_zip())).extractall(tmp_path / 'zip')
-    html = json.loads(site_worker.report_html(json.dumps({'title': 'Lab', 'name': '<Ada>'})))
-
-    loaded = Run.load(tmp_path / 'zip' / 'run')
-    assert len(loaded.table.t) == 3 * 41
-    assert loaded.inputs[0].contents == [LAW.encode()]
-    assert str(loaded.metrics()).splitlines()[-1] == answer['metrics']['lines'][-1]
-    assert '&lt;Ada&gt;' in html['html']
-    assert 'my_law.py' in html['html']
 
 
 def test_output_is_limited(page):

@@ -5,7 +5,7 @@ import {find} from './canvas.js';
 import {addCharts} from './charts.js';
 import {byNumber, first, isLive, last, linksAt, robots, run, shapes, times} from './history.js';
 import {addCommands, connect} from './live.js';
-import {robotAt, savePicture} from './plane.js';
+import {robotAt} from './plane.js';
 import {back, faster, forth, move, player, redraw, select, start, toBegin, toEnd, toPresent, toggle} from './player.js';
 
 const PAN_PX = 40;
@@ -28,7 +28,6 @@ document.addEventListener('keydown', event => {
 const CLICKS = {
   play: toggle, back, forth, latest: toPresent,
   nearer: () => then(nearer), farther: () => then(farther), whole: () => then(showAll),
-  save: savePicture,
 };
 for (const [id, does] of Object.entries(CLICKS)) find(id).addEventListener('click', does);
 find('bar').addEventListener('input', () => move(+find('bar').value));

@@ -196,14 +196,6 @@ export function drawPlane(now, selected, often) {
   drawSelected(pen, selected, selected && halfOf(selected.metres, times), now);
 }
 
-export function savePicture() {
-  const canvas = document.createElement('canvas'), layers = [find('ground'), find('plane')], pen = canvas.getContext('2d');
-  Object.assign(canvas, {width: layers[0].width, height: layers[0].height});
-  pen.fillStyle = '#fff'; pen.fillRect(0, 0, canvas.width, canvas.height);
-  layers.forEach(layer => pen.drawImage(layer, 0, 0));
-  Object.assign(document.createElement('a'), {href: canvas.toDataURL(), download: 'robots.png'}).click();
-}
-
 // The robot that is drawn nearest to a place on the canvas; null if none is near.
 export function robotAt(x, y) {
   const near = robots.filter(robot => robot.pose)
