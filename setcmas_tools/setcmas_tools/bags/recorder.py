@@ -48,7 +48,7 @@ class GraphRecorder:
         self._requests = PolledServices(node)
         self._writer = writer
         self._chosen = chosen
-        self._times = ArrivalTimes(rtf)
+        self._rtf, self._times = rtf, ArrivalTimes(rtf)
         self._waiting: list[Received] = []
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
@@ -65,6 +65,11 @@ class GraphRecorder:
     def look(self) -> None:
         """Follow changes of the graph since the last look, and answer requests."""
         self._fleet.take()
+        if self._fleet.robots and self._fleet.rtf != self._rtf:
+            self._print_once(
+                f'times are wrong: this simulator has --rtf {self._fleet.rtf:g}; stop, and '
+                'record with the same option'
+            )
         self._requests.take()
         for name, types in self._node.get_topic_names_and_types():
             if self._is_wanted(name):

@@ -14,7 +14,9 @@ from rcl_interfaces.srv import ListParameters
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
 
+from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 
 
 def test_every_topic_and_those_that_appear_later(record, peer, bag):
@@ -134,3 +136,11 @@ def test_a_bag_that_exists_is_not_touched(start, domain, bag):
     assert recorder.wait() == 2
     assert recorder.output() == f"error: '{bag}' exists already; it must be a new folder\n"
     assert list(bag.iterdir()) == []
+
+
+def test_robots_with_another_real_time_factor_are_told_of(record, peer, bag):
+    FleetAnnouncer(peer.node).announce(Announcement(1, (1,), rtf=5.0))
+    recorder = record()
+    peer.wait_for(lambda: 'record with the same option' in recorder.output())
+
+    assert recorder.end() == 0
