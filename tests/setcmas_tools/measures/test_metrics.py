@@ -142,7 +142,7 @@ def test_a_strange_task_in_a_bag_is_reported(tmp_path, make, write_bag, capsys):
     messages.append(('/task', 0.0, make('std_msgs/msg/String', {'data': '{"task": 3}'})))
 
     assert main(['metrics', str(write_bag(tmp_path / 'bag', messages))]) == 0
-    reported = '/task is not understood and ignored: task must be a name'
+    reported = '/task is not understood and ignored: it must be a JSON object with task'
     assert reported in capsys.readouterr().err
 
 
