@@ -153,11 +153,6 @@ class CommunicationGraph:
         """Whether the graph depends on the robots' positions."""
         return self._reach < math.inf
 
-    @property
-    def is_constant(self) -> bool:
-        """Whether no link comes or goes."""
-        return len(self._segments) == 1 and not self.needs_places
-
     def segment(self, t: float) -> Segment:
         """Return the segment at time t in s."""
         if self._period < math.inf:
