@@ -122,7 +122,7 @@ def picture(status: Status) -> Group:
             f'{robot.battery} %' if robot.battery else '-',
             f'{abs(float(robot.speed)):.2f} m/s' if robot.speed else '-',
             Text(robot.state.value, style=_STYLES[min(robot.level, 2)]),
-            Text(robot.own_reason),
+            Text(robot.why or robot.reason),
         )
     headline = _headline(status)
     why = '' if headline == 'STOPPED' else status.why  # which is why they were started

@@ -23,7 +23,7 @@ def status(paused=False, emergency=False, state=BridgeState.MOVING):
             battery='87',
             speed='0.004',
         ),
-        BridgeReport(name='tb3_12', level=2, reason='paused: robot 12: not seen yet'),
+        BridgeReport(name='tb3_12', level=2, reason='paused; not seen yet', why='not seen yet'),
     )
     return Status(paused, emergency, 'by space bar', robots)
 

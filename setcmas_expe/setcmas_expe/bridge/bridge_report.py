@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -24,6 +23,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
         state: What it may do.
         ready: Whether it moves, or only waits for the operator.
         cause: Name of the `Cause` of its stop; empty if it may move, or if only a pause keeps it.
+        why: The same for people.
         pause: Name of the `PauseCause` for which all robots are paused; empty if they are not.
         pause_why: The same for people.
         runs_away: Whether it moves although it is commanded zero.
@@ -38,6 +38,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     state: BridgeState = BridgeState.STOPPED
     ready: bool = False
     cause: str = ''
+    why: str = ''
     pause: str = ''
     pause_why: str = ''
     runs_away: bool = False
@@ -54,6 +55,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
             state=decision.state,
             ready=decision.is_ready,
             cause=why.cause.name if why else '',
+            why=why.text if why else '',
             pause=pause.cause.name if pause else '',
             pause_why=pause.text if pause else '',
             **more,
@@ -73,12 +75,6 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
         """Its key-value pairs."""
         fields = msgspec.to_builtins(self).items()
         return {key: str(one) for key, one in fields if key not in ('name', 'level', 'reason')}
-
-    @property
-    def own_reason(self) -> str:
-        """The reason without the robot's state and number, which its row in a table shows."""
-        number = self.name.rpartition('_')[2]
-        return re.sub(rf'^paused[:;] (robot {number}: )?', '', self.reason)
 
     @property
     def is_intruded(self) -> bool:
