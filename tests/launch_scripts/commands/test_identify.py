@@ -3,6 +3,7 @@ from identified_robots import TRUTH, assert_found
 from processes import PATIENT_LAB, refuses, run_here
 
 from launch_scripts.cli import main
+from setcmas_expe.emulation.emulated_mocap import LATENCY_S
 from setcmas_tools import simulate
 from setcmas_tools.measures.comparison import best_shift
 from setcmas_tools.run.run import Run
@@ -40,7 +41,7 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
 
     assert main(['identify', 'lab', '-o', 'found.yaml']) == 0
 
-    assert_found('found.yaml')
+    assert_found('found.yaml', latency=LATENCY_S)
     for name, options in (('near', ['--model', 'found.yaml']), ('far', ['--model', 'burger'])):
         assert main(['offline', '--from', 'lab', *options, '--no-plots', '-o', name]) == 0
     lab = Run.load('lab')
