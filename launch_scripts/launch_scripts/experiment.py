@@ -27,6 +27,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
+from setcmas_tools.page.browser import own_address
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_lab import emulation_arguments
 
@@ -59,11 +60,31 @@ def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Chil
     return lab
 
 
+class AddressWatch:
+    """Warns when this computer gets another address in its network: its nodes keep the old one."""
+
+    def __init__(
+        self, warn: Callable[[str], object], address: Callable[[], str] = own_address
+    ) -> None:
+        """Start; `address` returns the present one, '' without a network."""
+        self._warn, self._address, self._last = warn, address, address()
+
+    def look(self) -> None:
+        """Look whether the address is still the same."""
+        if (address := self._address()) != self._last:
+            self._warn(
+                f"this computer's address has changed from {self._last or 'none'} to "
+                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
+            )
+            self._last = address
+
+
 class Experiment:
     """Bridge, pause and controller processes, and optionally an emulated lab.
 
     Attributes:
         controllers: The process of the control laws; its calls are complete once it has ended.
+        emulated: The process of the emulated lab, if there is one.
         runaways: Names of robots that moved although commanded zero.
     """
 
@@ -93,10 +114,10 @@ class Experiment:
         self._stopped = False
         lab = lab_options.chosen()
         self.runaways: set[str] = set()
-        self._emulated: list[Child] = []
+        self.emulated: list[Child] = []
         if scenario.lab.emulate:
             emulation = emulation_arguments(scenario, lab_options)
-            self._emulated = [start_emulated_lab(supervisor, emulation)]
+            self.emulated = [start_emulated_lab(supervisor, emulation)]
         of_lab = lab_options.arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
         flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
@@ -164,7 +185,7 @@ class Experiment:
 
     def stop_lab(self) -> None:
         """Stop the emulated lab, after its recorder."""
-        self._supervisor.stop(*self._emulated)
+        self._supervisor.stop(*self.emulated)
 
     def _on_report(self, report: ProcessMessage) -> None:
         if isinstance(report, Status):

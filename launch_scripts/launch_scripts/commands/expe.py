@@ -24,6 +24,7 @@ from launch_scripts.commands.run import concluded, new_run
 from launch_scripts.commands.view import NONE, ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.experiment import (
+    AddressWatch,
     Experiment,
     RecordedExperiment,
     experiment_environment,
@@ -228,10 +229,12 @@ def _serve(
     hold: bool,
 ) -> int:
     """Serve the operator until the end of the experiment; return the exit status."""
-    start_key = StartKey(hold)
+    start_key, addresses = StartKey(hold), AddressWatch(supervisor.warn)
 
     def serve_terminal() -> None:
         display.note_silence()
+        if not experiment.emulated:
+            addresses.look()
         pressed = keyboard.pressed()
         experiment.stop_by_keys(single_keys(pressed).lower(), keyboard.is_attended)
         if keyboard.only_stops:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import sys
 import time
 import webbrowser
@@ -20,6 +21,16 @@ HOST = '127.0.0.1'
 PORT = 8080
 _RECONNECT_S = 2.5
 """Time in s for a page left open by an earlier run to reconnect by itself."""
+
+
+def own_address() -> str:
+    """Return the address from which this machine would talk to others; '' without a network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(('192.0.2.1', 9))  # sends nothing; the system chooses the way
+            return str(probe.getsockname()[0])
+        except OSError:
+            return ''
 
 
 def palette_option() -> Any:

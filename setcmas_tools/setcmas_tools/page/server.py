@@ -27,7 +27,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions
+from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions, own_address
 
 LIVE = '/live'
 _PORTS_TRIED = 50
@@ -235,7 +235,7 @@ def announce(server: PageServer, options: BrowserOptions) -> None:
     taken = '' if server.port == options.port else f' (port {options.port} is taken)'
     print(f'browser view: {server.url}{taken}', flush=True)
     if options.host in EVERYWHERE:
-        other = address_url(_way_out(), server.port) + server.query
+        other = address_url(own_address() or socket.gethostname(), server.port) + server.query
         print(f'browser view for other machines: {other}', flush=True)
     if server.query:
         print(
@@ -330,16 +330,6 @@ def _check(error: OSError, host: str, port: int) -> None:
         f"host '{host}' is not an address of this machine; it must be 127.0.0.1, 0.0.0.0 "
         'or an address that `hostname -I` prints'
     ) from None
-
-
-def _way_out() -> str:
-    """Return the address from which this machine would talk to others, else its name."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(('192.0.2.1', 9))  # sends nothing; the system chooses the way
-            return str(probe.getsockname()[0])
-        except OSError:
-            return socket.gethostname()
 
 
 def address_url(host: str, port: int) -> str:
