@@ -55,6 +55,15 @@ def pytest_collection_modifyitems(items, config):
         items[:] = [item for _, item in sorted(places, key=lambda place: place[0])]
 
 
+@pytest.fixture(autouse=True, scope='module')
+def _restored_after_module():
+    """Restore what scripts change that fixtures of a whole module run."""
+    from processes import restored_process
+
+    with restored_process():
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _restored_process():
     """Restore what a test's scripts change in this process."""
