@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import TextIOWrapper
 from pathlib import Path
@@ -119,19 +119,34 @@ class CsvFile:
             columns += self.further
             if header != _header(columns):
                 raise ValueError(f"its first line is '{header}'")
+        lines = _CountedLines(file)
+        empty = {i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty}
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', UserWarning)  # a table without rows is one
-            rows = np.loadtxt(
-                file,
-                dtype=[(one.name, object if one.cells.is_text else float) for one in columns],
-                delimiter=',',
-                comments=None,
-                converters={
-                    i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty
-                },
-                ndmin=1,
-            )
+            try:
+                rows = np.loadtxt(
+                    lines,
+                    dtype=[(one.name, object if one.cells.is_text else float) for one in columns],
+                    delimiter=',',
+                    comments=None,
+                    converters=empty,
+                    ndmin=1,
+                )
+            except ValueError as error:  # in numpy's words, which are of its arguments
+                raise ValueError(f'line {lines.number}') from error
         return [_within_limits(column, rows[column.name]) for column in columns]
+
+
+class _CountedLines:
+    """Lines of a file after its header; `number` is that of the last one in the file."""
+
+    def __init__(self, file: Iterable[str]) -> None:
+        self._file, self.number = file, 1
+
+    def __iter__(self) -> Iterator[str]:
+        for line in self._file:
+            self.number += 1
+            yield line
 
 
 _MOST_BYTES = 1_000_000_000

@@ -31,8 +31,8 @@ def test_files_that_a_spreadsheet_has_saved(tmp_path, lead, ending):
     ('file', 'content', 'shown'),
     [
         (FLEET, '', "its first line is ''"),
-        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', '7 columns but 4 were found'),
-        (FLEET, '{header}\n0,1,one,1,1,1,1\n', "could not convert string 'one'"),
+        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', '(line 3)'),
+        (FLEET, '{header}\n0,1,one,1,1,1,1\n', '(line 2)'),
         (FLEET, '{header}\n0,0,1,1,1,1,1\n', 'robot must be from 1 to 2000'),
         (FLEET, '{header}\nnan,1,1,1,1,1,1\n', 't must be from -1e+06 to 1e+06'),
         (COMMANDS, '{header},allowed_vx\n0,1,1,1,1\n', 'allowed_vx'),
