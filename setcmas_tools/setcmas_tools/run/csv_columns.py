@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import TextIOWrapper
 from pathlib import Path
@@ -120,7 +120,9 @@ class CsvFile:
             if header != _header(columns):
                 raise ValueError(f"its first line is '{header}'")
         lines = _CountedLines(file)
-        empty = {i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty}
+        empty: dict[int | str, Callable[[str], float]] = {
+            i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty
+        }
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', UserWarning)  # a table without rows is one
             try:
