@@ -46,7 +46,7 @@ from rclpy.qos import QoSProfile
 from tabulate import tabulate
 
 from setcmas_simu.ros.dds_setup import dds_setup
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 SETCMAS = Path(sys.executable).parent / 'setcmas'
 ROBOT_HZ, CONTROL_HZ = 10.0, 5.0

@@ -30,7 +30,7 @@ from soak_picture import picture
 from std_msgs.msg import Bool, Empty
 
 from setcmas_simu.ros.dds_setup import dds_setup
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_tools.bags.bag_reader import open_bag
 
 VIEW = [sys.executable, '-m', 'setcmas_tools.page.viewer']

@@ -15,7 +15,7 @@ from processes import CTRL, NO_WINDOWS, SIMU, Process
 from soak_watch import Holding, Observer, Stream, holding
 from std_msgs.msg import Bool, Empty
 
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_tools.bags.bag_reader import open_bag
 
 NB_ROBOTS = 8

@@ -1,6 +1,6 @@
 """Marks of a class as graders make them, with hostile names, for tests of pages and formats."""
 
-from setcmas_tools.grade.marks import CriterionMark, Failure, Marks, RobotPath, ScenarioMark
+from setcmas_tools.grade.mark_records import CriterionMark, Failure, Marks, RobotPath, ScenarioMark
 from setcmas_tools.submissions.likeness import Similar
 from setcmas_tools.submissions.student import Student
 

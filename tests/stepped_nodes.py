@@ -17,11 +17,12 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports import connected_launcher
 from setcmas_simu.robots.model import limits_named
-from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_simu.robots.models_by_name import NO_LIMITS
 from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.offline.offline_simulation import _calls
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 316, 183, 19
+FILES, ARROWS, THIN_ARROWS = 317, 183, 19
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -29,7 +29,7 @@ ADDED_FREELY = tuple(
 
 MAY_IMPORT_ROS = {
     'setcmas_ctrl': (
-        'controller event_triggered_comm experiment_pause fleet_poses fleet_network '
+        'controller event_triggered_comm fleet_poses fleet_network pause_watch '
         'safety_filter_node script_outcomes si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
@@ -44,8 +44,8 @@ MAY_IMPORT_ROS = {
     'setcmas_expe': 'bridges cmd_vel_bridge mocap_bridge',
     'setcmas_simu': 'robot_node simulator virtual_robot',
     'setcmas_simu.ros': (
-        'clocks cmd_vel_topics dds_setup fleet_topic messages parameters polling process qos '
-        'robot_state'
+        'clocks cmd_vel_topics dds_setup fleet_node fleet_topic messages parameters polling '
+        'process qos robot_state'
     ),
     'setcmas_tools.bags': 'player recorded_topic recorder',
     'setcmas_tools.page': 'live_topics',

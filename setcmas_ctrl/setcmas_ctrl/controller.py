@@ -1,6 +1,7 @@
 """A controller: a node that calls the control law of a robot, the function `control` of a script.
 
-`setcmas ctrl` has those of a whole fleet in one process. One alone:
+`setcmas ctrl` has those of a whole fleet in one process (`controllers/controlled_fleet.py`). The
+function itself is called in `laws/control_law.py`. One controller alone:
 
     ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
 """

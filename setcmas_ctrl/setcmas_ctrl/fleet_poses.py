@@ -10,9 +10,9 @@ from nav_msgs.msg import Odometry
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.messages import RobotState, state_of
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 Listener = Callable[[RobotState], None]
 

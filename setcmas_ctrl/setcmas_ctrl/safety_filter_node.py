@@ -18,9 +18,9 @@ from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_ctrl.si_to_uni_node import RESTS_S, SiToUni
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import newest
-from setcmas_simu.ros.process import FleetNode, of_other_nodes
 
 _ROUNDED = 1.0 + 1e-6  # velocities come in single precision
 

@@ -1,7 +1,8 @@
 """si_to_uni: a node that turns the velocity wanted of a robot into its command.
 
 Whoever publishes cmd_cart_vel drives the robot: a controller of `setcmas ctrl`, or a program in
-any language. `setcmas ctrl` has the nodes of a whole fleet in one process. One alone:
+any language. `setcmas ctrl` has the nodes of a whole fleet in one process
+(`controllers/controlled_fleet.py`). One alone:
 
     ros2 run setcmas_ctrl si_to_uni --ros-args -r __ns:=/tb3_3 -p komega:=2.0
 """

@@ -24,9 +24,10 @@ from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.polling import RequestWait
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
+from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
 _REPORT_EVERY = 4  # steps
 _LAST_ZEROS = 5

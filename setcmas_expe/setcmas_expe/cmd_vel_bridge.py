@@ -32,8 +32,8 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import KILLED, CmdVelPublisher, velocities
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.messages import state_of
-from setcmas_simu.ros.process import FleetNode
 
 _LOOK_EVERY_S = 0.5
 _NAMED_AFTER_S = 0.2  # a ROS node is seen first, and its name a moment later
@@ -43,6 +43,7 @@ _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
 class CmdVelBridge(RobotNode):
     """Sends robot i its command: cmd_vel_wanted and mocap/tb3_i/odom in, cmd_vel out.
 
+    They come from SiToUni and MocapBridge.
     A step has two halves, as robots must not collide: `look` returns what this bridge knows of
     its robot; `command` gets what `BridgedFleet` makes of that of all robots.
 

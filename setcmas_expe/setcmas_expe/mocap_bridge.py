@@ -12,7 +12,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 
-from setcmas_ctrl.experiment_pause import PauseWatch
+from setcmas_ctrl.pause_watch import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.on_board import DeadReckoning
@@ -21,7 +21,7 @@ from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Sample, VelocityFilter
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.process import FleetNode, of_other_nodes
+from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 
 _LOOK_EVERY_S = 0.5
 
@@ -56,6 +56,7 @@ class TrackedRobot:
 class MocapBridge(FleetNode):
     """Judges the poses of all robots: the driver's topics in, /mocap/tb3_i/odom out.
 
+    Controller, SiToUni and CmdVelBridge of robot i read that.
     /mocap/tb3_i/pose_state says why poses are rejected. It listens to /paused, because a person
     may carry robots in a pause.
 
@@ -95,7 +96,10 @@ class MocapBridge(FleetNode):
         robot.odom.publish(out)
 
     def step(self, now: float) -> None:
-        """Publish the state of the poses of each robot; `now` is in s on a steady clock."""
+        """Publish the state of the poses of each robot; `now` is in s on a steady clock.
+
+        The process takes poses as they come, between the steps; here those that still wait.
+        """
         self.receiver.take()
         self.is_paused = self.pause.reason() is not None
         if now >= self._next_look:

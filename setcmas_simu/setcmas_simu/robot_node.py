@@ -31,9 +31,10 @@ from setcmas_simu.option_kinds import Number
 from setcmas_simu.options import Group
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
+from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
 from setcmas_simu.ros.polling import newest
-from setcmas_simu.ros.process import FleetNode, RosProcess, of_other_nodes
+from setcmas_simu.ros.process import RosProcess
 
 MOST_WITH_SERVICES = 20
 """Size of the fleet up to which each node has parameter services: they take time to start."""

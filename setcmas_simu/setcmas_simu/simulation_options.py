@@ -21,7 +21,13 @@ from setcmas_simu.fleet.start_poses import (
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options import Form, Options, names_and_files, option
 from setcmas_simu.robots.model import LIMITS
-from setcmas_simu.robots.models import MODELS, NO_LIMITS, UNICYCLE, check_models, model_names
+from setcmas_simu.robots.models_by_name import (
+    MODELS,
+    NO_LIMITS,
+    UNICYCLE,
+    check_models,
+    model_names,
+)
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.yaml_entries import Entry, entries_of
 

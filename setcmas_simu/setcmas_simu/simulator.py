@@ -20,13 +20,14 @@ from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_nodes
-from setcmas_simu.robots.models import seed_scripts
+from setcmas_simu.robots.models_by_name import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait, newest
-from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
+from setcmas_simu.ros.process import RosProcess, end_process, node_main
 from setcmas_simu.ros.simulator_watch import (
     SecondPublishers,
     UnreadCommands,

@@ -1,6 +1,7 @@
 """A virtual robot: a node that turns cmd_vel into motion, and publishes where the robot is.
 
-`setcmas simu` has those of a whole fleet in one process. One alone:
+`setcmas simu` has those of a whole fleet in one process (`simulator.py`, where either starts). One
+alone:
 
     ros2 run setcmas_simu virtual_robot --ros-args -r __ns:=/tb3_3 -p x0:=1.0 -p limits:=burger
 """
@@ -21,7 +22,13 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports import Failed
 from setcmas_simu.robot_node import RobotNode
-from setcmas_simu.robots.models import UNICYCLE, check_models, is_script, robot_models, shape_of
+from setcmas_simu.robots.models_by_name import (
+    UNICYCLE,
+    check_models,
+    is_script,
+    robot_models,
+    shape_of,
+)
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
 from setcmas_simu.ros.robot_state import StatePublisher

@@ -6,7 +6,7 @@ import pytest
 from setcmas_ctrl.robot_script import ScriptRobot
 from setcmas_ctrl.si_to_uni import conversion_of
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.models import fleet_model, robot_models
+from setcmas_simu.robots.models_by_name import fleet_model, robot_models
 from setcmas_simu.robots.unicycle import UNICYCLE
 
 TS = 0.1

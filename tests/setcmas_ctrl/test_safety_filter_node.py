@@ -17,7 +17,7 @@ from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.robots.model import IDEAL
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 OPTIONS = FilterOptions(filter='barrier', min_separation=0.4)
 

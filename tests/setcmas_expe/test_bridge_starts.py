@@ -18,7 +18,7 @@ from ros_peer import Peer
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
-from setcmas_ctrl.experiment_pause import SURE_AFTER_S
+from setcmas_ctrl.pause_watch import SURE_AFTER_S
 
 GUARDED = ['--ros-args', '-r', '__ns:=/tb3_1']
 STOP = (0.0, 0.0)

@@ -10,8 +10,8 @@ from stepped_alone import SetClock
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robot_node import RobotNode, StepTime, run_nodes, run_steps
-from setcmas_simu.ros import messages, process
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros import fleet_node, messages
+from setcmas_simu.ros.fleet_node import FleetNode
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_a_number_that_no_robot_has_is_refused(node_of, number):
 
 def test_nodes_of_a_process_stand_below_the_namespace_of_its_fleet(node_of, monkeypatch):
     rules = ['-r', '__ns:=/lab', '-r', '__node:=laws']
-    monkeypatch.setattr(process, '_arguments', ['--ros-args', *rules, '-p', 'gain:=2.0'])
+    monkeypatch.setattr(fleet_node, '_arguments', ['--ros-args', *rules, '-p', 'gain:=2.0'])
     fleet = node_of(*rules, kind=FleetNode)
     node = node_of(robot=2, fleet=fleet)
 
@@ -68,13 +68,13 @@ def test_nodes_of_a_process_stand_below_the_namespace_of_its_fleet(node_of, monk
     assert (node.robot, node.fleet_namespace) == (2, '/lab')
     assert node.publisher(Bool, '/pause').topic_name == '/lab/pause'
     assert node.publisher(Bool, 'pause').topic_name == '/lab/tb3_2/pause'
-    assert process.of_other_nodes()['cli_args'] == ['--ros-args', '-p', 'gain:=2.0']
+    assert fleet_node.of_other_nodes()['cli_args'] == ['--ros-args', '-p', 'gain:=2.0']
 
 
 def test_without_rules_of_names_further_nodes_take_all_arguments(monkeypatch):
-    monkeypatch.setattr(process, '_arguments', ['--ros-args', '-r', 'odom:=pose', '-p', 'a:=1'])
+    monkeypatch.setattr(fleet_node, '_arguments', ['--ros-args', '-r', 'odom:=pose', '-p', 'a:=1'])
 
-    assert process.of_other_nodes() == {}
+    assert fleet_node.of_other_nodes() == {}
 
 
 def test_which_robot_it_is_stays_with_nodes_of_a_process(node_of):

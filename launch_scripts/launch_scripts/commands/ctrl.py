@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 
+from launch_scripts.command_scenario import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view import NONE, ViewOptions, fleet_views, shown_robots
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import (
@@ -22,7 +23,6 @@ from launch_scripts.processes import (
     ros_arguments,
     run_in_foreground,
 )
-from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions
 

@@ -19,6 +19,11 @@ import math
 import time
 from dataclasses import asdict
 
+from launch_scripts.command_scenario import (
+    add_scenario_arguments,
+    scenario_of,
+    typed_values,
+)
 from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.commands.run import concluded, new_run
 from launch_scripts.commands.view import NONE, ViewOptions, fleet_views
@@ -31,11 +36,6 @@ from launch_scripts.experiment import (
     joystick_command,
 )
 from launch_scripts.run_robots import run_robots
-from launch_scripts.scenario_options import (
-    add_scenario_arguments,
-    scenario_of,
-    typed_values,
-)
 from launch_scripts.status_display import KEYS, StatusDisplay
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from launch_scripts.terminal import (

@@ -22,7 +22,7 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_ctrl.laws.script_search import scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
-from setcmas_simu.robots.models import MODELS
+from setcmas_simu.robots.models_by_name import MODELS
 from setcmas_tools.grade.criteria import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.plots.plot import PLOTS

@@ -22,13 +22,13 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
-from launch_scripts.scenario_options import (
+from launch_scripts.command_scenario import (
     add_scenario_arguments,
     name_scripts,
     output_folder,
     scenario_of,
 )
+from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
 from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError

@@ -19,17 +19,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from launch_scripts.command_scenario import (
+    add_scenario_arguments,
+    output_folder,
+    scenario_of,
+)
 from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
 from launch_scripts.commands.offline import add_from_argument, earlier_run, earlier_scenario
 from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.processes import PAGE, SimulatedRun
 from launch_scripts.run_robots import STOPPED, run_robots
-from launch_scripts.scenario_options import (
-    add_scenario_arguments,
-    output_folder,
-    scenario_of,
-)
 from launch_scripts.supervisor import Child, StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError

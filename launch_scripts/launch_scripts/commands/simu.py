@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
+from launch_scripts.command_scenario import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import (
@@ -21,7 +22,6 @@ from launch_scripts.processes import (
     ros_arguments,
     run_in_foreground,
 )
-from launch_scripts.scenario_options import add_scenario_arguments, scenario_of
 from setcmas_simu.options import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.scenario import options

@@ -16,12 +16,12 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from launch_scripts.commands.csv_to_plot import FormatOptions
-from launch_scripts.scenario_options import (
+from launch_scripts.command_scenario import (
     add_scenario_arguments,
     output_folder,
     scenario_of,
 )
+from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError

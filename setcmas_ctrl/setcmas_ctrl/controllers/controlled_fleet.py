@@ -20,10 +20,11 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.ros.clocks import SteadyClock
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.process import RosProcess
 
 
 class ControlledFleet:

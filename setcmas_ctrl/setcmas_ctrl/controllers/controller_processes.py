@@ -32,8 +32,9 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import check_in_fleet
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
-from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
+from setcmas_simu.ros.process import RosProcess, end_process, node_main
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
 """The options that are parameters of the node of a fleet's process, by parameter name."""

@@ -19,10 +19,11 @@ from setcmas_ctrl.laws.drawing import drawn_on
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.robot_node import RobotNode, run_nodes
 from setcmas_simu.ros.clocks import SteadyClock
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import RequestWait
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.process import RosProcess
 
 
 def prepared_fleet(

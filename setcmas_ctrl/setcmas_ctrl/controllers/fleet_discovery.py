@@ -12,8 +12,9 @@ from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.clocks import ScaledClock, SteadyClock, TopicClock
+from setcmas_simu.ros.fleet_node import SIMULATED_TIME, FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.process import SIMULATED_TIME, FleetNode, RosProcess
+from setcmas_simu.ros.process import RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 1.5

@@ -8,14 +8,14 @@ from setcmas_ctrl.controllers.fleet_discovery import LostRobots
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.controllers.simulation_pause import FleetPause
-from setcmas_ctrl.experiment_pause import PauseWatch
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions
+from setcmas_ctrl.pause_watch import PauseWatch
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.reports import Launcher
 from setcmas_simu.robot_node import StepTime
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 
 class FleetMonitor:

@@ -22,7 +22,8 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts
 from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
 from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.script_calls import Function
 
 

@@ -1,6 +1,6 @@
 """Pause and stop of the controllers of simulated robots.
 
-In experiments they follow the pause node (`setcmas_ctrl/experiment_pause.py`).
+In experiments they follow the pause node (`setcmas_ctrl/pause_watch.py`).
 """
 
 from __future__ import annotations

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
+from setcmas_ctrl.pause_watch import EmergencyWatch, PauseWatch
 from setcmas_expe.bridge.bridge_decision import Decision, FleetView, RobotView, StopReason
 from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 
 class BridgedFleet:

@@ -14,7 +14,7 @@ from setcmas_expe.guard.obedience import (
 )
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 _RECENT_S = 0.5
 

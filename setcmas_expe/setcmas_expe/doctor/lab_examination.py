@@ -19,8 +19,9 @@ from setcmas_expe.mocap.sample import Sample, fault_of, text_of
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
-from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.process import RosProcess
 
 _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 

@@ -38,7 +38,8 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 from setcmas_simu.ros.simulator_watch import refuse_second_simulator
 
 

@@ -18,8 +18,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.polling import PolledServices, PolledTopic
-from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'turtlebot3_node'
 _QOS = QoSProfile(depth=10)  # as turtlebot3_node: reliable, keep last 10

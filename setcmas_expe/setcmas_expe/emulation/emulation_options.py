@@ -17,7 +17,7 @@ from setcmas_simu.option_kinds import SEEDS, Kind
 from setcmas_simu.options import option
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.models import (
+from setcmas_simu.robots.models_by_name import (
     UNICYCLE,
     fleet_model,
     is_model_file,

@@ -89,7 +89,8 @@ def inject(fault: Fault) -> None:
     from std_msgs.msg import String
 
     from setcmas_simu.ros import qos
-    from setcmas_simu.ros.process import FleetNode, ros_process
+    from setcmas_simu.ros.fleet_node import FleetNode
+    from setcmas_simu.ros.process import ros_process
 
     with ros_process() as process:
         node = FleetNode('inject_fault')

@@ -22,7 +22,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from setcmas_ctrl.experiment_pause import EmergencyWatch, PauseWatch
+from setcmas_ctrl.pause_watch import EmergencyWatch, PauseWatch
 from setcmas_expe.guard import lidar
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, GuardState, StartLatch
 from setcmas_expe.guard.guard_watch import report_message

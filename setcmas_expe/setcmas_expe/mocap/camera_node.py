@@ -23,7 +23,8 @@ from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
 _STEP_HZ = 100.0
 _REPORT_S = 5.0

@@ -16,7 +16,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_topic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 _SILENT_AFTER_S = 0.5  # a bridge sends five a second
 _FOLLOW_EVERY_S = 2.0

@@ -14,7 +14,8 @@ from sensor_msgs.msg import Joy
 
 from setcmas_simu.errors import needs
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess, node_main
 
 RATE_HZ = 20.0
 """Rate of messages in Hz: the one at which joy_node repeats."""

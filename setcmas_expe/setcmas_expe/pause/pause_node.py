@@ -35,7 +35,8 @@ from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports import Launcher
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main, prefer_this_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""

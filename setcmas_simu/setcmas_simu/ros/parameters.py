@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number
 from setcmas_simu.options import Group, Option
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 
 class NodeParameters(Generic[Group]):

@@ -7,32 +7,24 @@ import contextlib
 import ctypes
 import gc
 import os
-import re
 import signal
 import sys
 import time
-import weakref
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from types import FrameType
 from typing import Any, NoReturn, cast
 
 import rclpy
-from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
-from rclpy.subscription import Subscription
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import topics
 from setcmas_simu.options import take_values
 from setcmas_simu.reports import Launcher, Mistake, connected_launcher
 from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.fleet_node import destroy_nodes, note_arguments
 from setcmas_simu.ros.polling import RequestWait
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -45,133 +37,6 @@ _PREFERRED = -10
 # with a parser of IDL and a template engine, and does without where that fails. Without it, a
 # process of nodes takes 3.4 MB less memory and starts sooner: see benchmarks/fleet.py.
 sys.modules.setdefault('rosidl_generator_py.generate_py_impl', cast(Any, None))
-
-
-SIMULATED_TIME = 'use_sim_time'
-"""Parameter of every ROS node: follow /clock."""
-
-
-class FleetNode(Node):
-    """The node of a process; to it, its namespace is the root of all topic names.
-
-    So `-r __ns:=/a` moves a whole fleet to /a, and other fleets do not see it there.
-
-    Attributes:
-        teller: The node that tells changes of parameters for this one; None without one.
-    """
-
-    teller: FleetNode | None = None
-
-    def __init__(self, node_name: str, follows_clock: bool = False, **kwargs: Any) -> None:
-        """Create the node; other arguments as for `rclpy.node.Node`, but without /rosout.
-
-        Raises:
-            SetcmasError: The user has set use_sim_time, and the node does not follow /clock.
-        """
-        overrides = [
-            Parameter('start_type_description_service', Parameter.Type.BOOL, False),
-            *kwargs.pop('parameter_overrides', []),
-        ]
-        self._is_quiet = not kwargs.setdefault('enable_rosout', False)
-        super().__init__(node_name, parameter_overrides=overrides, **kwargs)
-        _nodes.add(self)
-        if self.get_parameter(SIMULATED_TIME).value and not follows_clock:
-            raise SetcmasError(
-                f'{self.get_name()} refuses {SIMULATED_TIME}: only controllers of robots of '
-                'another simulator need it; setcmas simu has --rtf'
-            )
-        text = 'whether time follows /clock' if follows_clock else 'always false'
-        kind = ParameterType.PARAMETER_BOOL
-        fixed = ParameterDescriptor(type=kind, description=text, read_only=True)
-        self.set_descriptor(SIMULATED_TIME, fixed)
-
-    @cached_property
-    def fleet_namespace(self) -> str:
-        """Namespace of the fleet; '' for the root."""
-        return self.get_namespace().rstrip('/')
-
-    def full_name(self, topic: str) -> str:
-        """Return a topic's name in the graph; /rosout and /parameter_events have no namespace."""
-        stays = topic[:1] != '/' or topic.startswith(f'{self.fleet_namespace}/')
-        return topic if stays or topic in topics.OF_ROS else f'{self.fleet_namespace}{topic}'
-
-    def name_in_fleet(self, topic: str) -> str:
-        """Return a topic's name without the namespace of the fleet."""
-        return f'/{topic.removeprefix(f"{self.fleet_namespace}/").lstrip("/")}'
-
-    def tell(self, parameters: Sequence[Parameter]) -> None:
-        """Let recorders know what has been set in this node, if it does not do so by itself."""
-        if self.teller:
-            changed = [one.to_parameter_msg() for one in parameters]
-            name, now = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
-            event = ParameterEvent(node=name, stamp=now, changed_parameters=changed)
-            self.teller._parameter_event_publisher.publish(event)
-
-    def create_publisher(self, msg_type: Any, topic: str, *args: Any, **kwargs: Any) -> Publisher:
-        """Create a publisher without event callbacks, which would burden the executor."""
-        if msg_type is ParameterEvent and self._is_quiet:
-            return cast(Publisher, _NoParameterEvents())
-        kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
-        return super().create_publisher(msg_type, self.full_name(topic), *args, **kwargs)
-
-    def create_subscription(
-        self, msg_type: Any, topic: str, *args: Any, **kwargs: Any
-    ) -> Subscription:
-        """Create a subscription without event callbacks, which would burden the executor."""
-        silent = SubscriptionEventCallbacks(use_default_callbacks=False)
-        kwargs.setdefault('event_callbacks', silent)
-        return super().create_subscription(msg_type, self.full_name(topic), *args, **kwargs)
-
-    def count_publishers(self, topic_name: str) -> int:
-        """Return the number of publishers of a topic."""
-        return super().count_publishers(self.full_name(topic_name))
-
-    def get_publishers_info_by_topic(
-        self, topic_name: str, no_mangle: bool = False
-    ) -> list[TopicEndpointInfo]:
-        """Return the publishers of a topic."""
-        return super().get_publishers_info_by_topic(self.full_name(topic_name), no_mangle)
-
-    def get_subscriptions_info_by_topic(
-        self, topic_name: str, no_mangle: bool = False
-    ) -> list[TopicEndpointInfo]:
-        """Return the subscriptions to a topic."""
-        return super().get_subscriptions_info_by_topic(self.full_name(topic_name), no_mangle)
-
-    def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
-        """Return the topics of this fleet, without those of fleets in namespaces within."""
-        found = super().get_topic_names_and_types(no_demangle)
-        return topics.of_fleet(found, self.fleet_namespace)
-
-
-_nodes: weakref.WeakSet[FleetNode] = weakref.WeakSet()
-_arguments: list[str] = []  # for ROS, of this process
-
-
-def of_other_nodes() -> dict[str, Any]:
-    """Return the ROS arguments of this process for its further nodes, as arguments of `Node`.
-
-    Rules such as `__ns:=/lab` are for its first node: ROS would name all nodes so.
-    """
-    kept: list[str] = []
-    for word in _arguments:
-        if _NAMES.match(word):
-            kept.pop()  # -r
-        else:
-            kept.append(word)
-    if kept == _arguments:
-        return {}
-    return {'use_global_arguments': False, 'cli_args': kept}
-
-
-_NAMES = re.compile(r'(__ns|__node|__name):=')
-
-
-class _NoParameterEvents:
-    """Discards events, for which each node would need a topic: see `FleetNode.tell`."""
-
-    def publish(self, event: ParameterEvent) -> None:
-        pass
 
 
 class RosProcess:
@@ -278,7 +143,7 @@ def ros_process(
     """
     # No log files: they would fill students' home folders, and the screen has what matters.
     arguments = [*ros_arguments, '--ros-args', '--disable-external-lib-logs']
-    _arguments[:] = ros_arguments
+    note_arguments(ros_arguments)
     try:
         with dds_setup():
             rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
@@ -296,9 +161,7 @@ def ros_process(
         with _exit_after(_LEAVES_S, process.status):
             if not process.requests:
                 process.executor.shutdown()
-            for node in list(_nodes):  # else this process stays in the graph for seconds
-                if node.context is rclpy.get_default_context():
-                    node.destroy_node()
+            destroy_nodes()
             rclpy.try_shutdown()
 
 

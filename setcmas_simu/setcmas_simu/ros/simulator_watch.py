@@ -10,7 +10,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import cmd_vel_topics
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0

@@ -23,8 +23,9 @@ from rosbags.interfaces import Qos, QosDurability, QosReliability
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
 

@@ -10,10 +10,11 @@ from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports import WRITES_S, Recording
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_simu.ros.polling import PolledServices
-from setcmas_simu.ros.process import FleetNode, RosProcess, end_process, node_main
+from setcmas_simu.ros.process import RosProcess, end_process, node_main
 from setcmas_tools.bags.bag_writer import BagWriter
 from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.bags.recorded_topic import (

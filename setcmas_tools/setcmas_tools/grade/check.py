@@ -20,8 +20,7 @@ from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, points_text, rounded
-from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.marks import (
+from setcmas_tools.grade.mark_records import (
     CriterionMark,
     Failure,
     LawRunner,
@@ -29,6 +28,7 @@ from setcmas_tools.grade.marks import (
     ScenarioMark,
     ScenarioRun,
 )
+from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import (
     MarkedScenario,
     Rubric,

@@ -19,8 +19,8 @@ from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import written_whole
 from setcmas_tools.grade.mark_pictures import picture_url
+from setcmas_tools.grade.mark_records import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.marking import mark, unmarked
-from setcmas_tools.grade.marks import Failure, LawRunner, Marks, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ

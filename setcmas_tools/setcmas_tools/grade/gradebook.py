@@ -14,7 +14,7 @@ from tabulate import tabulate
 from setcmas_simu.errors import needs
 from setcmas_tools.grade.check import lines_of, student_view
 from setcmas_tools.grade.criteria import points_text
-from setcmas_tools.grade.marks import CriterionMark, Marks
+from setcmas_tools.grade.mark_records import CriterionMark, Marks
 
 _LONGEST = 80
 

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import plot_colour
-from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
+from setcmas_tools.grade.mark_records import Marks, RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import Picture, show, window
 from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
 

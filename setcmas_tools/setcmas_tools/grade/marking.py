@@ -17,7 +17,7 @@ from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.altered_solutions import SOLUTION, Altered, Calls, calls_of, saturated
 from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, Criterion, figures_of
 from setcmas_tools.grade.diagnosis import diagnosis
-from setcmas_tools.grade.marks import (
+from setcmas_tools.grade.mark_records import (
     CriterionMark,
     Failure,
     LawRunner,

@@ -1,4 +1,8 @@
-"""Run of a submission: the simulation is here, the script in a confined process."""
+"""Run of a submission: the simulation is here, the script in a confined process.
+
+A call of the submission's law goes from `RunScript` through `ConfinedProcess` (sandbox.py) to
+`ConfinedScript` (confined_script.py) in the other process, which calls a `ControlLaw`.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ from setcmas_ctrl.communication.message_content import decoded, encoded
 from setcmas_ctrl.laws.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
-from setcmas_tools.grade.marks import Failure, ScenarioRun
+from setcmas_tools.grade.mark_records import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.measures.task import ignore
 from setcmas_tools.offline.offline_simulation import simulate

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl.laws.references import robots
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
-from setcmas_simu.robots.models import motion_of
+from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task import Errors, Task, from_share, rms
 from setcmas_tools.run.fleet_motion import FleetGrid

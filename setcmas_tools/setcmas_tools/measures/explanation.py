@@ -22,7 +22,7 @@ from setcmas_ctrl.communication.communication_settings import CommunicationOptio
 from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, is_model_file
+from setcmas_simu.robots.models_by_name import NO_LIMITS, UNICYCLE, is_model_file
 from setcmas_tools.measures import agreement
 from setcmas_tools.measures.comparison import best_shift
 from setcmas_tools.measures.task import ignore, rms, task_of

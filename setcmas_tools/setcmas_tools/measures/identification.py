@@ -22,7 +22,7 @@ from setcmas_simu.robots.identified_robot import (
     read_model_file,
 )
 from setcmas_simu.robots.model import LIMITS, limits_named
-from setcmas_simu.robots.models import is_model_file
+from setcmas_simu.robots.models_by_name import is_model_file
 from setcmas_tools.measures.response_fit import Fit, HeldCommand, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run

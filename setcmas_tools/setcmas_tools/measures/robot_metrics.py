@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl.laws.control_options import VNOM
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
-from setcmas_simu.robots.models import fastest, motion_of
+from setcmas_simu.robots.models_by_name import fastest, motion_of
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.communication_record import agreement_time
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets

@@ -13,7 +13,7 @@ from setcmas_ctrl.filter.barrier_constraints import nearest_points
 from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
-from setcmas_simu.robots.models import UNICYCLE, shape_of
+from setcmas_simu.robots.models_by_name import UNICYCLE, shape_of
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord

@@ -26,7 +26,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_per_robot
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.models import check_models, model_names, robot_models
+from setcmas_simu.robots.models_by_name import check_models, model_names, robot_models
 from setcmas_simu.script_calls import Function
 from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.offline_commands import Commanded, Commander

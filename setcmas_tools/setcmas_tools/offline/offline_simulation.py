@@ -18,7 +18,7 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.robots.model import POSE
-from setcmas_simu.robots.models import fleet_model
+from setcmas_simu.robots.models_by_name import fleet_model
 from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.loaded_scenario import (
     FleetLaws,

@@ -10,7 +10,7 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import is_bright, plot_colour, plot_hex
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.robots.models import shape_of, symbol
+from setcmas_simu.robots.models_by_name import shape_of, symbol
 
 SCALE = 10_000
 """Units of a packed number per m, rad or s: positions keep a tenth of a millimetre."""

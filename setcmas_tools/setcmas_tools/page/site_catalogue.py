@@ -15,7 +15,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Number, Whole
 from setcmas_simu.options import Option, default_of, plain
 from setcmas_simu.plugins import ScriptGroup
-from setcmas_simu.robots.models import MODELS
+from setcmas_simu.robots.models_by_name import MODELS
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.run.scenario import Scenario
 

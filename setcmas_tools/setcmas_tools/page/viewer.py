@@ -13,7 +13,8 @@ import webbrowser
 from typing import TYPE_CHECKING
 
 from setcmas_simu.fleet.palettes import palette
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
 from setcmas_tools.page.document import checkbox, document, element, stage
 from setcmas_tools.page.live import LiveRun, live_content

@@ -20,7 +20,7 @@ from matplotlib.transforms import Affine2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
-from setcmas_simu.robots.models import UNICYCLE, symbol
+from setcmas_simu.robots.models_by_name import UNICYCLE, symbol
 from setcmas_tools.measures.task import ignore, line_width, task_of
 from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps

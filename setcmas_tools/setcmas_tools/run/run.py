@@ -23,7 +23,7 @@ from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
-from setcmas_simu.robots.models import UNICYCLE, model_names
+from setcmas_simu.robots.models_by_name import UNICYCLE, model_names
 from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked

@@ -20,7 +20,7 @@ from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import ROBOT_LIMITS
-from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_simu.robots.models_by_name import NO_LIMITS
 from setcmas_tools.run.scenario import Scenario
 
 

@@ -7,7 +7,8 @@ from functools import partial
 from nav_msgs.msg import Odometry
 
 from setcmas_simu.fleet.topics import truth_topic
-from setcmas_simu.ros.process import FleetNode, ros_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import ros_process
 from setcmas_simu.ros.qos import SENSOR
 
 EVERY = 3  # of 50 Hz

@@ -12,7 +12,7 @@ from setcmas_simu.robots.identified_robot import (
     write_model_file,
 )
 from setcmas_simu.robots.model import ROBOT_LIMITS
-from setcmas_simu.robots.models import check_models, fastest, robot_models
+from setcmas_simu.robots.models_by_name import check_models, fastest, robot_models
 
 SLOW = Response(0.9, 0.15, 0.2)
 QUICK = Response(1.05, 0.0, 0.1)

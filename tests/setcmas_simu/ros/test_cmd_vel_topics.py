@@ -6,7 +6,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, own_participant
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 
 
 def test_a_node_of_another_name_is_no_rival_of_itself(domain, peer):

@@ -13,7 +13,8 @@ from setcmas_simu.ros.dds_setup import is_loopback_enough
 
 USES_SHARED_MEMORY = """
 import os
-from setcmas_simu.ros.process import FleetNode, ros_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import ros_process
 with ros_process() as process:
     node = FleetNode('node')
     with open('/proc/self/maps') as maps:
@@ -24,7 +25,8 @@ ARRIVES_AT_ONCE = """
 from geometry_msgs.msg import Point32
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import newest
-from setcmas_simu.ros.process import FleetNode, ros_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import ros_process
 with ros_process():
     sender, receiver = FleetNode('sender'), FleetNode('receiver')
     publisher = sender.create_publisher(Point32, 'cmd_cart_vel', qos.COMMAND)
@@ -44,7 +46,7 @@ import sys
 import time
 import rclpy
 from setcmas_simu.ros.dds_setup import dds_setup
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 host, own, all_there = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 with dds_setup():
     contexts = [rclpy.Context() for _ in range(own)]

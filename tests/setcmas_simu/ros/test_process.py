@@ -9,7 +9,8 @@ pytest.importorskip('rclpy')
 from std_msgs.msg import String
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.process import FleetNode, prefer_this_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import prefer_this_process
 
 HANGS = """
 import ctypes
@@ -50,7 +51,8 @@ def node_in(peer):
 
 
 LEAVES = """
-from setcmas_simu.ros.process import FleetNode, ros_process
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.process import ros_process
 
 with ros_process():
     node = FleetNode('node')

@@ -5,7 +5,7 @@ pytest.importorskip('rclpy')
 from nav_msgs.msg import Odometry
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.process import FleetNode
+from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.simulator_watch import SecondPublishers, refuse_second_simulator
 
 

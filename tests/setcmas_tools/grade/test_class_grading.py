@@ -11,8 +11,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
+from setcmas_tools.grade.mark_records import Failure
 from setcmas_tools.grade.marking import unmarked
-from setcmas_tools.grade.marks import Failure
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.sandbox import NoProcessError
 from setcmas_tools.submissions.submissions import (

@@ -6,8 +6,8 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.check import runs_here
+from setcmas_tools.grade.mark_records import Student
 from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.marks import Student
 from setcmas_tools.grade.rubric import read_rubric
 
 LAW = """\

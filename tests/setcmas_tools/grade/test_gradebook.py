@@ -20,7 +20,7 @@ from setcmas_tools.grade.gradebook import (
     remark,
     tables_of,
 )
-from setcmas_tools.grade.marks import Correction, Failure
+from setcmas_tools.grade.mark_records import Correction, Failure
 from setcmas_tools.submissions.student import Student
 
 

@@ -7,7 +7,7 @@ from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 
 from setcmas_tools.grade.mark_pictures import draw_marks, picture_url
-from setcmas_tools.grade.marks import Marks, ScenarioMark
+from setcmas_tools.grade.mark_records import Marks, ScenarioMark
 from setcmas_tools.submissions.student import Student
 
 

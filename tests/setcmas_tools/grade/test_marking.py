@@ -8,8 +8,8 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.check import runs_here
+from setcmas_tools.grade.mark_records import Marks, ScenarioRun
 from setcmas_tools.grade.marking import compared, frechet_distance, mark
-from setcmas_tools.grade.marks import Marks, ScenarioRun
 from setcmas_tools.grade.rubric import read_rubric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario

@@ -11,8 +11,8 @@ from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import runs_here, student_view
+from setcmas_tools.grade.mark_records import Student
 from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.marks import Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Submission
 

@@ -6,7 +6,7 @@ from runs import run_of
 
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
-from setcmas_simu.robots.models import symbol
+from setcmas_simu.robots.models_by_name import symbol
 from setcmas_tools import simulate
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_distances, draw_errors

@@ -7,7 +7,13 @@ from plugins import add_plugins
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.car import CAR, SMALLEST_RADIUS
 from setcmas_simu.robots.model import POSE, TWIST, RobotModel
-from setcmas_simu.robots.models import MODELS, check_models, fleet_model, model_names, robot_models
+from setcmas_simu.robots.models_by_name import (
+    MODELS,
+    check_models,
+    fleet_model,
+    model_names,
+    robot_models,
+)
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 from setcmas_simu.robots.turtlebot3 import LAG_S, WHEEL_ACCELERATION
 from setcmas_simu.robots.unicycle import BURGER_SHAPE, UNICYCLE

@@ -7,7 +7,7 @@ import time
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.experiment_pause import SURE_AFTER_S, EmergencyWatch
+from setcmas_ctrl.pause_watch import SURE_AFTER_S, EmergencyWatch
 from setcmas_simu.ros import qos
 
 TOPIC = '/emergency_stopped'
