@@ -41,7 +41,7 @@ AnyReport = TypeVar('AnyReport', bound=ProcessMessage)
 class ChildDiedError(Exception):
     """A process ended unexpectedly; `exit_status` is for the command."""
 
-    def __init__(self, message: str, exit_status: int) -> None:
+    def __init__(self, message: str, exit_status: int = 1) -> None:
         super().__init__(message)
         self.exit_status = exit_status
 

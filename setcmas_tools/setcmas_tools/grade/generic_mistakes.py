@@ -332,7 +332,10 @@ def _constant_hint(name: str, found: float, right: float) -> str:
 
 def fixed_length(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield the explanation of velocities in the right directions that have one length."""
-    length = float(np.median(np.concatenate([one.speeds[one.is_known] for one in calls])))
+    speeds = np.concatenate([one.speeds[one.is_known] for one in calls])
+    if not speeds.size:
+        return
+    length = float(np.median(speeds))
     is_fastest = all(length >= SATURATED * one.limit for one in calls)
     what = (
         'are always saturated at the speed limit. Is the gain far too large, or the length fixed?'
