@@ -7,8 +7,8 @@
         for sender, message in network.received().items():
             message.value['x'], message.age
 
-The answers are for the robot whose `control` is running, at the current time. Delay, loss and noise
-of the links are in `communication/links.py`.
+The answers are for the robot whose `control` is running, at the current time. Delay, loss and
+noise of the links are in `communication/links.py`.
 """
 
 from __future__ import annotations
