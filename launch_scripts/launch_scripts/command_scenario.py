@@ -22,7 +22,7 @@ def add_scenario_arguments(
     without: Sequence[str] = (),
     parts: Sequence[str] = ('time', 'law', 'communication', 'safety', 'robots'),
 ) -> None:
-    """Add a scenario file and its values as options, those of some parts, without some."""
+    """Add a scenario file, and options for the values of `parts`, except those in `without`."""
     file = 'scenario file, such as square.yaml; options on the command line override it'
     parser.add_argument('scenario', nargs='?', type=Path, metavar='SCENARIO', help=file)
     added: set[str] = set()
@@ -35,7 +35,7 @@ def add_scenario_arguments(
 def scenario_of(
     args: argparse.Namespace, needs_law: bool = True, earlier: Scenario | None = None
 ) -> Scenario:
-    """Return the scenario of parsed arguments; without a law unless it needs one.
+    """Return the scenario of parsed arguments; unless it needs a law, it may have none.
 
     Args:
         args: The arguments, with a scenario file or without.
@@ -43,7 +43,7 @@ def scenario_of(
         earlier: The scenario of an earlier run, in place of a file.
 
     Raises:
-        SetcmasError: A file has a mistake, or options do not go together.
+        SetcmasError: A file has a mistake, or options contradict each other.
     """
     base = earlier or _scenario_file(args)
     typed = typed_values(args)

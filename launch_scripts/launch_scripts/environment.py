@@ -87,7 +87,7 @@ def _how_to_get_it() -> str:
 
 
 def clean_environment() -> None:
-    """Remove the backend of matplotlib that notebooks set: it exists in their kernel only."""
+    """Remove the matplotlib backend that notebooks set: it works in their kernel only."""
     if os.environ.get('MPLBACKEND', '').startswith('module://'):
         del os.environ['MPLBACKEND']
 

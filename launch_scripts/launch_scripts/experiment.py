@@ -66,11 +66,11 @@ class AddressWatch:
     def __init__(
         self, warn: Callable[[str], object], address: Callable[[], str] = own_address
     ) -> None:
-        """Start; `address` returns the present one, '' without a network."""
+        """Start; `address` returns the current address, '' without a network."""
         self._warn, self._address, self._last = warn, address, address()
 
     def look(self) -> None:
-        """Look whether the address is still the same."""
+        """Warn if the address has changed since the last look."""
         if (address := self._address()) != self._last:
             self._warn(
                 f"this computer's address has changed from {self._last or 'none'} to "
@@ -150,7 +150,7 @@ class Experiment:
         self._pause.send(OperatorRequest(action, by))
 
     def stop_by_keys(self, keys: str, attended: bool) -> None:
-        """Pass on the keys that stop the robots, or that the terminal is attended.
+        """Pass on the keys that stop the robots; without them, that the terminal is attended.
 
         Raises:
             StoppedError: The operator pressed q.
@@ -163,8 +163,8 @@ class Experiment:
             self.request(Action.ALIVE)
 
     def start_by_keys(self, starts: bool, releases: int) -> None:
-        """Pass on that the start key was pressed, and how often the key that releases a stop."""
-        for _ in range(releases):  # more than one: it is held down
+        """Pass on the start key, and each press of the key that releases a stop."""
+        for _ in range(releases):  # several: the key is held down
             self.request(Action.RELEASE)
         if starts:
             self.request(Action.START, 'by s')
@@ -190,7 +190,7 @@ class Experiment:
     def _on_report(self, report: ProcessMessage) -> None:
         if isinstance(report, Status):
             self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
-            if not self._stopped:  # later values are no current state
+            if not self._stopped:  # later values are out of date
                 self._on_status(report)
 
 

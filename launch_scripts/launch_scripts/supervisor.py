@@ -71,7 +71,7 @@ class Child:
     ) -> None:
         """Start the process; its error messages begin with `mistake`.
 
-        `on_report` is called with its reports, which are of some kinds.
+        `on_report` is called with each of its reports, which have one of the types `kinds`.
         """
         self.name = name
         self.needed = needed
@@ -115,7 +115,7 @@ class Child:
             os.killpg(self.process.pid, signum)
 
     def take_reports(self, data: bytes) -> None:
-        """Take what has come through the pipe of reports."""
+        """Take the bytes that have come through the pipe of reports."""
         for report in self._decoder.feed(data):
             self._reported[type(report)] = report
             if isinstance(report, Failed):

@@ -1,7 +1,7 @@
 """A controller: a node that calls the control law of a robot, the function `control` of a script.
 
-`setcmas ctrl` has those of a whole fleet in one process (`controllers/controlled_fleet.py`). The
-function itself is called in `laws/control_law.py`. One controller alone:
+`setcmas ctrl` runs those of a whole fleet in one process (`controllers/controlled_fleet.py`), and
+`laws/control_law.py` calls the function. To run one controller alone:
 
     ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
 """
@@ -33,8 +33,8 @@ NO_VELOCITY: Velocity = (math.nan, math.nan)
 class Controller(RobotNode):
     """Calls the control law of robot i at 5 Hz: poses of the fleet in, cmd_cart_vel out.
 
-    Its process (`ControlledFleet`) gives it its law, and the network, which has the poses: they
-    are taken for all nodes of the process before a step, each odometry once.
+    Its process (`ControlledFleet`) provides the law, and the network with the poses. Before each
+    step, the process takes each odometry once for all its nodes.
 
     Attributes:
         law: The control law; None while its script has a mistake.

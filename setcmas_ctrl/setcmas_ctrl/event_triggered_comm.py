@@ -21,7 +21,7 @@ _REPEAT_S = 0.09  # 10 Hz; odometry comes a little early or late
 class EventTriggeredComm(RobotNode):
     """Publishes the state of robot i when its condition triggers: odom in, trig_odom out.
 
-    The last state is repeated at 10 Hz, so that receivers that missed it get it all the same.
+    It repeats the last state at 10 Hz, for receivers that missed it.
     It has no `step`: its process (`ControlledFleet`) calls `evaluate` with each new odometry.
 
     Attributes:

@@ -28,7 +28,7 @@ _ROUNDED = 1.0 + 1e-6  # velocities come in single precision
 class SafetyFilterNode(FleetNode):
     """Keeps robots apart: cmd_cart_vel of each robot in, cmd_cart_vel_allowed out.
 
-    Of what is allowed, z is the `Verdict`.
+    z of cmd_cart_vel_allowed is the `Verdict`.
 
     Attributes:
         robots: The nodes of the robots, which follow what it allows.

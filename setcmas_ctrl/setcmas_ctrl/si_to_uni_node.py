@@ -1,8 +1,8 @@
-"""si_to_uni: a node that turns the velocity wanted of a robot into its command.
+"""si_to_uni: a node that converts the velocity that a robot should have to its command.
 
 Whoever publishes cmd_cart_vel drives the robot: a controller of `setcmas ctrl`, or a program in
-any language. `setcmas ctrl` has the nodes of a whole fleet in one process
-(`controllers/controlled_fleet.py`). One alone:
+any language. `setcmas ctrl` runs the nodes of a whole fleet in one process
+(`controllers/controlled_fleet.py`). To run one alone:
 
     ros2 run setcmas_ctrl si_to_uni --ros-args -r __ns:=/tb3_3 -p komega:=2.0
 """
@@ -54,9 +54,9 @@ class SiToUni(RobotNode):
         poses: Where the robots are.
         model: What kind of robot it is, with its limits.
         conversion: From the velocity to the command; it remembers the last command.
-        velocity_topics: Where the velocities come from that move it; with the filter, two topics.
+        velocity_topics: Topics of the velocities that it follows; with the filter, there are two.
         paused: Whether the robot is kept at rest.
-        stopped: Whether it stays so, after a stop.
+        stopped: Whether a stop keeps it at rest.
         received_at: When the last velocity came, in s.
         sent: When the last command was published, in s.
     """
@@ -119,7 +119,7 @@ class SiToUni(RobotNode):
         self.use(self.model)
 
     def expect(self, period: float) -> None:
-        """Expect a velocity every so many s from now on."""
+        """Expect a velocity once per `period` in s from now on."""
         self.period = self.conversion.Ts = period
 
     @property

@@ -43,9 +43,9 @@ _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
 class CmdVelBridge(RobotNode):
     """Sends robot i its command: cmd_vel_wanted and mocap/tb3_i/odom in, cmd_vel out.
 
-    They come from SiToUni and MocapBridge.
-    A step has two halves, as robots must not collide: `look` returns what this bridge knows of
-    its robot; `command` gets what `BridgedFleet` makes of that of all robots.
+    SiToUni and MocapBridge publish these inputs.
+    A step has two halves, because robots must not collide: `look` returns what this bridge knows
+    of its robot; `command` gets what `BridgedFleet` decides from what all bridges know.
 
     Attributes:
         lab: The lab.

@@ -56,7 +56,7 @@ class TrackedRobot:
 class MocapBridge(FleetNode):
     """Judges the poses of all robots: the driver's topics in, /mocap/tb3_i/odom out.
 
-    Controller, SiToUni and CmdVelBridge of robot i read that.
+    Controller, SiToUni and CmdVelBridge of robot i read the latter.
     /mocap/tb3_i/pose_state says why poses are rejected. It listens to /paused, because a person
     may carry robots in a pause.
 
@@ -98,7 +98,7 @@ class MocapBridge(FleetNode):
     def step(self, now: float) -> None:
         """Publish the state of the poses of each robot; `now` is in s on a steady clock.
 
-        The process takes poses as they come, between the steps; here those that still wait.
+        Between steps, the process takes poses as they come; a step takes those that still wait.
         """
         self.receiver.take()
         self.is_paused = self.pause.reason() is not None

@@ -53,7 +53,7 @@ class StepTime:
         now: Time of the current step, in s on the clock.
         stamp: The same for the headers of messages.
         t: Time of the run in s, as control laws see it: it stands still in a pause.
-        is_polled: Whether the loop also polls between steps, for what cannot wait for the next.
+        is_polled: Whether the loop also polls between steps, for messages that cannot wait.
     """
 
     def __init__(self, period: float, clock: SteadyClock | None = None) -> None:
@@ -145,8 +145,8 @@ class RobotNode(FleetNode):
     ) -> NodeParameters[Group]:
         """Declare options, by their names, as parameters that can be set while the node runs.
 
-        `options` of what it returns are the options with the present values; `check` raises
-        SetcmasError to refuse others.
+        The attribute `options` of the result has the current values; `check` raises SetcmasError
+        to refuse new ones.
         """
         return NodeParameters(self, options, {name: name for name in names}, check=check)
 
@@ -247,7 +247,7 @@ def run_steps(
 def _poll_until(
     due: float, process: RosProcess, clock: SteadyClock, poll: Callable[[], object]
 ) -> None:
-    """Poll every 0.01 s, counted back from a step: so the last time is just before it."""
+    """Poll every 0.01 s, counted back from the next step: the last poll just precedes it."""
     nb_polls = math.ceil((due - clock.now()) / _POLL_EVERY_S - _SAME_TIME) - 1
     for left in range(nb_polls, 0, -1):
         clock.wait_until(due - left * _POLL_EVERY_S, process)

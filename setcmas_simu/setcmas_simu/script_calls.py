@@ -1,4 +1,4 @@
-"""Calls of scripts: the one that a process is in, in memory that others can read; failures."""
+"""Calls of scripts: the current one, in memory that other processes can read, and failures."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ScriptFailure:
     """A period in which all calls of a script for a robot failed for the same reason.
 
     Attributes:
-        t: Time of the first failed call in s, as control laws see it: a pause stops it.
+        t: Time of the first failed call in s, as control laws see it: it stands still in a pause.
         robot: Number of the robot.
         script: Name of the file with the error: the script, or a module that it imports.
         line: Line of the error in that file, if known.
@@ -66,7 +66,7 @@ class ScriptFailure:
 
     @property
     def first_line(self) -> str:
-        """The message in a line, without its place."""
+        """The first line of the message, without file and line number."""
         text, place = self.text.partition('\n')[0], f'{self.script}, line {self.line}'
         for before in (f'{place}: ', f'{self.script}: '):
             text = text.removeprefix(before)

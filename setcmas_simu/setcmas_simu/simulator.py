@@ -78,7 +78,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
 def fleet_parameters(
     node: FleetNode, options: SimulationOptions
 ) -> NodeParameters[SimulationOptions]:
-    """Declare the parameters of the node of a process; limits must suit all models."""
+    """Declare the parameters of the fleet's node; its limits must suit all models."""
     return NodeParameters(node, options, PARAMETERS, check=SimulationOptions.simulated)
 
 
@@ -161,7 +161,7 @@ class Simulator:
         run_nodes(process, self.time, [self._robots], self.begin, self.end)
 
     def begin(self) -> None:
-        """Begin a step: publish its time if it is not that of the system; take changes."""
+        """Begin a step: apply changed options, and publish its time if it is not the system's."""
         if self._parameters.options is not self._options:
             self._follow(self._parameters.options)
         if self._clock:

@@ -1,7 +1,7 @@
 """A virtual robot: a node that turns cmd_vel into motion, and publishes where the robot is.
 
-`setcmas simu` has those of a whole fleet in one process (`simulator.py`, where either starts). One
-alone:
+`setcmas simu` runs those of a whole fleet in one process. To run one alone (`simulator.py` starts
+either):
 
     ros2 run setcmas_simu virtual_robot --ros-args -r __ns:=/tb3_3 -p x0:=1.0 -p limits:=burger
 """

@@ -73,12 +73,12 @@ def print_evaluation(
     args: argparse.Namespace, folder: RunFolder, run: Run, earlier: Path | None
 ) -> str:
     """Plot and measure a run, and compare it with an earlier one; return its folders as text."""
-    # Imported late: help texts, and the start of the robots, do not wait for numpy.
+    # Imported late: help texts and the start of robots need not wait for numpy.
     from setcmas_tools.measures.metrics import measure, write_yaml
 
     figures: list[Path] = []
     if args.plots:
-        from setcmas_tools.plots.plot import plot  # who draws nothing does not wait for matplotlib
+        from setcmas_tools.plots.plot import plot  # late: matplotlib loads slowly
 
         figures = plot(run, folder.plots, PlotSettings(tuple(args.format), args.palette), warn)
     metrics = measure(run, warn)
@@ -132,7 +132,7 @@ class StyleOptions(PaletteOptions):
     )
     paper: str | None = option(
         OneOf(tuple(PAPERS)),
-        'for print: column (3.5 inches wide; --paper alone means this) or page (7.16 inches)',
+        'for print: column (3.5 inches wide; same as --paper alone) or page (7.16 inches wide)',
         default=None,
         alone='column',
     )

@@ -159,5 +159,5 @@ def _write(folder: Path, tables: Mapping[str, str], pages: Mapping[str, str]) ->
             shutil.copyfile(table, folder / f'{name}.bak')
     write_together({folder / path: text for path, text in {**tables, **pages}.items()})
     for page in (folder / 'students').glob('*.html'):
-        if page.relative_to(folder).as_posix() not in pages:  # of a student who is gone
+        if page.relative_to(folder).as_posix() not in pages:  # its student has left
             page.unlink()

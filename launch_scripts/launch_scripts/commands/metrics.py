@@ -2,8 +2,8 @@
 
 The table goes to the terminal, and the unrounded values to metrics.yaml in the run's folder, or
 to BAG_metrics.yaml next to a single bag. The law declares its task in a line such as
-task = 'waypoints', with references such as WPL. A run that does not know its task, such as a bag
-of the ROS 1 stack, is measured against those of a script with --algo.
+task = 'waypoints', with references such as WPL. If a run does not record its task, such as a bag
+of the ROS 1 stack, use --algo to name a script that declares it.
 
 Examples:
   setcmas metrics out                                a run's folder
@@ -24,7 +24,7 @@ _warn = warner('metrics')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
-    law = "control law with task and references (default: the run's)"
+    law = "control law that declares task and references (default: the run's)"
     parser.add_argument('--algo', metavar='NAME', help=law)
     theory = 'also show what theory predicts for a built-in law, and which effects it leaves out'
     parser.add_argument('--theory', action='store_true', help=theory)

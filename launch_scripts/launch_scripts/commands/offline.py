@@ -93,7 +93,7 @@ def earlier_scenario(args: argparse.Namespace) -> Scenario | None:
     """Return the scenario of the run that --from names; None without one.
 
     Raises:
-        SetcmasError: It has none, or there is a scenario file, too.
+        SetcmasError: The run has no scenario, or the command line also names a scenario file.
     """
     folder: Path | None = args.earlier
     if folder is None:

@@ -113,10 +113,10 @@ class Messages(NamedTuple):
     Attributes:
         arrival: Time of arrival in s.
         senders: Columns of the senders, shape (n,).
-        over: Mask of the links that carry them, shape (R, n).
+        over: Mask of the links that carry these messages, shape (R, n).
         poses: Transmitted poses: rows x, y in m and theta in rad, shape (R, 3, n), or (1, 3, n)
             if they are the same for all receivers.
-        contents: Their contents, shape (n,); None for a state without.
+        contents: Contents of the messages, shape (n,); None for a state without content.
     """
 
     arrival: float
@@ -148,9 +148,9 @@ class Links:
     ) -> None:
         """Prepare links to some robots, by their sorted numbers; all links are down.
 
-        With `holds_own`, receivers hold their own states, too. Each sender has random numbers of
-        its own, from which every robot of the fleet gets some for each message, so that what
-        happens to a message does not depend on the other senders and receivers.
+        With `holds_own`, receivers hold their own states, too. Each sender has its own random
+        numbers, and draws some per message for every robot of the fleet. So what happens to a
+        message does not depend on which other robots send or receive.
         """
         nb_robots = len(channel.delay)
         rows: Indices = np.array(receivers, dtype=np.intp) - 1
@@ -175,7 +175,7 @@ class Links:
         }
         self.counts = LinkCounts.zero(*shape)
         self._has_contents = False
-        self._attached, self._contents = np.full((2, nb_robots), None)  # of the next, last states
+        self._attached, self._contents = np.full((2, nb_robots), None)  # of next and last states
         self._held_contents = np.full(shape, None)
 
     def begin(self, adjacency: Floats) -> None:

@@ -122,10 +122,10 @@ def encoded(content: Content) -> str:
 
 
 def decoded(text: str) -> Content:
-    """Return the content in a text of JSON.
+    """Return the content that a JSON text holds.
 
     Raises:
-        TypeError, ValueError: It has none.
+        TypeError, ValueError: The text holds no content.
     """
     try:
         message = json.loads(text)

@@ -11,9 +11,9 @@ may also have any of these keyword arguments:
 
     def ctc(pos, last_pos, t, *, received, measured): -> bool
 
-received, measured: poses of the robot's neighbours at the last call of its law, as received last,
-and as they were; rows x, y in m and theta in rad, a column for each robot of the fleet, NaN for
-robots that are not neighbours.
+received, measured: poses of the robot's neighbours at the last call of its law, as the robot had
+received them, and as they really were; rows x, y in m and theta in rad, a column for each robot
+of the fleet, NaN for robots that are not neighbours.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class ControlledFleet:
         network: What the robots know of each other.
         controllers: Nodes of the robots that call their laws; none without a law.
         senders: Their nodes that send states by events, if any.
-        driven: Their nodes si_to_uni, with the safety filter.
+        driven: Nodes si_to_uni of the robots, and the safety filter.
         phases: All nodes that are stepped, in the order of the steps.
         monitor: Watches robots, pause, time and graph.
     """
@@ -58,8 +58,8 @@ class ControlledFleet:
 
         Args:
             process: This process.
-            node: Stands for the fleet; or it is the only node of a robot, with those it needs
-                in other processes.
+            node: Node that stands for the fleet; or the only node of a robot here, if the other
+                nodes that it needs are in other processes.
             parameters: Those of this node.
             safety: The safety filter.
             options: Which robots there are, and how they listen.
@@ -94,7 +94,7 @@ class ControlledFleet:
         self.monitor = FleetMonitor(
             node, options, self.robots, self.poses, si_to_unis, process.launcher, self.time
         )
-        process.requests = RequestWait(every_node, self.monitor.urgent)  # while they wait, too
+        process.requests = RequestWait(every_node, self.monitor.urgent)  # also while nodes wait
 
     def _nodes(self, safety: FilterOptions) -> list[RobotNode]:
         """Return the nodes of the robots in this process."""
@@ -170,8 +170,8 @@ class ControlledFleet:
         self.scripts.watch.end_period()
         self.process.take_signals()  # scripts may have changed the handlers
         self.monitor.end_step(bool(self.controllers))
-        # States over links count when they come; velocities of other programs cannot wait for a
-        # step, and slow commands are repeated.
+        # Polled, because a state over a link counts when it comes, a velocity of another program
+        # cannot wait for a step, and slow commands are repeated.
         is_slow = self.time.period > REPEAT_S
         self.time.is_polled = self.network.is_on or not self.controllers or is_slow
 
@@ -179,13 +179,13 @@ class ControlledFleet:
         """Take messages between steps, and step nodes that follow other programs."""
         self.take()
         self.time.begin_step(self.time.clock.now())
-        if self.controllers:  # velocities are those of the laws, in their steps
+        if self.controllers:  # the laws give velocities, in their steps
             self.driven.repeat()
         else:
             self.driven.step()
 
     def follow_parameters(self) -> None:
-        """Let the nodes of all robots have the gains of the fleet's node, and step at its rate."""
+        """Give the nodes of all robots the gains and the rate of the fleet's node."""
         options = self._followed = self.parameters.options
         self.time.period = 1.0 / options.rate
         self.scripts.watch.slow.period = self.time.period / self.time.clock.rtf

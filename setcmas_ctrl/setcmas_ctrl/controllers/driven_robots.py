@@ -26,7 +26,7 @@ class DrivenRobots:
     """The nodes si_to_uni of a process, and the safety filter before them.
 
     Attributes:
-        nodes: Those of the robots.
+        nodes: The nodes si_to_uni, one per robot.
         phases: The filter, if there is one, and the nodes, in the order of the steps.
     """
 
@@ -41,7 +41,7 @@ class DrivenRobots:
         safety: FilterOptions,
         options: ControllerOptions,
     ) -> None:
-        """Prepare nodes of robots of a fleet, whose `poses` there are.
+        """Prepare the nodes of some robots; `poses` are those of the whole fleet.
 
         Raises:
             SetcmasError: A model or a script does not load, or the filter cannot guarantee safety.
@@ -66,7 +66,7 @@ class DrivenRobots:
         publish_obstacles(node, safety, options.experiment)
 
     def load_conversions(self) -> None:
-        """Let robots be driven by the user's own si_to_uni, if any, or raise SetcmasError.
+        """Load the user's own si_to_uni for each robot, if there is one, or raise SetcmasError.
 
         The safety filter has its own copies.
         """
@@ -80,7 +80,7 @@ class DrivenRobots:
         return self._scripts.conversions(robots, lambda: self.nodes[0].time.t)
 
     def expect(self, period: float) -> None:
-        """Expect a velocity every so many s: the acceleration of robots depends on it."""
+        """Expect a velocity once per `period` in s; the acceleration of robots depends on it."""
         for one in chain(*self.phases):
             one.expect(period)
 
@@ -100,7 +100,7 @@ class DrivenRobots:
             one.repeat()
 
     def follow_models(self) -> None:
-        """Use the models of a new announcement, if there is one; not if the user chose models."""
+        """Use the models of a new announcement, unless the user has chosen models."""
         announced = self._announced
         if not self._follows_models or announced.announcements is self._taken:
             return
@@ -126,5 +126,5 @@ class DrivenRobots:
             self._reported.add(name)
             self._warn(
                 f'{robots_in_words(sorted(robots))}: the simulator '
-                f"announces model '{name}'; driven as unicycles: {error}"
+                f"announces model '{name}', but si_to_uni drives them as unicycles: {error}"
             )

@@ -51,7 +51,7 @@ def prepared_fleet(
     announced, given = FleetListener(node), options.nb_robots
     nb_robots = given or wait_for_fleet(process, node, announced)
     if isinstance(node, RobotNode):
-        nb_robots = max(nb_robots, node.robot)  # it may come later than the others
+        nb_robots = max(nb_robots, node.robot)  # this robot may join later than the others
     robots = options.controlled(nb_robots)
     scripts = FleetScripts(process, node, law, found, communication, robots, nb_robots)
     if given and not options.experiment:  # laws load before there is a fleet

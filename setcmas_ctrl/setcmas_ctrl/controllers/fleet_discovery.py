@@ -52,7 +52,7 @@ def wait_until(
 def wait_for_fleet(
     process: RosProcess, node: FleetNode, listener: FleetListener, nb_robots: int | None = None
 ) -> int:
-    """Wait until the robots of a fleet are announced, or publish odometry if nobody announces any.
+    """Wait until the robots of a fleet are announced, or publish odometry if none is announced.
 
     Returns:
         Size of the fleet, nb_robots if given.

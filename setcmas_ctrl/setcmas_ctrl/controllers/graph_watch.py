@@ -34,7 +34,7 @@ class GraphWatch:
     """Checks the graph now and then, and reports each problem of a robot once."""
 
     def __init__(self, node: Node, poses: FleetPoses, drivers: Sequence[SiToUni]) -> None:
-        """Begin to watch the robots that some nodes command."""
+        """Begin to watch the robots that `drivers` command."""
         self._node = node
         self._own = cmd_vel_topics.own_participant(node)
         self._poses = poses

@@ -144,7 +144,7 @@ class ScriptReloader:
         """Load all scripts again, and reset t, errors and messages.
 
         Raises:
-            SetcmasError: One has a mistake; all robots stop.
+            SetcmasError: A script has a mistake; all robots stop.
         """
         fleet, scripts = self._fleet, self._loaded
         try:

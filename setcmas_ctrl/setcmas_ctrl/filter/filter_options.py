@@ -80,13 +80,13 @@ class FilterOptions(Options):
 
 
 class Verdict(enum.IntEnum):
-    """What the safety filter did with a wanted velocity, as cmd_cart_vel_allowed has it in z."""
+    """What the safety filter did with a wanted velocity; z of cmd_cart_vel_allowed holds it."""
 
     KEPT = 0
-    """The robot may have it: it is driven as without a filter, but within its limits."""
+    """The velocity is safe: the robot drives as without a filter, but within its limits."""
 
     CHANGED = 1
-    """It may have another one: that of its control point, ahead of the axle of a unicycle."""
+    """The filter chose another velocity for the control point, ahead of a unicycle's axle."""
 
     NO_SOLUTION = 2
-    """No velocity is safe: it stops."""
+    """No velocity is safe: the robot stops."""

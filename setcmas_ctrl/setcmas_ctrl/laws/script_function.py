@@ -215,7 +215,7 @@ def numbers_of(result: Any, sizes: range | tuple[int, ...], name: str) -> Floats
 
 def unmasked(value: Any) -> Any:
     """Return a value, or a sequence of values, with NaN for what is masked in masked arrays."""
-    if hasattr(value, 'filled'):  # asked like this, numpy.ma is not imported for all other scripts
+    if hasattr(value, 'filled'):  # does not import numpy.ma for other scripts
         return value.astype(float).filled(np.nan)
     return [unmasked(one) for one in value] if type(value) in (tuple, list) else value
 

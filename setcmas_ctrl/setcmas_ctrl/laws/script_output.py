@@ -78,7 +78,7 @@ class ScriptOutput:
 
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before output of scripts, inside."""
+    """Within this context, put the robot's name before each line that a script prints."""
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         contextlib.redirect_stdout(cast(IO[str], stdout)),

@@ -178,7 +178,7 @@ class LawScripts:
         return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
 
     def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
-        """Raise SetcmasError unless exactly the robots of the fleet, except others, have one."""
+        """Raise SetcmasError unless exactly the robots of the fleet but `others` have a script."""
         if self._by_robot is None:
             return
         check_in_fleet(self._by_robot, nb_robots, '--algo')

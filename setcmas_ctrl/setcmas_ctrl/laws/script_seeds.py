@@ -42,7 +42,7 @@ def seed_scripts(seed: int, first_robot: int = 1) -> None:
 
 @contextmanager
 def seeded_generators() -> Iterator[None]:
-    """Seed the generators that scripts make without a seed, inside."""
+    """Within this context, seed the generators that scripts create without a seed."""
     of_random = functools.partial(_seed_generator, vars(random)['_inst'])
     replacements = (
         (bit_generator, 'randbits', _bits),

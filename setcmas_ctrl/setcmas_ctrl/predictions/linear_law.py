@@ -1,4 +1,4 @@
-"""Linear laws: what follows from their matrix."""
+"""Linear laws, and predictions from their matrix."""
 
 from __future__ import annotations
 

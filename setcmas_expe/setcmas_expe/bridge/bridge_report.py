@@ -19,13 +19,13 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         name: Name of the robot.
         level: That of DiagnosticStatus: 0 well, 1 stopped, 2 lost.
-        reason: Why it may not move as wanted, for people; empty if it may.
+        reason: Why it may not move as wanted, in words; empty if it may.
         state: What it may do.
         ready: Whether it moves, or only waits for the operator.
         cause: Name of the `Cause` of its stop; empty if it may move, or if only a pause keeps it.
-        why: The same for people.
+        why: The cause in words.
         pause: Name of the `PauseCause` for which all robots are paused; empty if they are not.
-        pause_why: The same for people.
+        pause_why: The cause of the pause in words.
         runs_away: Whether it moves although it is commanded zero.
         pose_age: Age of its last good pose in s; empty if unknown, as are the next two.
         battery: Its charge in percent.

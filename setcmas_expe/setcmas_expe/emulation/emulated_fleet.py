@@ -20,10 +20,10 @@ _ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
 _RADIUS_M = 0.07  # of a robot, for the lidars of the others
 
 LIDAR_RATE_HZ = 5.0
-"""Turns of an LDS-01 in a second."""
+"""Turns per second of the lidar LDS-01."""
 
 LIDAR_POINTS = 360
-"""Points that it measures in a turn, the first straight ahead, then to the left."""
+"""Points that the lidar measures per turn, starting straight ahead and going left."""
 
 
 def truncated(velocity: float) -> float:
@@ -113,10 +113,10 @@ class EmulatedFleet:
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
 
     def scan(self, index: int, people: Floats) -> Floats:
-        """Return what a robot's lidar measures in a turn, in m, shape (LIDAR_POINTS,).
+        """Return the distances in m that a lidar measures in a turn, shape (LIDAR_POINTS,).
 
-        It sees the other robots, and people: discs with rows x, y, radius in m, shape (3, M). It
-        is inf where it sees nothing.
+        The robot's lidar sees the other robots, and `people`: discs with rows x, y,
+        radius in m, shape (3, M). The distance is inf where it sees nothing.
         """
         others = np.delete(self.poses[:2], index, axis=1)
         robots = np.vstack([others, np.full(others.shape[1], _RADIUS_M)])

@@ -90,7 +90,7 @@ class GuardWatch:
 
     @property
     def intruder(self) -> str:
-        """Who else publishes to the base, as the guard reports; empty if nothing does."""
+        """Nodes that also publish to the base, as the guard reports; empty if there are none."""
         report = self.report
         return report.reason if report and report.state is GuardState.INTRUDED else ''
 

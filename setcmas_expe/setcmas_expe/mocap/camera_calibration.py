@@ -28,7 +28,7 @@ _MOVED_PX = 30.0
 _SIDE = 0.35
 """Width of the parts of a picture in which the board must be seen, relative to it."""
 _MOST_MISFIT_M = 0.02
-"""Largest distance of a floor tag from what the others say."""
+"""Largest distance of a floor tag from the place that the other tags imply."""
 _NB_PICTURES = 30
 
 
@@ -128,7 +128,7 @@ def calibrated_floor(file: CameraFile) -> CameraFile:
     """Return a camera file with the pose of each camera, from pictures of the floor tags.
 
     Raises:
-        SetcmasError: Tags are missing, or do not fit their places.
+        SetcmasError: Tags are missing, or are not at the places in the file.
     """
     places = file.floor_tags
     if len(places) < 4:

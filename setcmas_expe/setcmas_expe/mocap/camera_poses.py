@@ -21,7 +21,7 @@ Shot = tuple[float, Picture]
 """Time of the exposure in s since 1970, and the picture."""
 
 LOST_AFTER_S = 0.15
-"""Time in s without a robot after which another camera may give its poses."""
+"""If a camera has not seen a robot for this time in s, another one may give its poses."""
 
 _MOST_SHIFT_M = 0.03
 """Distance in m from which a floor tag is away from its place."""
@@ -100,7 +100,7 @@ def tag_pose(camera: Camera, tags: RobotTags, corners: Floats) -> Pose | str:
 class CameraPoses:
     """Finds the robots in the pictures of the cameras of a file.
 
-    A robot's poses are those of one camera until it leaves the picture of that one.
+    One camera gives a robot's poses until the robot leaves its picture.
 
     Attributes:
         reasons: Why robots whose tag a camera sees have no pose, by camera.
@@ -116,7 +116,7 @@ class CameraPoses:
         self._detector = TagDetector()
         self._cameras = {one.name: one for one in file.cameras}
         for one in file.cameras:
-            _ = one.placed  # else it says how to calibrate
+            _ = one.placed  # raises an error that says how to calibrate
         self._watches = {one.name: FloorWatch(one, file.floor_tags) for one in file.cameras}
         self._seen: dict[int, tuple[str, float]] = {}  # by which camera, and when
 

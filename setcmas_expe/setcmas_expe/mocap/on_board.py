@@ -10,19 +10,19 @@ from setcmas_expe.mocap.sample import Pose, Sample, motion_between
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 LONGEST_WAY_M = 5.0
-"""Way in m after which a robot stops: then a calibrated TurtleBot3 is about 0.1 m off."""
+"""Distance in m after which a robot stops: a calibrated TurtleBot3 is then about 0.1 m off."""
 LONGEST_S = 180.0
-"""Time in s after which it stops, on whatever way."""
+"""Time in s after which a robot stops, however far it has driven."""
 
 _OFF_S = 1.0  # of silence: shorter than any restart
 _ORIGIN_M = 0.01
 
 
 class DeadReckoning:
-    """Places wheel odometry at a measured start pose, and says when it has drifted for too long.
+    """Adds wheel odometry to a measured start pose, and says when it is no longer reliable.
 
     Attributes:
-        way: Way in m since the start.
+        way: Distance in m driven since the start.
     """
 
     def __init__(self, start: Pose) -> None:

@@ -9,7 +9,7 @@ _SLEW = 0.1
 """Largest rate in s per s at which a clock is slewed; chrony allows no more."""
 
 _DELAY_S = 0.2
-"""Lateness in s that came faster than any slew: it is delay, whatever a clock does."""
+"""If the lateness in s grows by this much faster than any slew, it is a delay."""
 
 
 class StampClock:

@@ -91,7 +91,7 @@ class Pause(FleetNode):
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
     def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
-        """Pause or start the robots, and report it; `by_itself`: no person asked for it."""
+        """Pause or start the robots, and report it; `by_itself` means automatically."""
         is_stop = paused and not self.paused
         if is_stop:
             now = time.monotonic()
@@ -99,7 +99,7 @@ class Pause(FleetNode):
             self._held.note_pause(now)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
-        if is_stop and by_itself and is_overloaded():  # it may be the cause
+        if is_stop and by_itself and is_overloaded():  # the load may be the cause
             self.get_logger().warning(OVERLOADED)
         self.paused, self.why = paused, why
         self.publish()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 REACTION_S = 1.0
-"""A press this soon (s) after an automatic pause is not meant as a start; nor is a press this soon
-after another, as of a held or bouncing key."""
+"""A press within this time (s) of an automatic pause is not meant as a start; nor is one within
+this time of another press, because the key may be held or bounce."""
 
 REPEATS_WITHIN_S = 0.8
 """Longest time after which a held key repeats itself for the first time, in s."""
@@ -78,19 +78,19 @@ class Emergency:
         return new
 
     def take_over(self, why: str, now: float) -> bool:
-        """Take over the stop of a guard or the bridge; return whether that is new."""
+        """Take over the stop of a guard or the bridge; return whether it is a new stop."""
         late = now - self._released < _LETS_GO_WITHIN_S
         return not (self.why or late) and self.stop(why)
 
     @property
     def is_half_released(self) -> bool:
-        """Whether the first of the two presses counts."""
+        """Whether the first of the two presses has been made."""
         return self._asked > -math.inf
 
     def release(self, now: float) -> bool:
         """Note a press of the releasing key; return whether it was the second and released.
 
-        A held key repeats itself: its second press spoils the first.
+        A held key repeats itself: such a repetition cancels the first press.
         """
         repeated = now - self._pressed < REPEATS_WITHIN_S
         again = not repeated and now - self._asked < RELEASES_WITHIN_S

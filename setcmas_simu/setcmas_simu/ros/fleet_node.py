@@ -25,12 +25,12 @@ SIMULATED_TIME = 'use_sim_time'
 
 
 class FleetNode(Node):
-    """The node of a process; to it, its namespace is the root of all topic names.
+    """A node that takes its namespace as the root of all topic names.
 
     So `-r __ns:=/a` moves a whole fleet to /a, and other fleets do not see it there.
 
     Attributes:
-        teller: The node that tells changes of parameters for this one; None without one.
+        teller: The node that publishes changes of parameters for this one; None if there is none.
     """
 
     teller: FleetNode | None = None
@@ -73,7 +73,7 @@ class FleetNode(Node):
         return f'/{topic.removeprefix(f"{self.fleet_namespace}/").lstrip("/")}'
 
     def tell(self, parameters: Sequence[Parameter]) -> None:
-        """Let recorders know what has been set in this node, if it does not do so by itself."""
+        """Publish the parameters that were set, unless this node publishes them itself."""
         if self.teller:
             changed = [one.to_parameter_msg() for one in parameters]
             name, now = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
@@ -127,7 +127,7 @@ def note_arguments(ros_arguments: Sequence[str]) -> None:
 
 
 def destroy_nodes() -> None:
-    """Destroy the nodes of the default context: else they stay in the graph for seconds."""
+    """Destroy the nodes of the default context, which would stay in the graph for seconds."""
     for node in list(_nodes):
         if node.context is rclpy.get_default_context():
             node.destroy_node()
@@ -136,7 +136,7 @@ def destroy_nodes() -> None:
 def of_other_nodes() -> dict[str, Any]:
     """Return the ROS arguments of this process for its further nodes, as arguments of `Node`.
 
-    Rules such as `__ns:=/lab` are for its first node: ROS would name all nodes so.
+    Rules such as `__ns:=/lab` are left out: ROS would apply them to all nodes, not only the first.
     """
     kept: list[str] = []
     for word in _arguments:
@@ -153,7 +153,7 @@ _NAMES = re.compile(r'(__ns|__node|__name):=')
 
 
 class _NoParameterEvents:
-    """Discards events, for which each node would need a topic: see `FleetNode.tell`."""
+    """Discards events; `FleetNode.tell` publishes them, so not every node needs a topic."""
 
     def publish(self, event: ParameterEvent) -> None:
         pass

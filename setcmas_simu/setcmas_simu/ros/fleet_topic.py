@@ -80,7 +80,7 @@ class FleetListener:
         return 0 < nb_publishers <= len(self.announcements)
 
     def take(self) -> None:
-        """Take new announcements; forget all once nobody is left to have made them."""
+        """Take new announcements; forget all once no publisher is left."""
         self._topic.take()
         if self.announcements and not self._node.count_publishers(topics.FLEET):
             self.announcements.clear()

@@ -33,9 +33,9 @@ _AT_TIMES_S = 0.02
 _LEAVES_S = 3
 _PREFERRED = -10
 
-# Each class of messages imports rosidl_generator_py, which imports the generator of such classes,
-# with a parser of IDL and a template engine, and does without where that fails. Without it, a
-# process of nodes takes 3.4 MB less memory and starts sooner: see benchmarks/fleet.py.
+# Each message class imports rosidl_generator_py, which tries to import the generator of such
+# classes, with an IDL parser and a template engine. Here this import fails, which is harmless:
+# a process of nodes then takes 3.4 MB less memory and starts sooner (benchmarks/fleet.py).
 sys.modules.setdefault('rosidl_generator_py.generate_py_impl', cast(Any, None))
 
 

@@ -26,7 +26,7 @@ except ImportError:  # no wheel exists
 
 
 class StatePublisher:
-    """Publishes the state of a robot; what only displays need, while somebody subscribes."""
+    """Publishes the state of a robot; what only displays need, only while they subscribe."""
 
     def __init__(self, node: Node, robot: int, frame_id: str, child: str, shape: Shape) -> None:
         """Create the topics of a robot on its node: its frame `child` moves in `frame_id`."""

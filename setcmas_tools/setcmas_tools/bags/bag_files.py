@@ -36,14 +36,14 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
     Args:
         path: A rosbag2 folder with or without its metadata.yaml, one of its files, a ROS 1 .bag
             file, or the folder of a run that holds a folder `bag`.
-        stack: Closes the readers, and removes copies of damaged files, in the end.
+        stack: Closes the readers at the end, and removes copies of damaged files.
 
     Returns:
         At least one reader, and a line for each file that cannot be read whole.
 
     Raises:
         SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
-        OSError: A file cannot be read for a reason outside of it.
+        OSError: A file cannot be read for another reason than its content.
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
@@ -58,7 +58,7 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
     for file in files:
         try:
             reader, loss = _file_reader(file, stack)
-        except SetcmasError as error:  # of the other files there is more
+        except SetcmasError as error:  # the other files may be readable
             loss = str(error)
         else:
             readers.append(reader)
@@ -69,7 +69,7 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
 
 
 def _whole_bag(folder: Path, stack: ExitStack) -> BagReader | None:
-    """Return the reader of a bag that was closed well; None of others: their files tell more."""
+    """Return the reader of a bag that was closed well; None if its files must be read singly."""
     with suppress(Exception):  # a damaged file makes any of several libraries fail
         reader = _opened(folder, stack)
         if reader.message_count:
@@ -96,7 +96,7 @@ def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:
         return _opened(file, stack), ''
     except Exception as error:
         if file.suffix != '.mcap':
-            repair = f' ({_REPAIRS[file.suffix]} saves more of a cut one)'
+            repair = f' ({_REPAIRS[file.suffix]} recovers a damaged one)'
             raise SetcmasError(
                 f"bag '{file}' cannot be read ({one_line(error)}); it must be whole{repair}"
             ) from error
@@ -116,8 +116,8 @@ def _copy_of_mcap(damaged: Path, target: Path) -> str:
     """Copy what can be read of an mcap file, up to the first damage.
 
     Returns:
-        What happened to the rest, such as 'was cut short'; empty if there is none, as of a file
-        that only lacks indices.
+        What happened to the rest, such as 'was cut short'; empty if no message is missing, as in
+        a file that only lacks indices.
     """
     size = damaged.stat().st_size
     channels: dict[int, int] = {}

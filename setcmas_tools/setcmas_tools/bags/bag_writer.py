@@ -22,7 +22,7 @@ class BagWriter:
     """Writes serialised messages to an mcap bag; a context manager that closes it well.
 
     Messages become readable with each `flush`, whatever happens afterwards. Its methods raise
-    OSError where the disk is full or fails.
+    OSError if the disk is full or fails.
 
     Attributes:
         count: Number of messages written.

@@ -125,7 +125,7 @@ def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:
     """Return which other node publishes a topic or listens for commands; empty if none does.
 
     Args:
-        node: It sees the graph.
+        node: A node, which sees the graph.
         names: Topics, of which those of robots count.
         own: Number of publishers of each topic that are this player's.
     """
@@ -152,10 +152,10 @@ def play(
     rate: float,
     in_use: Callable[[], str],
 ) -> tuple[int, str]:
-    """Publish the messages of topics in time, to the end of the bag or a request to stop.
+    """Publish the messages of topics at their times, until the bag or the process ends.
 
     Args:
-        process: It answers requests meanwhile.
+        process: This process, which answers requests meanwhile.
         bag: The recording.
         publishers: One for each topic to play.
         rate: Speed, 1 as recorded.

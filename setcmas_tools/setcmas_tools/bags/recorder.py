@@ -31,7 +31,7 @@ _TAKE_PERIOD_S = 0.05
 class GraphRecorder:
     """Subscribes to each topic and writes its messages to a bag.
 
-    `drain` raises OSError where the disk is full or fails.
+    `drain` raises OSError if the disk is full or fails.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class GraphRecorder:
         """Start without any topic.
 
         Args:
-            node: It sees the graph.
+            node: A node, which sees the graph.
             writer: The bag.
             chosen: Full names of the topics to record; None for all.
             rtf: Seconds of the robots per second.
@@ -68,8 +68,8 @@ class GraphRecorder:
         self._fleet.take()
         if self._fleet.robots and self._fleet.rtf != self._rtf:
             self._print_once(
-                f'times are wrong: this simulator has --rtf {self._fleet.rtf:g}; stop, and '
-                'record with the same option'
+                f'times in the bag are wrong: the simulator has --rtf {self._fleet.rtf:g}; stop, '
+                'and record with the same option'
             )
         self._requests.take()
         for name, types in self._node.get_topic_names_and_types():

@@ -126,7 +126,7 @@ class Grader:
         return replace(marks, scenarios=tuple(drawn))
 
     def tried(self, submission: Submission) -> tuple[Submission, Marks | None]:
-        """Return a submission and its marks; None if it is not why there are none.
+        """Return a submission and its marks; None if the machine, not the submission, failed.
 
         Raises:
             SetcmasError: As `marks`, unless the machine ends a run.

@@ -148,7 +148,7 @@ def read_lateness(entry: Entry, fields: Mapping[str, Entry], known: Students) ->
 
 _WHO = ('identifier', 'email address', 'full name', 'student')
 _WHEN = ('last modified (submission)', 'submitted')
-"""Columns of Moodle's grading worksheet, and last those of a table of one's own."""
+"""Columns of Moodle's grading worksheet, and last those of the lecturer's own table."""
 
 
 def _times_of_table(entry: Entry, known: Students) -> dict[str, datetime]:

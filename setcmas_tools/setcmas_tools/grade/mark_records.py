@@ -242,8 +242,8 @@ class ScenarioRun:
 LawRunner = Callable[[MarkedScenario], ScenarioRun]
 """Runs scenarios with a submission: in this process or in a sandbox.
 
-It raises for no error of a script; SetcmasError is for mistakes of the teacher and for faults of
-the machine.
+Errors of a script raise nothing; SetcmasError means a mistake of the teacher or a fault of the
+machine.
 """
 
 

@@ -36,8 +36,8 @@ class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time with all poses known.
 
     Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement hardly falls below 20 % before all robots rest. `must_meet` is whether the
-    robots are meant to meet, or do meet and have no task; it is not in metrics.yaml.
+    the disagreement hardly falls below 20 % before all robots rest. `must_meet` says whether
+    robots are meant to meet, or met without a task; it is not in metrics.yaml.
     """
 
     start_time_s: float
@@ -171,7 +171,7 @@ def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
 
 
 CONSENSUS_TASK = Task()
-"""The task `consensus`, which has no metrics but those of every run."""
+"""The task `consensus`, which has only the metrics of every run."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ class HonestMetrics(Measured):
 
 
 def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
-    """Return the agreement of all robots but rebels, at times with all of these known."""
+    """Return the agreement of all robots but rebels, at times when all their poses are known."""
     places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
     places = places[..., np.isfinite(places[0]).all(axis=0)]
     if not places.size:

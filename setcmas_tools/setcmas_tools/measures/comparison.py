@@ -53,8 +53,8 @@ class Shifted:
         largest = {robot: np.nanmax(self.distances[robot]) for robot in self.rms}
         robot = max(largest, key=lambda one: largest[one])
         when = self.t[np.nanargmax(self.distances[robot])]
-        later = 'later' if self.shift > 0 else 'earlier'
-        shift = f'is nearest {abs(self.shift):.1f} s {later}: ' if self.shift else 'is '
+        late = f'{"lags" if self.shift > 0 else "leads"} by {abs(self.shift):.1f} s'
+        shift = f'{late}; with that shift, it is ' if self.shift else 'is '
         return (
             f'{shift}{_rms(np.array([*self.rms.values()])):.3g} m apart (RMS), at most '
             f'{largest[robot]:.3g} m ({robot_name(robot)} at t = {when:.1f} s)'

@@ -262,5 +262,5 @@ def identified_notes(found: Mapping[int, Identified]) -> Iterator[str]:
         if poor:
             yield (
                 f'{name}: the model explains less than {_GOOD_FIT:g} % of its {" and ".join(poor)}'
-                '; a pause, a collision or slip may be the cause, which ± does not include'
+                '; a pause, a collision or slip may be the cause; ± does not include this error'
             )

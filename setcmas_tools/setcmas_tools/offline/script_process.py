@@ -127,7 +127,7 @@ class ScriptProcess(Generic[Result]):
     ) -> Result:
         """Run the function; return its result. Call `look` now and then meanwhile.
 
-        It is ended when a call of a script, or all of it, takes longer than its limit in s.
+        It is ended if a call of a script exceeds `call_timeout`, or the function `timeout`, in s.
 
         Raises:
             SetcmasError: The function raises it: the user's mistake.
@@ -328,7 +328,7 @@ def _work(
 
 
 def _separate(traces: Connection, folder: Path) -> None:
-    """Give this process a group; let it end with the one that started it."""
+    """Give this process its own group; let it end with the process that started it."""
     _end_with_parent()
     multiprocessing.current_process().daemon = False  # scripts may start processes
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process answers Ctrl-C

@@ -24,7 +24,7 @@ _RECONNECT_S = 2.5
 
 
 def own_address() -> str:
-    """Return the address from which this machine would talk to others; '' without a network."""
+    """Return the address of this machine in its network; '' without a network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(('192.0.2.1', 9))  # sends nothing; the system chooses the way

@@ -91,7 +91,7 @@ def _references(run: Run) -> list[dict[str, Any]]:
     if not (known := task_of(run, ignore)):
         return []
     task, references = known
-    if type(task).draw is Task.draw:  # it draws nothing; a page may lack matplotlib
+    if type(task).draw is Task.draw:  # such a task draws nothing, and matplotlib may be missing
         return []
     from matplotlib.figure import Figure
 

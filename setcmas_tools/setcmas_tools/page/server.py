@@ -56,7 +56,7 @@ class Button(Enum):
 
 
 class LiveSummary:
-    """The newest state and the last poses of a live run, for browsers that come later.
+    """The newest state and the last poses of a live run, for browsers that connect later.
 
     It is used by the thread of the server only.
     """
@@ -210,7 +210,7 @@ class PageServer:
         return _response(HTTPStatus.OK, 'text/html; charset=utf-8', self._page)
 
     async def _talk(self, connection: ServerConnection) -> None:
-        # Without waiting in between, so that no message is missed. `websockets` closes the
+        # No await between these lines, so that no message is missed. `websockets` closes the
         # connection to a browser that no longer reads after 40 s.
         broadcast([connection], _encoded(self._summary.messages()))
         self._viewers.add(connection)

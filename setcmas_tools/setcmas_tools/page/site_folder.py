@@ -236,7 +236,7 @@ def write_folder(folder: Path, files: Files) -> None:
 
 
 _PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'tabulate')
-"""Those of setcmas that run laws, and one that Pyodide lacks."""
+"""Packages of setcmas that run laws, and one that Pyodide lacks."""
 
 _NEEDLESS = (
     'setcmas_tools/page/templates/site/',
@@ -247,7 +247,7 @@ _NEEDLESS = (
 """Beginnings of paths of files that the page does not need."""
 
 _METADATA = ('METADATA', 'entry_points.txt')
-"""By which Python finds the version of setcmas, and its laws by their names."""
+"""Files in which Python finds the version of setcmas, and its laws by name."""
 
 
 def installed_packages() -> Files:

@@ -134,7 +134,7 @@ class CsvFile:
                     converters=empty,
                     ndmin=1,
                 )
-            except ValueError as error:  # in numpy's words, which are of its arguments
+            except ValueError as error:  # its message is about numpy's arguments
                 raise ValueError(f'line {lines.number}') from error
         return [_within_limits(column, rows[column.name]) for column in columns]
 

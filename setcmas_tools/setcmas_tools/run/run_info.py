@@ -37,7 +37,7 @@ def read_record(path: Path, kind: type[Record]) -> Record | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    import msgspec  # late: the page in a browser, which reads no records, does without
+    import msgspec  # late: the page in a browser reads no records
 
     if not path.exists():
         return None
@@ -258,7 +258,7 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    from setcmas_tools.run.scenario import check_record  # tables alone do without
+    from setcmas_tools.run.scenario import check_record  # late: not needed for tables
 
     info = read_record(folder / INFO_FILE, RunInfo)
     try:

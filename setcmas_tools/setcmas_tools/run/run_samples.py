@@ -90,7 +90,7 @@ def _robot_of(name: str, topic: str) -> int | None:
     return robot if own else None
 
 
-_LATE_S = 1.0  # messages that are recorded later have a t of another begin
+_LATE_S = 1.0  # if a message is recorded later, its t began at another time
 
 
 class CommunicationSamples:
@@ -126,8 +126,8 @@ class CommunicationSamples:
         """Return the values that laws sent, at the times of their calls: one for each call."""
         found: dict[tuple[float, int], SentMessage] = {}
         for received, robot, content in self._contents:
-            # The first of a topic are recorded late, when the recorder has found it. But t falls
-            # behind in pauses, and starts anew with new laws.
+            # Prefer t: a topic's first messages are recorded late, once the recorder has found it.
+            # But t stands still in pauses, and restarts with new laws.
             t = content.t if received - content.t < _LATE_S else received
             found[round(t, 6), robot] = SentMessage(t, robot, content.value)
         return [found[key] for key in sorted(found)]

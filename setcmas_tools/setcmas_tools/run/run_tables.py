@@ -218,7 +218,7 @@ def read_communication(folder: Path) -> CommunicationRecord | None:
             links[int(receiver), int(sender)] = counts
         else:
             raise SetcmasError(
-                f"'{folder / COUNTS.name}' is damaged: '{receiver[:40]}' is no robot"
+                f"'{folder / COUNTS.name}' is damaged: '{receiver[:40]}' is not a robot"
             )
     triggers = TRIGGERS.read(folder / TRIGGERS.name) or [np.empty(0)] * len(TRIGGERS.columns)
     changes = GRAPH.read(folder / GRAPH.name) or [np.empty(0)] * len(GRAPH.columns)

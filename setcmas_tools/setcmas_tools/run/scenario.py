@@ -249,12 +249,12 @@ class Scenario:
         return [*self.notes, *([alone] if is_alone else [])]
 
     def overridden(self, typed: Mapping[str, Any]) -> Scenario:
-        """Return the same with typed values, where settings and single poses join its own.
+        """Return this scenario with typed values; typed settings and single poses are added.
 
-        Other start poses replace its own, and another robot model has the limits of its own.
+        Other start poses replace those of the scenario; another robot model brings its limits.
 
         Raises:
-            SetcmasError: A value is invalid, or values do not go together.
+            SetcmasError: A value is invalid, or values contradict each other.
         """
         changes = dict(typed)
         if 'set' in typed:

@@ -59,7 +59,7 @@ def sweep(
             combinations are run.
         seeds: Number of seeds for each of them.
         metrics: Further metrics by name: functions of a run, which become columns.
-        output: Folder of the study. None keeps the study as long as it is used.
+        output: Folder of the study. None keeps the study only as long as it is used.
         options: `jobs` and `timeout`, as on the command line; all other arguments of `simulate`.
 
     Raises:
@@ -84,7 +84,7 @@ def carry_out(
 ) -> Study:
     """Make the runs of a study in a folder, or raise SetcmasError.
 
-    The folder None is a temporary one. The table of an interrupted study has the finished runs.
+    If `folder` is None, it is a temporary one. An interrupted study keeps its finished runs.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
     with file_errors(f"study '{place}' cannot be written"):

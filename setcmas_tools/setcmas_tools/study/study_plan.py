@@ -144,7 +144,7 @@ def read_plan(folder: Path) -> Plan:
 def store(plan: Plan, folder: Path, overwrite: bool = False) -> None:
     """Write study.yaml and the scripts and files of a study to its folder.
 
-    Raises SetcmasError if it holds something else, or an earlier study not to `overwrite`.
+    Raises SetcmasError if the folder holds anything but an earlier study to `overwrite`.
     """
     _check_free(folder, overwrite)
     records: list[dict[str, Any]] = []

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BAND = (0.05, 0.95)
-"""Quantiles of the ends of bars with 90 % of the runs."""
+"""Quantiles at the ends of the bars, which contain 90 % of the runs."""
 
 _MOST_LINES = 6
-_LINE_SHIFT = 0.06  # between the bars of two lines over words
+_LINE_SHIFT = 0.06  # between two lines over words, so that bars do not overlap
 _SHADES = 'viridis'
 _DRAWN = (
     'disagreement', 'settling_time', 'least_separation', 'communications', 'position_error',

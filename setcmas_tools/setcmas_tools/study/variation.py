@@ -39,7 +39,8 @@ def checked_name(name: str, script_names: Collection[str]) -> str:
     option = name.replace('-', '_')
     if option in OPTIONS and name in script_names:
         raise SetcmasError(
-            f'--vary {name}: both an option and a variable of the script; rename the variable'
+            f'--vary {name}: this is both an option and a variable of the script; rename the '
+            'variable'
         )
     if option in OPTIONS:
         return option

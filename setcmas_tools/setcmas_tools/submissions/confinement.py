@@ -1,4 +1,4 @@
-"""Confinement of a process by bubblewrap: what it and students see of the machine."""
+"""Confinement of a process by bubblewrap: what the process and students see of the machine."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def without_paths(text: str) -> str:
     """Return a message without the folders of this machine.
 
     Files of a submission and of packages are relative to its folder or to that of the packages;
-    the home, the environment and the current folder of whoever grades become '…'.
+    the home, the environment and the current folder of the grading user become '…'.
     """
     temporary = '|'.join(map(re.escape, _places([tempfile.gettempdir()])))
     text = re.sub(f'(?:{temporary}){_TEMPORARY}', '', text)

@@ -165,7 +165,7 @@ def find_submissions(
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
     Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
-    the same student's. A class may be in a folder inside a zip file, as when a folder is packed.
+    the same student's. If there is only one folder, with several submissions, it is the class.
 
     Args:
         place: The folder or zip file.
@@ -270,7 +270,7 @@ def _without_script(files: Files) -> str:
 
 
 def _defines(source: bytes, function: Function) -> bool:
-    """Return whether a script defines or assigns a function, or may do so if it is not Python."""
+    """Return whether a script defines or assigns a function, or seems to if it is not Python."""
     try:
         tree = ast.parse(source)
     except _UNREADABLE:

@@ -68,9 +68,9 @@ def files_of_class(place: Path) -> Files:
 
 
 def unpacked(files: Files, name: str) -> Files:
-    """Return the files of a student with those in zip files, or why they are too much.
+    """Return the files of a student with those in zip files, or the limit that they exceed.
 
-    A path without a name is the submission itself, which has this name.
+    An empty path is the submission itself, which has this name.
     """
     try:
         return _within(_unpacked(files, name), *_OF_STUDENT)
