@@ -116,7 +116,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import Grader, check_sandbox, grade, read_class
+    from setcmas_tools.grade.class_grading import NOT_RUN, Grader, check_sandbox, grade, read_class
     from setcmas_tools.grade.corrections import Corrections, read_corrections
     from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
@@ -125,6 +125,8 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         check_sandbox()
     submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
+    if not args.corrections and (misplaced := args.folder / CORRECTIONS).is_file():
+        raise SetcmasError(f"move '{misplaced}' to '{folder}', or name it with --corrections")
     file = args.corrections or folder / CORRECTIONS
     is_used = args.corrections or file.is_file()
     corrections = read_corrections(file, students, rubric) if is_used else Corrections()
@@ -144,7 +146,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
             f'{_count(undecided)} without a grade: the remarks say why; have it handed in again, '
             f'or decide in {CORRECTIONS}'
         )
-    return 0
+    return 1 if any(one.failure == NOT_RUN for one in undecided) else 0
 
 
 def _count(submissions: Sequence[object]) -> str:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import logging
-from collections.abc import Sequence
+import signal
+import sys
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
@@ -210,10 +213,12 @@ def _digest(*parts: bytes) -> str:
     return whole.hexdigest()
 
 
-_NOT_RUN = (
+NOT_RUN = Failure(
     'this computer ran out of memory, disk or processes, or setcmas failed; repeat the command, '
     'with fewer --jobs'
 )
+"""Of a submission that could not be graded, for no reason of its own."""
+
 _logger = logging.getLogger(__name__)
 
 
@@ -229,14 +234,12 @@ def grade(
     The marks are kept in the folder of the grades; `again` grades those that are there, too.
 
     A submission that the machine has kept from running, or that has made setcmas fail, is not
-    marked; the next grading tries again.
+    marked (NOT_RUN); the next grading tries again.
 
     Raises:
-        SetcmasError: The rubric's solution fails, or a grading process dies.
+        SetcmasError: The rubric's solution fails.
         OSError: The marks cannot be written.
     """
-    with needs('grade'):
-        import joblib
     rubric = grader.rubric
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
@@ -247,19 +250,46 @@ def grade(
     with tqdm(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
     ) as progress:
-        parallel = joblib.Parallel(jobs, return_as='generator_unordered')
-        try:
-            for one, made in parallel(joblib.delayed(grader.tried)(one) for one in left):
-                if made:
-                    kept.keep(one, made)
-                marks[one.name] = made or unmarked(
-                    rubric, one.name, one.student, Failure(_NOT_RUN)
-                )
-                progress.update()
-        except BrokenProcessPool as error:
-            raise SetcmasError(f'a grading process has died: {_NOT_RUN}') from error
+        for one, made in _graded(left, grader, jobs):
+            if made:
+                kept.keep(one, made)
+            marks[one.name] = made or unmarked(rubric, one.name, one.student, NOT_RUN)
+            progress.update()
     like = likenesses(*_prints(submissions, rubric))
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
+
+
+def _graded(
+    submissions: Sequence[Submission], grader: Grader, jobs: int
+) -> Iterator[tuple[Submission, Marks | None]]:
+    """Yield what `Grader.tried` returns, from several processes.
+
+    If one of them dies, what is left is graded one by one, and one that ends its process again
+    has no marks.
+    """
+    with needs('grade'):
+        import joblib
+    parallel = joblib.Parallel(jobs, return_as='generator_unordered', initializer=_end_with_parent)
+    left = {one.name: one for one in submissions}
+    try:
+        for one, made in parallel(joblib.delayed(grader.tried)(one) for one in submissions):
+            del left[one.name]
+            yield one, made
+    except BrokenProcessPool:
+        if len(submissions) == 1:
+            yield submissions[0], None
+            return
+        for one in left.values():  # for a single job joblib would start no process
+            yield from _graded([one], grader, jobs=2)
+
+
+_PR_SET_PDEATHSIG = 1
+
+
+def _end_with_parent() -> None:
+    """Let a grading process end when the one that has started it is killed."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _prints(

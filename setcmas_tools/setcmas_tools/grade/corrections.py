@@ -78,10 +78,11 @@ _FORMATS = '%A, %d %B %Y, %I:%M %p', '%A, %B %d, %Y, %I:%M %p'  # of Moodle in E
 
 
 def time_of(text: str) -> datetime | None:
-    """Return a time in ISO 8601, or as Moodle writes it, on its clock; None for another text."""
+    """Return a time in ISO 8601, or as Moodle writes it; None for others and with a time zone."""
     text = ' '.join(text.split())
     with suppress(ValueError):
-        return datetime.fromisoformat(text).replace(tzinfo=None)
+        time = datetime.fromisoformat(text)
+        return None if time.tzinfo else time
     for form in _FORMATS:
         with suppress(ValueError):
             return datetime.strptime(text, form)

@@ -5,14 +5,17 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
+import psutil
 import pytest
 from processes import SETCMAS, TIMEOUT_S, Process, refuses, run_setcmas
 from sandboxes import needs_sandbox
 
 from launch_scripts.cli import main
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_tools.grade.class_grading import KEPT
+from setcmas_tools.grade.class_grading import KEPT, Grader
+from setcmas_tools.submissions.sandbox import NoProcessError
 
 LAW = ALGORITHMS.file('consensus').read_text()
 
@@ -60,6 +63,27 @@ def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeyp
 
     assert 'no sandbox: no bwrap; or add --trust to grade without' in capsys.readouterr().err
     assert not (tmp_path / 'touched').exists()
+
+
+def test_corrections_in_the_folder_of_the_class_are_not_overlooked(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada=LAW)
+    (tmp_path / 'class' / 'corrections.yaml').touch()
+
+    assert main(['grade', 'class', '-R', 'consensus', '--trust']) == 2
+
+    told = "move 'class/corrections.yaml' to 'grades', or name it with --corrections"
+    assert told in capsys.readouterr().err
+
+
+def test_what_the_machine_cannot_run_gives_another_exit_status(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada=LAW)
+    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=NoProcessError('full')))
+
+    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == 1
+
+    assert 'this computer ran out of' in capsys.readouterr().out
 
 
 @pytest.mark.nightly
@@ -137,7 +161,8 @@ def test_grades_are_written_by_a_script_on_stdin_whose_output_is_read_no_further
 
 @pytest.mark.nightly
 @needs_sandbox
-def test_a_grading_that_is_killed_goes_on(tmp_path):
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
+def test_a_grading_that_is_killed_leaves_no_process_and_goes_on(tmp_path, number):
     slow = f'{LAW}\n\nlaw = control{SLOW}'
     write_class(tmp_path / 'class', a=LAW, b=slow, c=slow)
     command = ['grade', 'class', '-R', 'consensus', '-o', 'grades', '--jobs', '2']
@@ -145,8 +170,10 @@ def test_a_grading_that_is_killed_goes_on(tmp_path):
     while not list((tmp_path / 'grades' / KEPT).glob('*.json')):
         assert process.popen.poll() is None, process.output()
         time.sleep(0.05)
-    process.end(signal.SIGKILL)
+    started = psutil.Process(process.pid).children(recursive=True)
+    process.end(number)
 
+    assert not psutil.wait_procs(started, timeout=TIMEOUT_S)[1]
     done = {file: file.stat().st_mtime_ns for file in (tmp_path / 'grades' / KEPT).iterdir()}
     result = run_setcmas(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr

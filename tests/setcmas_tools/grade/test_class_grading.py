@@ -7,10 +7,9 @@ import pytest
 from sandboxes import needs_sandbox
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
+from setcmas_tools.grade.class_grading import KEPT, NOT_RUN, Grader, KeptMarks
 from setcmas_tools.grade.mark_records import Failure
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
@@ -119,17 +118,17 @@ def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeyp
 
 
 @pytest.mark.nightly
-def test_a_process_that_dies_ends_the_grading_and_what_is_graded_stays(tmp_path):
+def test_a_process_that_dies_takes_the_marks_of_its_submission_only(tmp_path):
     """As the kernel kills one that takes all the memory; without the sandbox, a script can."""
     kill = f'import os, signal\nos.kill(os.getppid(), signal.SIGKILL)\n{GOOD}'
-    two = submissions(good=GOOD, kill=kill)
+    three = submissions(kill=kill, good=GOOD, slow=SCRIPTS['slow'])
     grader = Grader(RUBRIC, is_confined=False)
-    class_grading.grade(two[:1], grader, tmp_path)
 
-    with pytest.raises(SetcmasError, match='a grading process has died: this computer ran out of'):
-        class_grading.grade(two, grader, tmp_path, jobs=2)
+    killed, good, slow = class_grading.grade(three, grader, tmp_path, jobs=2)
 
-    assert KeptMarks(tmp_path, grader).found(two[0]).is_full
+    assert killed.failure == NOT_RUN
+    assert good.is_full
+    assert slow.score
 
 
 SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})

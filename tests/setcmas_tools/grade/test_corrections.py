@@ -164,6 +164,7 @@ def test_lateness_costs_nothing_where_there_is_no_grade_yet(corrected):
         (one_of('student: 777, add: 1').replace('reason', 'why'), 4, 'there is no key'),
         (LATE.replace('10 %', 'ten'), 5, 'such as 10 %'),
         (f'{LATE}  submitted: {{Bob: 2026-11-20}}', 6, "no student 'Bob'"),
+        (f'{LATE}  submitted: {{777: "2026-11-20T23:59:00Z"}}', 6, 'a time such as'),
         (f'{LATE}  times: no.csv', 6, 'cannot be read'),
         ('curve: {scale: 1.1}', 1, "there is no key 'curve'"),
     ],
