@@ -42,7 +42,7 @@ def main(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion need not wait for numpy and joblib.
     from setcmas_tools.study.study import carry_out, runs_in_words
     from setcmas_tools.study.study_columns import check_known
-    from setcmas_tools.study.study_plan import make_plan
+    from setcmas_tools.study.study_plan import TABLE, make_plan
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
     check_known(options.metric)
@@ -51,7 +51,9 @@ def main(args: argparse.Namespace) -> int:
     try:
         study = carry_out(plan, folder, options, args.overwrite)
     except KeyboardInterrupt:
-        warn(f"setcmas sweep: stopped; '{folder}' has the runs that had finished")
+        has_runs = (folder / TABLE).is_file()
+        done = f"'{folder}' has the runs" if has_runs else 'there are no runs'
+        warn(f'setcmas sweep: stopped; {done} that had finished')
         raise
     print(study.summary)
     drawn = []

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import ExitStack, suppress
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TypeAlias
 
+import yaml
 from mcap.reader import NonSeekingReader
 from mcap.writer import CompressionType, Writer
 from rosbags.rosbag1 import Reader as Ros1Reader
@@ -16,9 +17,13 @@ from rosbags.rosbag2.storage_mcap import McapReader
 from setcmas_simu.errors import SetcmasError
 
 BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
-_ROS2 = ('.mcap', '.db3')
+_ROS2 = ('.mcap', '.db3', '.zstd')
 _ROS1 = '.bag'
-_REPAIRS = {'.db3': 'sqlite3 FILE .recover', '.bag': 'rosbag reindex'}
+_REPAIRS = {
+    '.db3': 'sqlite3 FILE .recover recovers a damaged one',
+    '.bag': 'rosbag reindex recovers a damaged one',
+    '.zstd': 'zstd -d FILE unpacks it',
+}
 _LONGEST_REASON = 120
 
 BagReader: TypeAlias = Ros1Reader | Ros2Reader
@@ -39,7 +44,8 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
         stack: Closes the readers at the end, and removes copies of damaged files.
 
     Returns:
-        At least one reader, and a line for each file that cannot be read whole.
+        At least one reader, and a line for each file that cannot be read whole, and for files
+        that metadata.yaml lists but that are not there.
 
     Raises:
         SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
@@ -47,9 +53,11 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
-    if path.is_dir() and (whole := _whole_bag(path, stack)):
-        return [whole], []
     files = [path] if path.is_file() else sorted(f for f in path.iterdir() if f.suffix in _ROS2)
+    listed, found = _listed_names(path), {file.name for file in files}
+    is_complete = listed == found and not any(map(_unread_journal, files))
+    if is_complete and (whole := _whole_bag(path, stack)):
+        return [whole], []
     if not files and (path / 'bag').is_dir():
         return open_readers(path / 'bag', stack)
     if not files or files[0].suffix not in (*_ROS2, _ROS1):
@@ -65,7 +73,30 @@ def open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[st
         losses += [loss] * bool(loss)
     if not readers:
         raise SetcmasError(losses[0])
+    if missing := sorted(listed - found):
+        losses.append(f"'{path}' lacks {', '.join(missing)}, which its metadata.yaml lists")
     return readers, losses
+
+
+def _listed_names(folder: Path) -> set[str]:
+    """Return the names of the files that metadata.yaml lists; none if it cannot be read."""
+    try:
+        content = yaml.safe_load((folder / 'metadata.yaml').read_text())
+        paths = content['rosbag2_bagfile_information']['relative_file_paths']
+        return {PurePath(path).name for path in paths}
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError):
+        return set()
+
+
+def _unread_journal(file: Path) -> str:
+    """Return a line about messages in a journal of SQLite, which rosbags does not read."""
+    journal = file.with_name(f'{file.name}-wal')
+    if not journal.is_file() or not journal.stat().st_size:
+        return ''
+    return (
+        f"messages in '{journal}' were not read; first run sqlite3 {file} "
+        '"PRAGMA wal_checkpoint(TRUNCATE)"'
+    )
 
 
 def _whole_bag(folder: Path, stack: ExitStack) -> BagReader | None:
@@ -93,12 +124,13 @@ def _opened(path: Path, stack: ExitStack) -> BagReader:
 def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:
     """Return the reader of a file, and a line if it cannot be read whole."""
     try:
-        return _opened(file, stack), ''
+        return _opened(file, stack), _unread_journal(file)
     except Exception as error:
         if file.suffix != '.mcap':
-            repair = f' ({_REPAIRS[file.suffix]} recovers a damaged one)'
             raise SetcmasError(
-                f"bag '{file}' cannot be read ({one_line(error)}); it must be whole{repair}"
+                _unread_journal(file)
+                or f"bag '{file}' cannot be read ({one_line(error)}); it must be whole "
+                f'({_REPAIRS[file.suffix]})'
             ) from error
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
     copy = folder / file.name

@@ -66,7 +66,15 @@ def values_by_label(name: str, values: Variation) -> dict[str, Any]:
         values = parse_values(name, values)
     if isinstance(values, Mapping):
         return {str(label): value_of(name, value) for label, value in values.items()}
-    return {label_of(value): value for value in (value_of(name, one) for one in values)}
+    found = [value_of(name, one) for one in values]
+    by_label = {label_of(value): value for value in found}
+    if len(by_label) < len(found):
+        labels = ', '.join(map(label_of, found))
+        raise SetcmasError(
+            f'--vary {name}: {len(found)} values, some of one name: {labels}; leave out equal '
+            'values, and give functions names, or a dictionary of values by name'
+        )
+    return by_label
 
 
 def value_of(name: str, value: Any) -> Any:

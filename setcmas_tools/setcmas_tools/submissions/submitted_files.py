@@ -147,7 +147,7 @@ def _path(name: str) -> PurePosixPath | None:
     parts = [one for one in name.replace('\\', '/').split('/') if one not in ('', '.', '..')]
     text = '/'.join(parts).encode(errors='backslashreplace').decode()  # whatever bytes it has
     is_hidden = any(one in _IGNORED or one.startswith('.') for one in parts)
-    if not text or is_hidden or len(text) > _LONGEST_PATH:
+    if not text or is_hidden:
         return None
     path = PurePosixPath(text)
     return path.with_suffix(path.suffix.lower())
@@ -158,7 +158,9 @@ def _most(path: PurePosixPath) -> int:
 
 
 def _checked(content: bytes, path: PurePosixPath) -> bytes:
-    """Return the content of a file, or that it is too large to count."""
+    """Return the content of a file, or why it does not count."""
+    if len(path.as_posix()) > _LONGEST_PATH:
+        return Unread.because(f'the path of {path.name[:50]} is too long')
     if len(content) <= _most(path):
         return content
     return Unread.because(f'{path.name} is larger than {_most(path) >> 20} MB')

@@ -35,5 +35,5 @@ def test_ctrl_c_ends_a_study_that_hangs(tmp_path, start):
         assert process.popen.poll() is None, process.output()
         time.sleep(0.02)
     assert process.end(signal.SIGINT) == 130
-    assert "stopped; 'study' has the runs that had finished" in process.output()
+    assert 'stopped; there are no runs that had finished' in process.output()
     assert 'Traceback' not in process.output()

@@ -1,6 +1,7 @@
 """Whatever happens to a file, a bag is read as far as it goes, or refused in one line."""
 
 import shutil
+import sqlite3
 
 import pytest
 from bag_contents import only_file, read, write_compressed
@@ -113,3 +114,46 @@ def test_a_split_bag_of_a_killed_recorder_is_read_in_the_order_of_time(
 
     assert x == list(range(200))
     assert 'a_2.mcap' in notice
+
+
+def split_bag(folder, write_bag, points):
+    """Write a bag of two files, of which metadata.yaml lists the first; return the second."""
+    write_bag(folder, points[:120])
+    second = folder / 'second.mcap'
+    shutil.copy(only_file(write_bag(folder.with_name('other'), points[120:]), '*.mcap'), second)
+    return second
+
+
+def test_files_that_the_metadata_does_not_list_are_read(tmp_path, write_bag, points):
+    split_bag(tmp_path / 'bag', write_bag, points)
+
+    assert read(tmp_path / 'bag') == (list(range(200)), [])
+
+
+def test_files_that_are_missing_are_named(tmp_path, write_bag, points):
+    second = split_bag(tmp_path / 'bag', write_bag, points)
+    metadata = second.with_name('metadata.yaml')
+    metadata.write_text(metadata.read_text().replace('- bag.mcap', '- bag.mcap\n  - second.mcap'))
+    second.unlink()
+
+    x, (notice,) = read(tmp_path / 'bag')
+
+    assert x == list(range(120))
+    assert notice.endswith("bag' lacks second.mcap, which its metadata.yaml lists")
+
+
+def test_messages_in_a_journal_of_sqlite_are_told(tmp_path, write_bag, points):
+    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
+    with sqlite3.connect(file) as recorder:
+        recorder.execute('PRAGMA journal_mode = WAL')
+        recorder.execute(
+            'INSERT INTO messages SELECT NULL, topic_id, timestamp, data FROM messages'
+        )
+        recorder.commit()
+
+        for path in (file, file.parent):
+            x, (notice,) = read(path)
+            assert x == list(range(200))
+            assert notice.startswith(f"messages in '{file}-wal' were not read; first run sqlite3 ")
+    recorder.close()
+    assert len(read(file)[0]) == 400

@@ -12,7 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.topic_table import TopicTable
 from setcmas_tools.run.bag_conversion import convert, file_names
 from setcmas_tools.run.run_samples import read_bag
-from setcmas_tools.run.run_tables import read_fleet
+from setcmas_tools.run.run_tables import read_fleet, stem_of_bag
 
 
 def rows_of(path):
@@ -194,3 +194,12 @@ def test_needs_neither_ros_nor_matplotlib():
     output = subprocess.run([sys.executable, '-c', code], capture_output=True, check=True).stdout
 
     assert output.strip() == b'[]'
+
+
+def test_bags_whose_names_differ_by_the_ending_have_folders_of_their_own(tmp_path):
+    lab = tmp_path / 'lab.mcap'
+    lab.touch()
+    assert stem_of_bag(lab) == 'lab_'
+
+    (tmp_path / 'lab.bag').touch()
+    assert stem_of_bag(lab) == 'lab.mcap_'

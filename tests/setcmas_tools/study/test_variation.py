@@ -2,7 +2,13 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.study.variation import checked_name, parse_values, value_of, with_values
+from setcmas_tools.study.variation import (
+    checked_name,
+    parse_values,
+    value_of,
+    values_by_label,
+    with_values,
+)
 
 SCRIPT = {'K', 'loss', 'PLACES'}
 
@@ -69,3 +75,11 @@ def test_an_invalid_variation_is_reported_in_one_line(text):
     with pytest.raises(SetcmasError, match=r"--vary K '.*' must ") as told:
         parse_values('K', text)
     assert '\n' not in str(told.value)
+
+
+def test_values_that_the_table_could_not_tell_apart_are_refused():
+    values = [lambda *_: True, lambda *_: False]
+
+    with pytest.raises(SetcmasError, match=r'--vary ctc: 2 values, some of one name: <lambda>, '):
+        values_by_label('ctc', values)
+    assert [*values_by_label('ctc', dict(zip('ab', values, strict=True)))] == ['a', 'b']

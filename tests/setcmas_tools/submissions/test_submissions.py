@@ -132,6 +132,7 @@ def test_copies_of_one_law_are_one(tmp_path):
             {'law.zip': archive({'law.zip': LAW})},
             'law.zip is a zip file in a zip file',
         ),
+        ({'law.zip': archive({f'{"a/" * 500}law.py': LAW})}, 'the path of law.py is too long'),
         # several laws are named, and none is guessed
         (WITH_TEST | {'law_old.py': OTHER}, 'law.py and law_old.py both have'),
         ({'a.py': LAW, 'b.py': OTHER, 'v2/c.py': LAW}, 'a.py and b.py and v2/c.py all have'),
