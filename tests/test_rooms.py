@@ -52,6 +52,25 @@ MAY_IMPORT_ROS = {
 }
 """The modules by their rooms."""
 
+SEVERAL_MODULES = [
+    'launch_scripts.commands.test_site_page',
+    'launch_scripts.test_packages',
+    'setcmas_ctrl.controllers.test_experiment',
+    'setcmas_ctrl.controllers.test_failures',
+    'setcmas_ctrl.laws.test_bad_scripts',
+    'setcmas_ctrl.laws.test_ros1_scripts',
+    'setcmas_expe.guard.test_service_manager',
+    'setcmas_expe.test_bridge_starts',
+    'setcmas_expe.test_faults',
+    'setcmas_expe.test_foreign_robot',
+    'setcmas_tools.grade.test_grader_messages',
+    'setcmas_tools.grade.test_mistakes',
+    'setcmas_tools.grade.test_right_solutions',
+    'setcmas_tools.grade.test_shipped_rubrics',
+    'setcmas_tools.run.test_strange_files',
+]
+"""Tests of what several modules do together, which are not named after one."""
+
 
 def modules():
     """Return the path of each module of the product by its dotted name."""
@@ -198,3 +217,13 @@ def test_a_room_holds_at_most_a_dozen_files_and_scripts():
             if folder.is_dir() and not is_free:
                 inside = [path for path in folder.glob('*.py') if path.name != '__init__.py']
                 assert len(inside) <= 14, f'{folder}: {len(inside)} files'
+
+
+def test_tests_are_named_after_a_module_of_their_room():
+    found = []
+    for package in PACKAGES:
+        for path in (ROOT / 'tests' / package).rglob('test_*.py'):
+            name = '.'.join(path.relative_to(ROOT / 'tests').with_suffix('').parts)
+            if name.replace('test_', '') not in MODULES:
+                found.append(name)
+    assert sorted(found) == SEVERAL_MODULES

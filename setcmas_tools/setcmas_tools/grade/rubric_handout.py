@@ -17,6 +17,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.run.run_tables import RunTables, write_tables
+from setcmas_tools.run.scenario_files import ScenarioFolder
 
 _KEPT = ('title', 'exercise', 'function')
 _HEAD = """\
@@ -33,14 +34,16 @@ def handout(rubric: Rubric) -> dict[str, bytes]:
     rubric says about it; only the runs of the solution in the visible scenarios.
 
     Raises:
-        SetcmasError: The solution fails or cannot be left out, or no part of the rubric is
-            visible.
+        SetcmasError: The solution fails or cannot be left out, no part of the rubric is visible,
+            or a file is outside the rubric's folder.
     """
     shown = rubric.shown()
     if not shown.scenarios:
         raise SetcmasError(f"all of '{rubric.file}' is hidden; students can check nothing")
     is_public = rubric.solution is None or _ships(rubric.solution)
     own = [file for scenario in shown.scenarios for file in scenario.files]
+    folder = rubric.file.parent
+    ScenarioFolder(folder).check_inside(own, rubric.file.name)
     files = [one.resolve() for file in own for one in with_helpers(file)]
     if not is_public and rubric.solution in files:
         raise SetcmasError(f"a visible scenario needs the solution '{rubric.solution}' as a file")
@@ -50,7 +53,7 @@ def handout(rubric: Rubric) -> dict[str, bytes]:
         )
     text = _text(rubric, shown, is_public).encode()
     references = {} if is_public else _references(shown)
-    folder = rubric.file.parent  # all other files are laws of packages, which students have, too
+    # All other files are laws of packages, which students have, too.
     inside = [file for file in files if file.is_relative_to(folder)]
     named = {file.relative_to(folder).as_posix(): file.read_bytes() for file in inside}
     return {**named, **references, rubric.file.name: text}

@@ -23,7 +23,7 @@ from setcmas_tools.grade.rubric_handout import archive, handout
 from setcmas_tools.page.document import site_files
 from setcmas_tools.page.site_catalogue import catalogue
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.run.scenario_files import OF_FILES
+from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder, built_in_name
 
 CDN = 'https://cdn.jsdelivr.net/pyodide/v{version}/full/'
 
@@ -196,11 +196,16 @@ def _given_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
 
 
 def _given_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
-    """Yield path and content of scenarios and of the files that they name."""
+    """Yield path and content of scenarios and of the files that they name.
+
+    Raises:
+        SetcmasError: One is outside the scenario's folder.
+    """
     for file in scenarios:
         scenario, folder = Scenario.load(file), file.resolve().parent
         named = [Path(text) for name in OF_FILES for text in scenario.named(name)]
-        own = [one for one in named if one.is_absolute() and one.is_relative_to(folder)]
+        own = [one for one in named if one.is_absolute() and not built_in_name(one)]
+        ScenarioFolder(folder).check_inside(own, file.name)
         for one in dict.fromkeys(file for path in own for file in with_helpers(path)):
             yield f'scenarios/{file.stem}/{one.relative_to(folder).as_posix()}', one.read_bytes()
         yield f'scenarios/{file.stem}/{file.stem}.yaml', file.read_bytes()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +45,11 @@ class ScenarioFolder:
     def name_of(self, name: str) -> Place:
         """Return the function from a path to its text in a file here; it raises SetcmasError."""
         return lambda text: self._named(text, name)
+
+    def check_inside(self, files: Iterable[Path], owner: str) -> None:
+        """Check that files which `owner` names are here or ship, or raise SetcmasError."""
+        for file in files:
+            self._named(str(file), owner)
 
     def _place(self, name: str, text: str) -> str:
         if name == 'model' and not (is_file(text) or _is_path(text)):

@@ -102,11 +102,17 @@ def test_runs_that_are_missing_are_reported(rubric, tmp_path):
     ('old', 'new', 'message'),
     [
         ('nb_robots: 5', 'hidden: true', 'students can check nothing'),
+        (
+            'nb_robots: 5',
+            'graph: ../g.yaml\n    nb_robots: 5',
+            "final.yaml names '.*g.yaml', which is",
+        ),
         ('path_error', 'answer_error', 'answer_error and direction_error need the solution'),
     ],
 )
 def test_what_would_be_of_no_use_or_show_the_solution_is_not_handed_out(rubric, old, new, message):
     rubric.write_text(RUBRIC.replace(old, new))
+    (rubric.parent.parent / 'g.yaml').write_text('edges: [1 - 2]\n')
 
     with pytest.raises(SetcmasError, match=message):
         handout(read_rubric(rubric))

@@ -86,6 +86,15 @@ def test_scenarios_are_packed_with_their_scripts(given):
     assert json.loads(files['catalogue.json'])['first'] == 'scenario:square'
 
 
+def test_a_script_outside_the_folder_of_its_scenario_is_refused(given):
+    (given / 'labs').mkdir()
+    scenario = given / 'labs' / 'square.yaml'
+    scenario.write_text(SCENARIO.replace('law.py', '../law.py'))
+
+    with pytest.raises(SetcmasError, match=r"square\.yaml names '.*law\.py', which is outside"):
+        site(scenarios=[scenario])
+
+
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
