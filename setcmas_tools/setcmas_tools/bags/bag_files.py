@@ -94,7 +94,7 @@ def _unread_journal(file: Path) -> str:
     if not journal.is_file() or not journal.stat().st_size:
         return ''
     return (
-        f"messages in '{journal}' were not read; first run sqlite3 {file} "
+        f"messages in '{journal}' were not read; first run sqlite3 '{file}' "
         '"PRAGMA wal_checkpoint(TRUNCATE)"'
     )
 
