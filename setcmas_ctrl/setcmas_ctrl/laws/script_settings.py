@@ -77,7 +77,7 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
         for assigned, own in literals(tree):
             if assigned == name:
                 converted(name, own, value, script)
-    tree.body = [line for node in tree.body for line in (node, *_settings_after(node, settings))]
+    tree.body = _with_settings(tree.body, settings)
 
 
 def plain_names(source: str, script: str) -> list[str]:
@@ -93,10 +93,22 @@ def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
     return {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
 
 
+def _with_settings(statements: list[ast.stmt], settings: Settings) -> list[ast.stmt]:
+    """Return statements, and those inside them but not in functions, with the lines to add."""
+    lines = []
+    for node in statements:
+        lines.append(node)
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            continue
+        for part in (node, *getattr(node, 'handlers', ()), *getattr(node, 'cases', ())):
+            for block in {'body', 'orelse', 'finalbody'} & {*part._fields}:
+                setattr(part, block, _with_settings(getattr(part, block), settings))
+        lines += _settings_after(node, settings)
+    return lines
+
+
 def _settings_after(node: ast.stmt, settings: Settings) -> Iterator[ast.stmt]:
-    """Yield the lines to add after a statement of the top level: one for each name it assigns."""
-    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-        return
+    """Yield the lines to add after a statement: one for each name it assigns."""
     names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
     assigned = {name.id for name in names if isinstance(name.ctx, ast.Store)}
     for name in settings.keys() & assigned:

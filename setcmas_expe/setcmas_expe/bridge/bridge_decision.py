@@ -74,6 +74,11 @@ class Cause(enum.Enum):
         return self in (Cause.UNSEEN, *poses, Cause.DEVIATES)
 
     @property
+    def may_be_load(self) -> bool:
+        """Whether an overloaded computer may be behind it: something is late or silent."""
+        return self in (Cause.POSE_OLD, Cause.POSE_LATE, Cause.GUARD_SILENT, Cause.NO_COMMAND)
+
+    @property
     def is_contest(self) -> bool:
         """Whether another node may drive the robot."""
         return self in (Cause.RIVAL, Cause.PAST_GUARD)

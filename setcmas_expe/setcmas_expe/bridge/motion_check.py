@@ -16,6 +16,7 @@ from setcmas_simu.fleet.planar_pose import wrap_angle
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
 _OFF_HEADING_DEG = 25.0
 _BACKWARDS_DEG = 150.0
+_FASTER = 1.3  # times the commanded motion: more than a push or drift at rest explains
 _SEEN_M = 0.005  # shortest displacement whose direction is known
 _STILL_M = 0.02
 _STILL_RAD = 0.1
@@ -27,6 +28,7 @@ _STANDSTILL = (
     'does not move as commanded: have its markers fallen off, or is it lifted, blocked or '
     'switched off?'
 )
+_OTHER_WHEELS = 'is it another model, are its wheels of another size'
 
 
 @dataclass(frozen=True)
@@ -80,19 +82,21 @@ class Deviation:
 
     def _heading(self, proved: bool) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
-        check = 'is its body symmetric or loose, is it another model, or was it turned by hand?'
+        check = 'is its body symmetric or loose, or was it turned by hand?'
         if not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn):
             check = 'is y_up wrong in the lab file, is it held, or is it another robot?'
         elif self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
             check = 'are its axes mirrored (y_up in the lab file), or is it another robot?'
+        elif self.turned * self.commanded_turn > _FASTER * self.commanded_turn**2 > 0:
+            check = f'{_OTHER_WHEELS}, or was it turned by hand?'
         return f'turns at {rate:+.1f} rad/s, commanded {commanded:+.1f}: {check}'
 
     def _glides(self) -> str:
         speed, commanded = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
-        return (
-            f'moves at {speed:.2f} m/s, commanded {commanded:.2f}: does motion capture drift, is '
-            'it another model, or was it pushed?'
-        )
+        check = 'does motion capture drift, or was it pushed?'
+        if self.commanded and (self.moved / self.commanded).real > _FASTER:
+            check = f'{_OTHER_WHEELS}, {check}'
+        return f'moves at {speed:.2f} m/s, commanded {commanded:.2f}: {check}'
 
 
 Floats = NDArray[np.float64]

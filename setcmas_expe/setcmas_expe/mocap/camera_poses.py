@@ -20,7 +20,7 @@ Picture = cv2.typing.MatLike
 Shot = tuple[float, Picture]
 """Time of the exposure in s since 1970, and the picture."""
 
-LOST_AFTER_S = 0.15
+LOST_AFTER_S = 0.5
 """If a camera has not seen a robot for this time in s, another one may give its poses."""
 
 _MOST_SHIFT_M = 0.03

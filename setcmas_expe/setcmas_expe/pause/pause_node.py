@@ -90,8 +90,17 @@ class Pause(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
-    def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
-        """Pause or start the robots, and report it; `by_itself` means automatically."""
+    def set(
+        self, paused: bool, why: str, by_itself: bool = False, may_be_load: bool = False
+    ) -> None:
+        """Pause or start the robots, and report it.
+
+        Args:
+            paused: Whether robots must stand.
+            why: The reason for people.
+            by_itself: Whether no person asked for it.
+            may_be_load: Whether something was late or silent, as on an overloaded computer.
+        """
         is_stop = paused and not self.paused
         if is_stop:
             now = time.monotonic()
@@ -99,7 +108,7 @@ class Pause(FleetNode):
             self._held.note_pause(now)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
-        if is_stop and by_itself and is_overloaded():  # the load may be the cause
+        if is_stop and may_be_load and is_overloaded():
             self.get_logger().warning(OVERLOADED)
         self.paused, self.why = paused, why
         self.publish()
@@ -201,12 +210,13 @@ class Pause(FleetNode):
         if self._keys:
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:
-            self.set(True, 'the pause node stalled', by_itself=True)
+            self.set(True, 'the pause node stalled', by_itself=True, may_be_load=True)
         # After a delay of this process, messages wait: they are taken before the next tick.
         late = now - self._ticked > _LATE_TICK_S and not self._was_late
         self._ticked, self._was_late = now, late
         if not late and self._joystick.disappeared() and not self.paused:
-            self.set(True, 'the joystick has disappeared', by_itself=True)
+            why = 'the joystick has disappeared'
+            self.set(True, why, by_itself=True, may_be_load=True)
         if not late and self._hold and not self.paused and self._held.released(now):
             self.set(True, 'key or button released')
         self._follow_bridge(now)
@@ -218,7 +228,7 @@ class Pause(FleetNode):
         if self._bridge.ending:  # in case the bridge hangs
             self._bridge.command_zero()
         if trouble := self._bridge.trouble(now):
-            self.set(True, trouble, by_itself=True)
+            self.set(True, trouble, by_itself=True, may_be_load=self._bridge.is_silent(now))
             self._bridge.command_zero()
         held = self._bridge.held
         if held and held.cause is PauseCause.EMERGENCY:
@@ -236,7 +246,8 @@ class Pause(FleetNode):
                 self._requests.hasty(time.monotonic())  # a press, too
             self._once(f'{refused}: the key press arrived too late')
         if keys.silent(now) and not self._bridge.ending and not self.paused:
-            self.set(True, 'the terminal does not answer', by_itself=True)
+            why = 'the terminal does not answer'
+            self.set(True, why, by_itself=True, may_be_load=True)
         # A hung bridge has no news, but the pause that follows is.
         robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
         if robots:

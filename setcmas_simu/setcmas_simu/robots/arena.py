@@ -86,7 +86,7 @@ class Disc(NamedTuple):
 
 @dataclass(frozen=True)
 class Polygon:
-    """A polygon, in m: its corners in order, whose sides do not cross."""
+    """A polygon, in m: its corners in order, each once (crossing sides are not refused)."""
 
     corners: tuple[Point, ...]
 
@@ -204,7 +204,10 @@ def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
     if kind == 'disc' and len(numbers) == 3 and numbers[2] > 0:
         return Disc(*numbers)
     if kind == 'polygon' and len(numbers) >= 6 and len(numbers) % 2 == 0:
-        return Polygon(tuple(zip(numbers[::2], numbers[1::2], strict=True)))
+        corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+        if len({*corners}) < len(corners):  # a side without a length has no direction
+            raise SetcmasError(f'{name} has the same corner twice; remove one')
+        return Polygon(corners)
     if kind == 'disc' and len(numbers) == 2:
         raise SetcmasError(f'{name} has no radius; write disc X Y RADIUS, such as disc 1 2 0.5')
     raise SetcmasError(

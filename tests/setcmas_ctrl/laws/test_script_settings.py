@@ -80,7 +80,26 @@ def test_names_are_set_however_they_are_given_their_value(load):
     module = load('KI=7', 'NAME=b', 'LATER=[1]', 'W=2', 'FAST=false')
 
     assert (module.KP, module.KI, module.NAME, module.LATER) == (1, 7, 'b', [1])
-    assert (module.FAST, module.TWICE) == (False, 2)  # it follows after the whole statement
+    assert (module.FAST, module.TWICE) == (False, 0)
+
+
+@pytest.mark.parametrize(
+    'statement',
+    [
+        'if True:\n    {}',
+        'if False:\n    pass\nelse:\n    {}',
+        'for _ in (1, 2):\n    {}',
+        'with open(__file__):\n    {}',
+        'try:\n    {}\nfinally:\n    pass',
+        'try:\n    1 / 0\nexcept ZeroDivisionError:\n    {}',
+        'match 1:\n    case 1:\n        {}',
+    ],
+)
+def test_what_is_derived_inside_a_statement_follows(load, statement):
+    law = statement.format('K = 1.0; W = 2 * K') + '\ndef control(i, n, p, t):\n    return K, W\n'
+    module = load('K=5', script=law)
+
+    assert (module.K, module.W) == (5, 10)
 
 
 def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(load):

@@ -98,7 +98,8 @@ def test_a_robot_twice_as_fast_as_commanded_may_be_another_model(law):
     robot.gain, robot.crawls = (2.0, 2.0), True
     assert robot.run(3.0, law)
 
-    assert 'is it another model' in robot.found.text(proved=False)
+    line = 'is it another model, are its wheels of another size, '
+    assert line in robot.found.text(proved=False)
 
 
 LAWS = {'points': to_points, 'signs': lambda: back_and_forth, 'turns': lambda: turns}

@@ -21,6 +21,7 @@ def test_a_file_says_the_same_as_a_text(tmp_path):
         ('disc 1 nan 1', 'finite'),
         ('circle 1 2 3', 'invalid obstacle'),
         ('disc 0 2', 'has no radius'),
+        ('polygon 0 0 1 0 1 1 0 0', 'has the same corner twice'),
     ],
 )
 def test_a_mistake_is_named(text, message):
