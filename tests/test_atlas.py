@@ -206,3 +206,15 @@ def test_events_leave_less_disagreement_than_their_bound(own_state):
     else:
         assert BOUND not in found
     assert (np.ptp(centre, axis=0).max() < 1e-6) == (own_state == 'held')
+
+
+@pytest.mark.parametrize(
+    'departure',
+    [{}, {'loss': 0.1}, {'delay': 0.5}, {'model': 'unicycle'}, {'graph': 'directed_ring'}],
+    ids=str,
+)
+def test_the_bound_is_only_of_runs_within_its_assumptions(departure):
+    run = simulate('laplacian_consensus', 6, 5.0, **(EVENTS | departure))
+    found = {one.metric for one in run.metrics()['prediction'].figures}
+
+    assert (BOUND in found) == (not departure)

@@ -16,14 +16,17 @@ MODEL = PAGE.partition('\n## Model\n')[2].partition('\n## ')[0]
 BURGER = (0.2108, 2.635, 0.2667, 0.160)
 WAFFLE = (0.2661, 1.854, 0.2667, 0.287)
 LIMITS = {'burger': BURGER, 'waffle': WAFFLE}
+RADIUS = 0.33 / math.tan(0.4189)
 
 
-def simulator(control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=1.5, limits=None):
-    """The model of unicycles, from the page; the tests of robots have the other models."""
+def simulator(
+    control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=1.5, limits=None, model=None
+):
+    """The model, from the page."""
     poses = np.array(poses, dtype=float)
     nb_robots = poses.shape[1]
     Ts, calls, states = 1 / robot_rate, 0, [heard(poses)]
-    V, omega = np.zeros((2, nb_robots))
+    V, omega, last = *np.zeros((2, nb_robots)), np.zeros((2, nb_robots))
     for k in range(max(1, round(duration * robot_rate))):
         while calls / rate < (k + 1) * Ts - 1e-9:
             robots = range(1, nb_robots + 1)
@@ -34,12 +37,22 @@ def simulator(control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=
             error = np.arctan2(v[1], v[0]) - heard(poses)[2]
             omega = komega * (np.pi - np.mod(np.pi - error, 2 * np.pi))
             omega[(V < 0.01) | (np.abs(omega) < 0.01)] = 0
+            if model == 'car':
+                omega = np.clip(omega, -V / RADIUS, V / RADIUS)
+            if model == 'omnidirectional':
+                V, omega, sideways = sideways_too(v, heard(poses)[2])
             calls += 1
         forward, turn = clamped(V, omega, limits) if limits else (V, omega)
+        if model in ('burger', 'waffle'):
+            last = forward, turn = lagging(forward, turn, *last, limits[3], Ts)
         poses[2] += Ts * turn
         cos, sin = np.cos(poses[2]), np.sin(poses[2])
-        poses[0] += Ts * forward * cos
-        poses[1] += Ts * forward * sin
+        if model == 'omnidirectional':
+            poses[0] += Ts * (cos * forward - sin * sideways)
+            poses[1] += Ts * (sin * forward + cos * sideways)
+        else:
+            poses[0] += Ts * forward * cos
+            poses[1] += Ts * forward * sin
         states.append(heard(poses))
     return np.array(states)
 
@@ -58,6 +71,22 @@ def clamped(V, omega, limits):
     left = np.clip(V - separation / 2 * omega, -wheel_max, wheel_max)
     right = np.clip(V + separation / 2 * omega, -wheel_max, wheel_max)
     return (left + right) / 2, (right - left) / separation
+
+
+def lagging(V, omega, last_V, last_omega, separation, Ts):
+    """The wheels of a TurtleBot3, which take time."""
+    wheels = []
+    for side in (-1, 1):
+        w = last_V + side * separation / 2 * last_omega
+        change = (1 - math.exp(-Ts / 0.1)) * (V + side * separation / 2 * omega - w)
+        wheels.append(w + np.clip(change, -1.0 * Ts, 1.0 * Ts))
+    return (wheels[0] + wheels[1]) / 2, (wheels[1] - wheels[0]) / separation
+
+
+def sideways_too(v, theta):
+    """The commands of an omnidirectional robot: forward, turn rate, to the left."""
+    cos, sin = np.cos(theta), np.sin(theta)
+    return cos * v[0] + sin * v[1], np.zeros_like(theta), cos * v[1] - sin * v[0]
 
 
 def meet(robotNo, nbRobots, poses, t):
@@ -97,6 +126,13 @@ def test_it_does_so_within_limits(limits):
     ours = simulator(swing, start_poses(3), 60, limits=LIMITS[limits])
 
     assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, limits=limits).poses))
+
+
+@pytest.mark.parametrize('model', ['burger', 'omnidirectional', 'car'])
+def test_it_does_so_with_other_robots(model):
+    ours = simulator(swing, start_poses(3), 60, limits=LIMITS.get(model), model=model)
+
+    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, model=model).poses))
 
 
 def test_its_consensus_is_the_built_in_law():

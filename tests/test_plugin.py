@@ -109,6 +109,14 @@ def test_motion_capture_is_used_by_name(setcmas, domain):
     assert result.returncode == 0, result.stdout
 
 
+def test_an_unusable_plugin_is_reported_in_one_line(setcmas, tmp_path):
+    result = setcmas('offline', '--algo', 'lost', cwd=tmp_path)
+
+    assert result.returncode == 2
+    (line,) = result.stderr.splitlines()
+    assert "control law 'lost' of package example-lab 0.3 cannot be used: its module" in line
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
 def test_the_pages_show_the_files_of_this_package(page):
     tomllib = pytest.importorskip('tomllib')

@@ -20,7 +20,7 @@ from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_nodes
-from setcmas_simu.robots.models_by_name import seed_scripts
+from setcmas_simu.robots.models_by_name import check_models, model_names, seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
 from setcmas_simu.ros.fleet_node import FleetNode
@@ -79,7 +79,12 @@ def fleet_parameters(
     node: FleetNode, options: SimulationOptions
 ) -> NodeParameters[SimulationOptions]:
     """Declare the parameters of the fleet's node; its limits must suit all models."""
-    return NodeParameters(node, options, PARAMETERS, check=SimulationOptions.simulated)
+    models = model_names(options.model, options.fleet_size)
+
+    def check(changed: SimulationOptions) -> None:
+        check_models(models, changed.limits)
+
+    return NodeParameters(node, options, PARAMETERS, check=check)
 
 
 def virtual_robots(

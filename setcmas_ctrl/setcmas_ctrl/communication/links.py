@@ -157,14 +157,16 @@ class Links:
         shape = (len(rows), nb_robots)
         self._nb_robots, self._receivers = nb_robots, rows
         self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
-        self._is_lossy = bool(self._channel.loss.any())
-        self._is_noisy = bool(self._channel.noise.any())
+        # Even if only links to other processes are: all draw the same random numbers.
+        self._is_lossy = bool(channel.loss.any())
+        self._is_noisy = bool(channel.noise.any())
         is_random = self._is_lossy or self._is_noisy
         self._random = [
             np.random.default_rng([seed, sender])
             for sender in range(nb_robots if is_random else 0)
         ]
         self._up: Mask = np.zeros(shape, dtype=bool)
+        self._up_in_fleet: Mask = np.zeros((nb_robots, nb_robots), dtype=bool)
         self._adjacency: Floats | None = None
         self._held = np.full((len(rows), 3, nb_robots), np.nan)
         self._holds_own = holds_own
@@ -180,7 +182,8 @@ class Links:
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph at the start of the run."""
-        self._adjacency, self._up = adjacency, self._wanted(adjacency)
+        self._adjacency, self._up_in_fleet = adjacency, adjacency > 0
+        self._up = self._up_in_fleet[self._receivers]
         poses = self._transmitted(np.arange(len(adjacency)))
         self._held[:] = np.where(self._up[:, None], poses, np.nan)
         self._held_contents[:] = self._contents
@@ -190,17 +193,18 @@ class Links:
         """Bring links up and down to match a graph; `now` is in s on any steady clock."""
         if adjacency is self._adjacency:
             return
-        self._adjacency, wanted = adjacency, self._wanted(adjacency)
-        if np.array_equal(wanted, self._up):
+        self._adjacency, wanted, before = adjacency, adjacency > 0, self._up_in_fleet
+        if np.array_equal(wanted, before):
             return
         self._deliver(now)  # messages that arrived before a link goes down are not lost
-        gone, new = self._up & ~wanted, wanted & ~self._up & np.isfinite(self.last_sent[0])
-        self._up = wanted
+        gone = (before & ~wanted)[self._receivers]
+        new = wanted & ~before & np.isfinite(self.last_sent[0])
+        self._up_in_fleet, self._up = wanted, wanted[self._receivers]
         self._held.swapaxes(1, 2)[gone] = np.nan
         self._held_contents[gone] = None
         senders = np.flatnonzero(new.any(axis=0))
         if len(senders):
-            self._carry(senders, new[:, senders], now)
+            self._carry(senders, new[np.ix_(self._receivers, senders)], now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
         """Send the poses (3, n) of n robots at a time in s; `senders` are their sorted columns."""
@@ -240,9 +244,6 @@ class Links:
         own = self.last_sent[:, self._receivers] if self._holds_own else own_poses
         self._held[np.arange(len(self._receivers)), :, self._receivers] = own.T
         return self._held
-
-    def _wanted(self, adjacency: Floats) -> Mask:
-        return np.asarray(adjacency[self._receivers] > 0)
 
     def _deliver(self, now: float) -> None:
         for queue in self._on_the_way.values():

@@ -171,12 +171,8 @@ class Lab:
                 raise SetcmasError(
                     f'{name} is {written}; it must be in m, within {_LARGEST_M:g} m of the origin'
                 )
+        self.check_separation()
         width = robot_width(self.limits)
-        if self.min_separation < width:
-            raise SetcmasError(
-                f'min_separation is {self.min_separation:g} m; it must be at least the width of a '
-                f'robot, {width:.2f} m'
-            )
         xmin, xmax, ymin, ymax = self.arena
         if min(xmax - xmin, ymax - ymin) < width:
             raise SetcmasError(
@@ -189,6 +185,15 @@ class Lab:
                     f'the start pose of robot {robot.number}, ({robot.start[0]:g}, '
                     f'{robot.start[1]:g}) m, is outside the arena'
                 )
+
+    def check_separation(self) -> None:
+        """Check that robots cannot touch at their minimum separation, or raise SetcmasError."""
+        width = robot_width(self.limits)
+        if self.min_separation < width:
+            raise SetcmasError(
+                f'min_separation is {self.min_separation:g} m; it must be at least the width of a '
+                f'robot, {width:.2f} m'
+            )
 
     def check_rate(self, rate: float) -> None:
         """Check that robots do not stop between two commands at a control rate in Hz.

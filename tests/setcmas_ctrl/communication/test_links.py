@@ -152,6 +152,21 @@ def test_what_happens_to_a_message_depends_on_its_link_and_number_only():
     np.testing.assert_array_equal(lost[1:2], lost_of_robot_2)
 
 
+def test_links_that_come_up_elsewhere_change_nothing():
+    channel = Channel.of(3, noise=0.1, links=[LinkChannel(1, 2, loss=0.5)])
+    known = []
+    for receivers in ([1, 2, 3], [3]):
+        links = Links(receivers, channel, 0)
+        links.send(ALL, POSES, -0.1)
+        links.begin(path(3))
+        for k in range(20):
+            links.connect(complete(3) if k % 2 else directed_ring(3), 0.1 * k)
+            links.send(ALL, moved(k), 0.1 * k)
+        known.append(links.known_poses(POSES[:, np.array(receivers) - 1], 9.0)[-1])
+
+    np.testing.assert_array_equal(*known)
+
+
 def test_seeds_and_links_are_independent():
     _, lost = outcome(begun(loss=0.5), ALL)
     _, other = outcome(begun(loss=0.5, seed=1), ALL)
