@@ -133,8 +133,12 @@ def test_a_single_robot_takes_options_too(start, peer):
 def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
     file = tmp_path / 'parameters.yaml'
     file.write_text('/virtual_robots:\n  ros__parameters: {rate: 50, limits: burger}\n')
-    simulator = start(*SIMU, '--nb-robots', '2', '--ros-args', '--params-file', str(file))
+    poses = tmp_path / 'poses.yaml'
+    poses.write_text('- [0, 0, 0]\n- [1, 1, 0]\n')
+    options = ('--nb-robots', '2', '--poses', str(poses))
+    simulator = start(*SIMU, *options, '--ros-args', '--params-file', str(file))
     simulator.wait_for_output('simulating robots 1-2 at 50 Hz')
+    poses.unlink()  # its poses are known
     odometry = peer.odometry(1)
     command = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
     command.publish(twist_stamped(1.0, 0.0))
