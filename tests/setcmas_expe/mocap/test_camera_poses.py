@@ -94,11 +94,11 @@ def test_two_equal_tags_are_no_robot():
 def test_a_robot_is_seen_by_one_camera_until_that_one_loses_it():
     poses = CameraPoses(scene(camera(), camera(name='right')), 7)
     assert poses.look('left', 0.0, PICTURE).keys() == set(TRUTH)
-    assert poses.look('right', 0.1, PICTURE) == {}
-    assert poses.look('left', 0.1, PICTURE).keys() == set(TRUTH)
+    assert poses.look('right', 0.2, PICTURE) == {}  # 5 pictures/s
+    assert poses.look('left', 0.25, PICTURE).keys() == set(TRUTH)
 
-    assert poses.look('right', 0.11 + LOST_AFTER_S, PICTURE).keys() == set(TRUTH)
-    assert poses.look('left', 0.12 + LOST_AFTER_S, PICTURE) == {}
+    assert poses.look('right', 0.26 + LOST_AFTER_S, PICTURE).keys() == set(TRUTH)
+    assert poses.look('left', 0.27 + LOST_AFTER_S, PICTURE) == {}
 
 
 @pytest.mark.parametrize('grey', [255, 140])
