@@ -7,12 +7,7 @@ from collections.abc import Mapping
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_ctrl.pause_watch import EmergencyWatch, PauseWatch
 from setcmas_expe.bridge.bridge_decision import Decision, FleetView, RobotView, StopReason
-from setcmas_expe.bridge.machine_load import (
-    OVERLOADED,
-    StallDetector,
-    is_overloaded,
-    time_since_boot,
-)
+from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot, warn_of_load
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -58,7 +53,7 @@ class BridgedFleet:
             each = ', each' if len(robots) > 1 else ''
             self._pause.latch(f'{robots_in_words(robots)}{each}: {why.text}')
             if why.cause.may_be_load:
-                self._warn_of_load()
+                warn_of_load(self.warn)
 
     def _look_for_stalls(self) -> None:
         if stalled_for := self._stalls.tick(time_since_boot()):
@@ -66,19 +61,14 @@ class BridgedFleet:
             self._pause.forget()
             self._motion.end_proofs()
             self.warn(f'the bridge process stalled for {stalled_for:.1f} s: robots stay paused')
-            self._warn_of_load()
-
-    def _warn_of_load(self) -> None:
-        """Name the load of this computer, which may be why something is late or silent."""
-        if is_overloaded():
-            self.warn(OVERLOADED)
+            warn_of_load(self.warn)
 
     def _pause_reason(self) -> PauseReason | None:
         pause = self._pause.reason()
         is_silent = pause is not None and pause.cause is PauseCause.SILENT
         if is_silent and not self._was_silent:  # who else would say it?
             self.warn('all robots stopped: the pause node is silent')
-            self._warn_of_load()
+            warn_of_load(self.warn)
         self._was_silent = is_silent
         if self._emergency.take():
             return PauseReason(PauseCause.EMERGENCY, PauseCause.EMERGENCY.value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 
 _AFTERWARDS_S = 1.0  # until messages sent during a stall have arrived
 
@@ -42,6 +43,7 @@ class StallDetector:
 OVERLOADED = 'this computer is overloaded; if processes answer late, end other programs'
 
 
-def is_overloaded() -> bool:
-    """Return whether processes have waited for processors in the last minute."""
-    return os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1)
+def warn_of_load(warn: Callable[[str], object]) -> None:
+    """Warn if processes have waited for processors in the last minute: they may answer late."""
+    if os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1):
+        warn(OVERLOADED)

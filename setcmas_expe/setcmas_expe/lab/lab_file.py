@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import itertools
 import math
 import re
@@ -83,23 +82,13 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
             groups['joystick']['topic'], _TOPIC.fullmatch, 'a topic, such as /joy'
         ),
         static_peers=tuple(
-            _checked(peer, _may_be_address, 'an address, such as 192.168.1.21')
+            _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
             for peer in groups['network']['static_peers'].items()
         ),
     )
     with chosen['min_separation'].located():
         lab.check_separation()
     return lab
-
-
-def _may_be_address(text: str) -> bool:
-    """Return whether a text may be an address, or the name of a machine."""
-    if text.strip('0123456789.'):
-        return bool(_ADDRESS.fullmatch(text))
-    try:
-        return bool(ipaddress.IPv4Address(text))
-    except ValueError:
-        return False
 
 
 def _group(name: str, given: dict[str, Entry], defaults: dict[str, Entry]) -> dict[str, Entry]:

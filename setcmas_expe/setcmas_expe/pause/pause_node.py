@@ -13,12 +13,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.pause_reason import PauseCause
-from setcmas_expe.bridge.machine_load import (
-    OVERLOADED,
-    StallDetector,
-    is_overloaded,
-    time_since_boot,
-)
+from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot, warn_of_load
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
@@ -93,13 +88,9 @@ class Pause(FleetNode):
     def set(
         self, paused: bool, why: str, by_itself: bool = False, may_be_load: bool = False
     ) -> None:
-        """Pause or start the robots, and report it.
+        """Pause or start the robots, and report it; `by_itself` means automatically.
 
-        Args:
-            paused: Whether robots must stand.
-            why: The reason for people.
-            by_itself: Whether no person asked for it.
-            may_be_load: Whether something was late or silent, as on an overloaded computer.
+        With `may_be_load`, something was late or silent, as on an overloaded computer.
         """
         is_stop = paused and not self.paused
         if is_stop:
@@ -108,8 +99,8 @@ class Pause(FleetNode):
             self._held.note_pause(now)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
-        if is_stop and may_be_load and is_overloaded():
-            self.get_logger().warning(OVERLOADED)
+        if is_stop and may_be_load:
+            warn_of_load(self.get_logger().warning)
         self.paused, self.why = paused, why
         self.publish()
 

@@ -122,7 +122,6 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
         ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
         ('network: {static_peers: [a;b]}\n', 1, 'an address'),
-        ('network:\n  static_peers: [192.168.1.999]\n', 2, 'an address'),
         ('min_separation: 0.05\n', 1, 'is 0.05 m; it must be at least the width of a robot'),
         ('min_separation: 1\nmin_separation: 2\n', 2, 'appears twice'),
         ('robots: [{number: 2}]\n', 1, 'without a gap'),
