@@ -22,7 +22,7 @@ from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import colour
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-FOREIGN = Path(__file__).parents[2] / 'setcmas_expe' / 'scripts'
+FOREIGN = Path(__file__).parents[1] / 'setcmas_expe' / 'scripts'
 
 
 def test_odometry_pose_and_marker_of_every_robot(start, peer):

@@ -111,6 +111,12 @@ def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
     """Yield the files of a folder; those that cannot be read are `Unread`."""
     for folder, folders, names in os.walk(place):
         folders.sort()
+        if (
+            not folders
+            and not names
+            and (path := _path(Path(folder).relative_to(place).as_posix()))
+        ):
+            yield path / 'nothing', Unread.because(f'the folder {path.name} is empty')
         for name in sorted(names):
             file = Path(folder, name)
             if path := _path(file.relative_to(place).as_posix()):
