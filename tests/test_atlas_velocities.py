@@ -45,6 +45,7 @@ def test_unicycles_keep_the_mean_velocity_and_drive_in_parallel():
         ('ring', 4, {**EXACT, 'rate': 5.0, 'robot_rate': 10.0, 'random_poses': 'auto'}),
     ],
 )
+@pytest.mark.nightly
 def test_second_order_robots_meet_at_the_rate_of_their_slowest_mode(graph, count, options):
     run = simulate('second_order_consensus', count, 200.0, graph=graph, **options)
     deltas = run.poses[:, :2] - run.poses[:, :2].mean(axis=2, keepdims=True)
@@ -59,6 +60,7 @@ def test_second_order_robots_meet_at_the_rate_of_their_slowest_mode(graph, count
 
 
 @pytest.mark.parametrize('damping', [0.3, 0.315])
+@pytest.mark.nightly
 def test_second_order_robots_meet_beyond_the_least_damping_of_a_directed_ring(damping):
     least = np.sqrt(0.1 / 2) / np.tan(np.pi / 5)  # 0.308
     options = {**THEORY, 'vnom': 1e5, 'set': {'SLOW': 0.0, 'G': damping}, 'random_poses': 'auto'}

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
+import pytest
+
 IMPORTS = """
 from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
@@ -59,6 +61,7 @@ print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 PAGE = f"""
 {REFUSE.format(names=OTHERS | {'matplotlib', 'PIL'})}
 import json
+
 from setcmas_tools.page import site_worker
 
 for law in ('consensus', 'nav_wp'):
@@ -80,6 +83,7 @@ def test_only_these_libraries_are_imported():
     assert {name for name in imported if not name.startswith('setcmas_')} <= LIBRARIES
 
 
+@pytest.mark.nightly
 def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
     lines = output_of(WORK, tmp_path).splitlines()
 

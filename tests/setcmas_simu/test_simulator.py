@@ -184,6 +184,7 @@ def test_a_part_of_a_fleet_starts_where_it_does_in_the_whole(start, peer):
     assert position(odometry[2][0]) == (5.0, 0.0)
 
 
+@pytest.mark.nightly
 def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
     first = start(*SIMU, '--nb-robots', '4')
     first.wait_for_output('simulating robots 1-4')

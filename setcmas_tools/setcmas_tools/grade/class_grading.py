@@ -273,7 +273,7 @@ def _graded(
     left = {one.name: one for one in submissions}
     try:
         for one, made in parallel(joblib.delayed(grader.tried)(one) for one in submissions):
-            del left[one.name]
+            left.pop(one.name, None)
             yield one, made
     except BrokenProcessPool:
         if len(submissions) == 1:

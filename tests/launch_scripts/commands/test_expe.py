@@ -68,6 +68,7 @@ def test_when_a_process_dies_everything_stops(terminal):
     assert f'(process {dying.pid}) was killed by SIGKILL' in terminal.read()
 
 
+@pytest.mark.nightly
 def test_without_its_joystick_an_experiment_ends_because_another_could_start_its_robots(
     domain, tmp_path, monkeypatch
 ):
@@ -88,6 +89,7 @@ def test_without_its_joystick_an_experiment_ends_because_another_could_start_its
         terminal.close()
 
 
+@pytest.mark.nightly
 def test_with_a_duration_it_starts_records_and_ends_by_itself(start, tmp_path):
     process = start(
         *SETCMAS, 'expe', *PATIENT_LAB, '--algo', 'consensus', '--nb-robots', '2',
