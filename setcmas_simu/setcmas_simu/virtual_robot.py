@@ -91,6 +91,7 @@ class VirtualRobot(RobotNode):
 
     def restart(self) -> None:
         """Return to the start; the robot rests there until the next command."""
+        self.cmd_vel()  # one that is pending was sent before the restart
         self.state = self.model.start(self.start)
         self.command, self.received_at = _REST, -math.inf
 

@@ -116,6 +116,20 @@ def test_a_reset_puts_the_robot_back_where_it_rests(peer, stepped, robot_with, c
     assert robot.state[:, 0].tolist() == [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
 
+def test_a_command_from_before_a_restart_is_not_followed_after_it(stepped, robot_with, cmd_vel):
+    robot = robot_with('x0:=2.0')
+    command = cmd_vel()
+    stepped.step()
+    command.publish(twist_stamped(0.5, 0.5))
+    robot.restart()
+    stepped.step(3)
+    assert robot.state[:, 0].tolist() == [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+    command.publish(twist_stamped(0.5, 0.5))
+    stepped.step()
+    assert robot.state[3, 0] == 0.5
+
+
 def test_a_command_that_no_robot_can_follow_stops_it_and_is_named_once(
     stepped, robot_with, cmd_vel, capfd
 ):
