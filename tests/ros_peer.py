@@ -83,6 +83,13 @@ class Peer:
         self.wait_for(lambda: len(messages) >= seen + count, timeout)
         return messages[seen:]
 
+    def take_all(self) -> None:
+        """Take the messages that have arrived: what this process has sent arrives at once."""
+        for subscription in self.node.subscriptions:
+            handle, kind = subscription.handle, subscription.msg_type
+            while taken := handle.take_message(kind, subscription.raw):
+                subscription.callback(taken[0])
+
     def spin(self, seconds: float) -> None:
         """Serve callbacks for a while, to see that something does not happen."""
         end = time.monotonic() + seconds

@@ -51,15 +51,20 @@ class Filtered:
             publisher.publish(message)
         self.poses.take(self.stepped.clock.t)
 
+    def step_once(self):
+        """Step; return how many messages that gave: what the robots may do, then commands."""
+        given = (*self.allowed, *self.commands)
+        before = [len(messages) for messages in given]
+        self.stepped.step()
+        self.peer.take_all()
+        return [len(messages) - n for messages, n in zip(given, before, strict=True)]
+
     def after(self, *wanted):
         """Let these velocities along x be wanted, step once, and return what is allowed."""
         for publisher, vx in zip(self._wanted, wanted, strict=True):
             if vx is not None:
                 publisher.publish(Point32(x=vx))
-        before = [len(messages) for messages in (*self.allowed, *self.commands)]
-        self.stepped.step()
-        got = (*self.allowed, *self.commands)
-        self.peer.wait_for(lambda: all(len(m) > n for m, n in zip(got, before, strict=True)))
+        assert self.step_once() == [1, 1, 1, 1]
         return [(one[-1].x, Verdict(int(one[-1].z))) for one in self.allowed]
 
 
@@ -103,21 +108,19 @@ def test_a_robot_that_is_not_heard_any_more_counts_as_standing(filtered):
     assert {allowed[0][0] for allowed in later} == {-0.25}
     fleet.after(-0.25, None)
     fleet.after(-0.25, None)
-    before = len(fleet.allowed[1])
-    fleet.stepped.step()
-    fleet.peer.wait_for_new(fleet.commands[1])  # the last zeros of si_to_uni
-    assert len(fleet.allowed[1]) == before  # the robot is left to others
+    fleet._wanted[0].publish(Point32(x=-0.25))
+
+    allowed, commands = fleet.step_once()[1::2]
+    assert allowed == 0  # the robot is left to others
+    assert commands == 1  # the last zeros of si_to_uni
 
 
 def test_in_an_experiment_silence_of_a_law_reaches_the_bridge_at_once(filtered):
     fleet = filtered(in_experiment=True)
     fleet.after(-0.25, 0.25)
-    before = [len(messages) for messages in fleet.commands]
     fleet._wanted[0].publish(Point32(x=-0.25))
-    fleet.stepped.step()
-    fleet.peer.wait_for(lambda: len(fleet.commands[0]) > before[0])
 
-    assert len(fleet.commands[1]) == before[1]
+    assert fleet.step_once()[2:] == [1, 0]
 
 
 @pytest.mark.parametrize('vx', [math.nan, math.inf])
@@ -133,18 +136,17 @@ def test_a_velocity_that_is_no_number_stops_its_robot_only(filtered, vx, in_expe
     assert velocity(fleet.commands[1][-1])[0] == pytest.approx(0.25)
 
 
-def test_without_new_velocities_it_says_nothing(peer, filtered):
+def test_without_new_velocities_it_says_nothing(filtered):
     fleet = filtered()
     fleet.after(-0.25, 0.25)
-    fleet.stepped.step(3)
-    peer.spin(0.2)
 
-    assert [len(messages) for messages in fleet.allowed] == [1, 1]
+    assert [fleet.step_once()[:2] for _ in range(3)] == [[0, 0]] * 3
 
 
 def test_its_last_word_is_zero(peer, filtered):
     fleet = filtered()
     fleet.after(-0.25, 0.25)
     fleet.node.stop()
+    peer.take_all()
 
-    peer.wait_for(lambda: all(one[-1].x == 0.0 for one in fleet.allowed))
+    assert [one[-1].x for one in fleet.allowed] == [0.0, 0.0]
