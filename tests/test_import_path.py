@@ -47,7 +47,7 @@ WORK = f"""
 {REFUSE.format(names=OTHERS - {'msgspec'})}
 {IMPORTS}
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_tools.page.run_facts import Pair
+from setcmas_tools.page.report_file import Pair
 
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.agreement import disagreement, is_agreement
+from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Task, ignore, task_of
-from setcmas_tools.page.law_calls import begin_of, calls_entry
 from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
-from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
-from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
+from setcmas_tools.run.communication_record import SentMessage
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
+from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 if TYPE_CHECKING:
@@ -43,7 +49,7 @@ def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
 
 def common_times(run: Run) -> Floats:
     """Return the times in s of the poses on a page: multiples of a step."""
-    begin, end = begin_of(run), float(run.table.t[-1])
+    begin, end = _begin_of(run), float(run.table.t[-1])
     for step in _STEPS_S:
         first = np.ceil(begin / step - SAME_TIME_S)
         last = np.floor(end / step + SAME_TIME_S)
@@ -52,6 +58,12 @@ def common_times(run: Run) -> Floats:
     per_s = round(1 / step) if step < 1 else 1 / step  # 3/10, not 3 * 0.1
     times: Floats = np.arange(first, last + 1) / per_s + 0.0
     return times if len(times) else np.array([begin])
+
+
+def _begin_of(run: Run) -> float:
+    """Return when a page begins, in s: at the first command, or the first pose after it."""
+    first, last = float(run.table.t[0]), float(run.table.t[-1])
+    return max(first, 0.0) if last > 0.0 else first
 
 
 def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
@@ -67,6 +79,139 @@ def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
         # Where a robot was moved, rather than drove.
         entries.append(entry | {'breaks': [k for k, pair in steps if track.is_broken(*pair)]})
     return entries
+
+
+_MOST_CALLS = 6_000
+"""Of all robots; of longer runs the page has each second, fifth, ... call."""
+_MOST_MESSAGES = 20_000
+_OVERRULED = {
+    Verdict.CHANGED: 'The safety filter overruled it.',
+    Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
+}
+
+
+def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
+    """Return the calls of each robot's law, by its number."""
+    begin = _begin_of(run) - SAME_TIME_S
+    fastest, sent = _fastest(run), _sent_values(run)
+    each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
+    entries = {}
+    for robot in run.robots:
+        if run.commands:
+            own = run.commands.of(robot)
+            rows = np.flatnonzero(own.t >= begin)[::each]
+            t, wanted = own.t[rows], np.column_stack([own.vx, own.vy])[rows]
+            filtered = own.allowed
+        else:
+            t = np.array([one.t for one in run.info.failures or [] if one.robot == robot])
+            t = t[t >= begin]
+            rows, wanted, filtered = np.arange(len(t)), np.full((len(t), 2), np.nan), None
+        if not len(t):
+            continue
+        verdicts = filtered.verdict[rows] if filtered else np.full(len(t), Verdict.KEPT)
+        outcomes = _outcomes(run, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
+        entry = {
+            't': packed(t),
+            'vx': packed(wanted[:, 0]),
+            'vy': packed(wanted[:, 1]),
+            'words': changes(outcomes),
+        }
+        if filtered:
+            entry['allowedX'] = packed(filtered.vx[rows])
+            entry['allowedY'] = packed(filtered.vy[rows])
+        entries[robot] = entry | sent.get(robot, {})
+    return entries
+
+
+def _sent_values(run: Run) -> dict[int, dict[str, Any]]:
+    """Return the values that laws sent, as text, by the robots that sent any."""
+    if len(run.messages) > _MOST_MESSAGES:
+        return {}
+    sent: dict[int, list[SentMessage]] = {}
+    for message in run.messages:
+        sent.setdefault(message.robot, []).append(message)
+    return {
+        robot: {
+            'messages': {
+                't': packed([one.t for one in messages]),
+                'texts': changes([_in_words(one.value) for one in messages]),
+            }
+        }
+        for robot, messages in sent.items()
+    }
+
+
+def _in_words(value: Any) -> str:
+    """Return a value as short text, such as 'x = 1.5, goal = [2, 3]'."""
+    if isinstance(value, Mapping):
+        return ', '.join(f'{name} = {_in_words(one)}' for name, one in value.items())
+    if not np.ndim(value):
+        return f'{value:.4g}'
+    return f'[{", ".join(_in_words(one) for one in np.asarray(value))}]'
+
+
+def _fastest(run: Run) -> float:
+    """Return the speed in m/s from which a law is saturated; inf if it is unknown."""
+    try:
+        return largest_speed(run) * (1 - SATURATION_TOLERANCE)
+    except SetcmasError:
+        return math.inf
+
+
+def _outcomes(
+    run: Run, robot: int, t: Floats, verdicts: NDArray[Any], saturated: NDArray[Any]
+) -> list[tuple[str, str]]:
+    """Return the outcome of each wanted velocity: a kind, for its colour, and a sentence."""
+    found = []
+    rows = zip(t.tolist(), states_at(run, robot, t), verdicts, saturated, strict=True)
+    for now, (state, held), verdict, is_saturated in rows:
+        failure = failure_at(run, robot, now)
+        outcome = _outcome(failure, state, held, Verdict(int(verdict)))
+        if not outcome[0] and is_saturated:
+            outcome = 'saturated', 'The velocity is saturated at the speed limit.'
+        found.append(outcome)
+    return found
+
+
+def states_at(run: Run, robot: int, t: Floats) -> list[tuple[str, bool]]:
+    """Return a robot's state at times in s, and whether safety overruled its law.
+
+    It moves where none is recorded, as in simulations.
+    """
+    record = run.tables.safety
+    if record is None:
+        return [(MOVING, False)] * len(t)
+    rows = np.flatnonzero(record.robot == robot)
+    newest = np.searchsorted(record.t[rows], t + SAME_TIME_S, side='right') - 1
+    return [
+        (record.state[rows[k]], bool(record.overruled[rows[k]]))
+        if k >= 0 and now - record.t[rows[k]] <= LONGEST_GAP_S
+        else (MOVING, False)
+        for k, now in zip(newest.tolist(), t.tolist(), strict=True)
+    ]
+
+
+def _outcome(
+    failure: ScriptFailure | None, state: str, held: bool, verdict: Verdict
+) -> tuple[str, str]:
+    if failure:
+        place = f' in line {failure.line} of {failure.script}' if failure.line else ''
+        return 'failed', f'Its law failed{place}: {failure.first_line}'
+    if state != MOVING:
+        return 'stopped', f'The robot was {state} in the experiment.'
+    if held or verdict is not Verdict.KEPT:
+        return 'overruled', _OVERRULED.get(verdict, 'A safety function overruled it.')
+    return '', ''
+
+
+def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
+    """Return the failure of a robot's law at a time in s; None if it worked."""
+    for one in reversed(run.info.failures or []):
+        until = math.inf if one.until is None else one.until
+        own = one.robot == robot and one.function is Function.CONTROL
+        if own and one.t - SAME_TIME_S <= t < until - SAME_TIME_S:
+            return one
+    return None
 
 
 def plane_entry(run: Run) -> dict[str, Any]:
@@ -164,7 +309,7 @@ def curves(run: Run) -> list[Curve]:
     if not len(grid.t):  # nothing commanded these robots
         return []
     found = [
-        Curve('Speed', 'm/s', grid.t, {robot: _speeds(run, robot, grid.t) for robot in run.robots})
+        Curve('Speed', 'm/s', grid.t, {i: Track(run[i]).speeds(grid.t)[0] for i in run.robots})
     ]
     if len(grid.robots) > 1:
         least = distances_of_pairs(grid)[0]
@@ -189,13 +334,6 @@ def difference(run: Run, other: Run) -> Curve | None:
 
     t, distances = distances_between(run, other)
     return Curve('Difference', 'm', t, distances) if len(t) and distances else None
-
-
-def _speeds(run: Run, robot: int, t: Floats) -> Floats:
-    """Return a robot's speed at times, each row for the time before it; NaN in gaps."""
-    track = Track(run[robot])
-    speeds = np.append(track.rows.v, np.nan)[np.searchsorted(track.rows.t, t - SAME_TIME_S)]
-    return np.where(np.isnan(track.poses(t)[0]), np.nan, speeds)
 
 
 def charts_entry(run: Run, other: Run | None, t: Floats) -> list[dict[str, Any]]:

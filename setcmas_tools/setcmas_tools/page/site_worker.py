@@ -314,7 +314,7 @@ def _scenario_entry(mark: Any) -> Answer:
 
 
 def _plotted(_: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.run_facts import Pair, plot_pictures
+    from setcmas_tools.page.report_file import Pair, plot_pictures
 
     pair = Pair('run', _run_made(), warn=page.warn)
     pictures = plot_pictures(pair)
@@ -322,8 +322,7 @@ def _plotted(_: Answer, page: _Page) -> Answer:
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.report_file import Cover, report_page
-    from setcmas_tools.page.run_facts import Pair
+    from setcmas_tools.page.report_file import Cover, Pair, report_page
 
     cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
     run = _run_made()

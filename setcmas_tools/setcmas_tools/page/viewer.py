@@ -23,7 +23,7 @@ from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.server import PageServer, announce
 
 if TYPE_CHECKING:
-    from setcmas_tools.page.run_facts import Pair
+    from setcmas_tools.page.report_file import Pair
 
 
 def show_runs(pair: Pair, browser: BrowserOptions) -> None:

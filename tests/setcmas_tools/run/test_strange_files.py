@@ -13,7 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import read_entries
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.content import run_content
-from setcmas_tools.page.run_facts import listings
+from setcmas_tools.page.report_file import listings
 from setcmas_tools.run.bag_conversion import convert
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
