@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from setcmas_ctrl import network
+from setcmas_ctrl.communication.graph import complete
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.offline.loaded_scenario import load_laws
 from setcmas_tools.offline.offline_simulation import simulate
@@ -49,11 +50,12 @@ def laws_alone(algo, nb_robots: int, duration: float) -> float:
     laws = [
         Bare(law._control.function, law.robot, nb_robots) for law in load_laws(chosen, nb_robots)
     ]
-    poses = start_poses(nb_robots)
+    poses, adjacency = start_poses(nb_robots), complete(nb_robots)
     begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):
         for law in laws:
-            network.call_law(law, poses, k / CONTROL_RATE_HZ)
+            with network.LawCall(law.robot, adjacency):
+                law(poses, k / CONTROL_RATE_HZ)
     return time.process_time() - begin
 
 

@@ -1,7 +1,7 @@
 """A controller: a node that calls the control law of a robot, the function `control` of a script.
 
 `setcmas ctrl` runs those of a whole fleet in one process (`controllers/controlled_fleet.py`), and
-`laws/control_law.py` calls the function. To run one controller alone:
+`control_law.py` calls the function. To run one controller alone:
 
     ros2 run setcmas_ctrl controller --ros-args -r __ns:=/tb3_3 -p nb_robots:=8 -p algo:=consensus
 """
@@ -13,9 +13,8 @@ from typing import Any
 
 from geometry_msgs.msg import Point32
 
-from setcmas_ctrl import network
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.fleet_network import FleetNetwork
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.saturation import saturate
@@ -77,7 +76,7 @@ class Controller(RobotNode):
         poses, adjacency = self.network.known_by(self.robot)
         try:
             with self.outcomes.watch.call(self.robot, law.path):
-                wanted = network.call_law(law, poses, self.time.t, adjacency)
+                wanted = law(poses, self.time.t, adjacency)
             self.outcomes.check_ros(law, self.time.t)
             self.outcomes.laws.succeeded(self.robot, self.time.t)
         except ControlError as error:

@@ -52,11 +52,37 @@ class Exchange(Protocol):
         """Return what a robot has received last, by the numbers of the senders."""
 
 
-# All robots of a process share this module: each call of a control law sets these anew.
-_robot = 0
-_adjacency: Floats | None = None
+# All robots of a process share this module.
+_call: LawCall | None = None  # the present one
 _exchange: Exchange | None = None
-_outgoing: Value | None = None
+
+
+class LawCall:
+    """A call of a control law: inside, its script may ask this module, and send a value."""
+
+    def __init__(self, robot: int, adjacency: Floats) -> None:
+        """Take the robot of the law, and the adjacency matrix (N, N), read-only."""
+        self.robot, self.adjacency = robot, adjacency
+        self.outgoing: Value | None = None
+
+    def __enter__(self) -> None:
+        global _call
+        self._before, _call = _call, self  # a law may call another one
+
+    def __exit__(self, *_: object) -> None:
+        global _call
+        _call = self._before
+        if self.outgoing is not None and _exchange:
+            _exchange.send(self.robot, self.outgoing)
+
+
+def _present_call() -> LawCall:
+    if _call is None:
+        raise RuntimeError(
+            'network works only while setcmas calls control; '
+            'to try a function alone: from setcmas_tools import simulate'
+        )
+    return _call
 
 
 def neighbours() -> list[int]:
@@ -65,7 +91,8 @@ def neighbours() -> list[int]:
     Raises:
         RuntimeError: Called outside `control`.
     """
-    return communication_graph.neighbours(adjacency(), _robot)
+    call = _present_call()
+    return communication_graph.neighbours(call.adjacency, call.robot)
 
 
 def adjacency() -> Floats:
@@ -77,12 +104,7 @@ def adjacency() -> Floats:
     Raises:
         RuntimeError: Called outside `control`.
     """
-    if _adjacency is None:
-        raise RuntimeError(
-            'network works only while setcmas calls control; '
-            'to try a function alone: from setcmas_tools import simulate'
-        )
-    return _adjacency
+    return _present_call().adjacency
 
 
 def laplacian() -> Floats:
@@ -123,9 +145,10 @@ def send(value: Any) -> None:
         RuntimeError: Called outside `control`.
         TypeError, ValueError: It cannot be sent.
     """
-    global _outgoing
-    _begin()
-    _outgoing = checked_value(value)
+    call = _present_call()
+    if _exchange:
+        _exchange.begin()
+    call.outgoing = checked_value(value)
 
 
 def received() -> dict[int, Message]:
@@ -134,13 +157,14 @@ def received() -> dict[int, Message]:
     Raises:
         RuntimeError: Called outside `control`.
     """
-    _begin()
+    call = _present_call()
     if not _exchange:
         return {}
+    _exchange.begin()
     t = _exchange.t
     return {
         sender: Message(read_only(content.value), round(t - content.t, 9), content.t)
-        for sender, content in sorted(_exchange.received(_robot).items())
+        for sender, content in sorted(_exchange.received(call.robot).items())
     }
 
 
@@ -161,48 +185,8 @@ def contents() -> dict[int, Content]:
     Raises:
         RuntimeError: Called outside `control`.
     """
-    adjacency()
-    return dict(_exchange.received(_robot)) if _exchange else {}
-
-
-def _begin() -> None:
-    adjacency()
-    if _exchange:
-        _exchange.begin()
-
-
-class Law(Protocol):
-    """The control law of a robot: from its poses (3, N) and t (s) to its velocity in m/s."""
-
-    robot: int
-    nb_robots: int
-
-    def __call__(self, poses: Floats, t: float) -> tuple[float, float]:
-        """Return vx and vy."""
-
-
-def call_law(
-    law: Law, poses: Floats, t: float, matrix: Floats | None = None
-) -> tuple[float, float]:
-    """Call a control law, whose script may ask this module; then send what it has to send.
-
-    Args:
-        law: The law; it may call another one.
-        poses: Rows x, y in m and theta in rad, shape (3, N), NaN for what it does not know.
-        t: Time since the run started, in s.
-        matrix: Adjacency matrix, shape (N, N), read-only; None is complete.
-    """
-    global _robot, _adjacency, _outgoing
-    before = _robot, _adjacency, _outgoing
-    _robot, _outgoing = law.robot, None
-    _adjacency = communication_graph.complete(law.nb_robots) if matrix is None else matrix
-    try:
-        return law(poses, t)
-    finally:
-        value = _outgoing
-        _robot, _adjacency, _outgoing = before
-        if value is not None and _exchange:
-            _exchange.send(law.robot, value)
+    call = _present_call()
+    return dict(_exchange.received(call.robot)) if _exchange else {}
 
 
 class Mailbox:

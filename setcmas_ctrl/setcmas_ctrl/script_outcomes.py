@@ -10,8 +10,8 @@ from pathlib import Path
 import rclpy
 
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.call_watch import CallWatch
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import STOPPED, ControlError, ErrorReports, StopCall
 from setcmas_simu.reports import Ended, Failed, Launcher
 from setcmas_simu.ros.process import RosProcess

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from ros1_recordings import CONSENSUS, WP_NAV
 
-from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import PRESETS
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.fleet.fleet import start_poses
@@ -61,7 +60,7 @@ def test_consensus_leaves_the_average_in_place():
     poses = start_poses(7)
     laws = [ControlLaw(find_script('consensus'), robot, 7) for robot in range(1, 8)]
 
-    velocities = np.array([network.call_law(law, poses, 0.0) for law in laws])
+    velocities = np.array([law(poses, 0.0) for law in laws])
 
     np.testing.assert_allclose(velocities.sum(axis=0), 0.0, atol=1e-12)
 
@@ -150,7 +149,7 @@ def test_every_built_in_works_for_any_number_of_robots(path):
     for nb_robots in (1, 2, 9, 30):
         poses = start_poses(nb_robots)
         for robot in (1, nb_robots):
-            velocity = network.call_law(ControlLaw(path, robot, nb_robots), poses, 0.0)
+            velocity = ControlLaw(path, robot, nb_robots)(poses, 0.0)
             assert np.isfinite(velocity).all()
 
 
@@ -166,4 +165,4 @@ def test_velocities_below_a_centimetre_per_second_become_zero(path):
     if path.stem == 'resilient_consensus':
         law.names['REBELS'] = []
 
-    assert network.call_law(law, resting, 0.0) == (0.0, 0.0)
+    assert law(resting, 0.0) == (0.0, 0.0)

@@ -14,11 +14,11 @@ from rclpy.parameter import Parameter
 from stepped_alone import SteppedAlone
 
 from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_simu.reports import connected_launcher

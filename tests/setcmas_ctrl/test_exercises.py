@@ -3,7 +3,7 @@ import re
 import numpy as np
 import pytest
 
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, load_script
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError

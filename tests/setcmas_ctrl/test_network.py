@@ -1,12 +1,10 @@
-from functools import partial
-
 import numpy as np
 import pytest
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import path, star
 from setcmas_ctrl.communication.message_content import Content
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 
 POSES = np.zeros((3, 4))
@@ -19,7 +17,7 @@ def law(tmp_path, body, robot=2):
         'import numpy as np\nfrom setcmas_ctrl import network\n'
         f'def control(robotNo, nbRobots, poses, t):\n    {body}\n'
     )
-    return partial(network.call_law, ControlLaw(script, robot, 4))
+    return ControlLaw(script, robot, 4)
 
 
 def test_each_robot_asks_for_itself(tmp_path):

@@ -13,9 +13,9 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.controllers.markers import TaskTopic
 from setcmas_ctrl.laws.call_watch import CallWatch
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
@@ -92,7 +92,7 @@ class FleetScripts:
     def _law(self, scripts: LawScripts, robot: int) -> ControlLaw:
         script = scripts.script(robot)
         with self.watch.loading(robot, script):
-            law = scripts.law(robot, self.nb_robots)
+            law = ControlLaw(script, robot, self.nb_robots, scripts.settings[script])
         if not rclpy.ok():
             raise SetcmasError(
                 f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'

@@ -13,8 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_simu.fleet import topics

@@ -10,7 +10,6 @@ import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from setcmas_ctrl.laws.control_law import ControlLaw
 from setcmas_ctrl.laws.exercise import unfilled_note
 from setcmas_ctrl.laws.script_function import CONTROL, check_defines
 from setcmas_ctrl.laws.script_loader import (
@@ -134,6 +133,7 @@ class LawScripts:
 
     Attributes:
         paths: The scripts, without repetition.
+        settings: The values of each script.
     """
 
     def __init__(
@@ -150,9 +150,9 @@ class LawScripts:
         self._found = found
         self.paths = list(dict.fromkeys(found.values()))
         self._by_robot = {robot: found[name] for robot, name in named.items()} if named else None
-        self._settings = self._shared_out(settings or {})
+        self.settings = self._shared_out(settings or {})
         for path in self.paths:
-            compile_script(path, settings=self._settings[path])
+            compile_script(path, settings=self.settings[path])
 
     @property
     def notes(self) -> list[str]:
@@ -193,11 +193,6 @@ class LawScripts:
     def script(self, robot: int) -> Path:
         """Return the script of a robot."""
         return self._by_robot[robot] if self._by_robot else self.paths[0]
-
-    def law(self, robot: int, nb_robots: int) -> ControlLaw:
-        """Return the control law of a robot, with its own state, or raise SetcmasError."""
-        path = self.script(robot)
-        return ControlLaw(path, robot, nb_robots, self._settings[path])
 
     def _shared_out(self, settings: Settings) -> Mapping[Path, Settings]:
         """Return the settings of each script."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
     takes_velocities,
 )
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import load_script, names_to_set
 from setcmas_ctrl.si_to_uni import si_to_uni
@@ -293,7 +292,7 @@ class _Replayed:
                 own = settings.get(name, vars(load_script(script, robot))[name])
                 self._calls.values[name] = own
                 settings[name] = 2 * own
-            return partial(network.call_law, ControlLaw(script, robot, base.nb_robots, settings))
+            return ControlLaw(script, robot, base.nb_robots, settings)
         condition: Any = further_than(base.communication.threshold)
         if script:
             condition = vars(load_script(script, robot, CONDITION))['ctc']

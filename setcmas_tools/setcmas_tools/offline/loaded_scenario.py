@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import chosen_communication
-from setcmas_ctrl.communication.graph import complete
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.control_options import Algo, LawOptions
 from setcmas_ctrl.laws.references import References, references_of_fleet
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
@@ -56,8 +54,9 @@ def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
         if robot in functions or scripts is None:
             laws.append(ControlLaw(functions[robot], robot, nb_robots))
             continue
-        call.begin(robot, scripts.script(robot), Function.LOADING)
-        laws.append(scripts.law(robot, nb_robots))
+        script = scripts.script(robot)
+        call.begin(robot, script, Function.LOADING)
+        laws.append(ControlLaw(script, robot, nb_robots, scripts.settings[script]))
         call.end()
     return laws
 
@@ -95,7 +94,6 @@ class FleetLaws:
         self._laws = laws
         self._commander = commander
         self.reports = ErrorReports(warn)
-        self._complete = complete(len(laws))
         self._call = run_progress.current.call
 
     def __call__(
@@ -110,12 +108,11 @@ class FleetLaws:
         `received` are the poses for each law instead; the default graph is the complete one.
         """
         wanted: list[float] = []
-        adjacency = self._complete if adjacency is None else adjacency
         known_poses = repeat(poses) if received is None else received
         for law, known in zip(self._laws, known_poses, strict=False):
             self._call.begin(law.robot, law.path)
             try:
-                wanted += network.call_law(law, known, t, adjacency)
+                wanted += law(known, t, adjacency)
                 self.reports.succeeded(law.robot, t)
             except ControlError as error:
                 wanted += (0.0, 0.0)

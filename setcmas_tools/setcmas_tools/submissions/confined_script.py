@@ -21,7 +21,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
     takes_velocities,
     triggering,
 )
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
@@ -162,7 +162,7 @@ class ConfinedScript:
             mailbox = network.Mailbox(request.t, received)
             try:
                 with network.exchanged_by(mailbox):
-                    vx, vy = network.call_law(law, poses, request.t, adjacency)
+                    vx, vy = law(poses, request.t, adjacency)
             except ControlError as error:
                 return _refusal(error, _messages(mailbox))
             return Reply((float(vx), float(vy)), _messages(mailbox))

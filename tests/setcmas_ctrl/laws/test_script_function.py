@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_function import WrongResultError, checked_function, numbers_of
 from setcmas_ctrl.si_to_uni_script import load_conversion

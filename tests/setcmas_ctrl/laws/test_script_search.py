@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_simu.errors import SetcmasError
 
@@ -17,7 +18,8 @@ def folder(tmp_path, monkeypatch):
 
 def velocities(scripts, nb_robots, poses=None):
     scripts.check(nb_robots)
-    laws = [scripts.law(robot, nb_robots) for robot in range(1, nb_robots + 1)]
+    paths = [(robot, scripts.script(robot)) for robot in range(1, nb_robots + 1)]
+    laws = [ControlLaw(path, robot, nb_robots, scripts.settings[path]) for robot, path in paths]
     return [law(np.zeros((3, nb_robots)), 0.0) for law in laws]
 
 

@@ -3,7 +3,7 @@ import signal
 import numpy as np
 import pytest
 
-from setcmas_ctrl.laws.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 
 POSES = np.zeros((3, 2))

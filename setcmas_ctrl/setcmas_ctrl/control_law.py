@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from setcmas_ctrl import network
+from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.laws.script_errors import ControlError, unknown_robots_note
 from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function, file_of
 from setcmas_ctrl.laws.script_imports import helper_files
@@ -60,19 +62,22 @@ class ControlLaw:
         """The script, and its helper modules imported so far; none of a function."""
         return [self.path, *helper_files(self._module)] if self._module else []
 
-    def __call__(self, poses: Floats, t: float) -> Velocity:
-        """Return the velocity (vx, vy) in m/s from the script.
+    def __call__(self, poses: Floats, t: float, adjacency: Floats | None = None) -> Velocity:
+        """Return the velocity (vx, vy) in m/s from the script, which may ask `network`.
 
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N), NaN for robots whose poses
                 this robot does not know; the script gets a copy.
             t: Time since the run started, in s.
+            adjacency: Adjacency matrix, shape (N, N), read-only; None is complete.
 
         Raises:
             ControlError: The script raised, or did not return two finite numbers.
         """
+        matrix = complete(self.nb_robots) if adjacency is None else adjacency
         try:
-            vx, vy = self._control(self.robot, self.nb_robots, poses.copy(), t)
+            with network.LawCall(self.robot, matrix):
+                vx, vy = self._control(self.robot, self.nb_robots, poses.copy(), t)
         except ControlError as failure:
             cause = failure.__cause__
             note = unknown_robots_note(self.robot, poses)
