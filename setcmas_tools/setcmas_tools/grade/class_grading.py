@@ -31,7 +31,7 @@ from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
 from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
-from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
+from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions, printable
 
 _DPI = 80  # of the pictures on pages
 _READ_S = 60.0
@@ -72,7 +72,7 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
     Raises:
         NoProcessError: The process does not start.
     """
-    name = packed.files[-1].top
+    name = printable(packed.files[-1].top)
     late = f'it takes longer than {_READ_S:g} s to unpack'
     try:
         with ConfinedProcess(is_confined, READ + msgspec.msgpack.encode(packed)) as process:
@@ -88,10 +88,15 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
 
 
 def _is_of(read: Submission, packed: Packed) -> bool:
-    """Return whether what a confined process has read may be a submission's."""
-    names = [PurePosixPath(name) for name in read.files]
+    """Return whether what a confined process has read may be of this submission.
+
+    Marks, corrections and likeness go by its name, and its files are written below a folder.
+    """
+    marked, names = PurePosixPath(read.file), map(PurePosixPath, read.files)
     return (
         read.student == packed.student
+        and read.name in {printable(file.top) for file in packed.files}
+        and (not read.file or (marked.is_relative_to(read.name) and '..' not in marked.parts))
         and bool(read.problem or read.script in read.files)
         and all(name.parts and not name.is_absolute() and '..' not in name.parts for name in names)
     )

@@ -116,7 +116,7 @@ def read_submission(packed: Packed) -> Submission:
     script, problem = chosen_script(files, packed.function)
     original = next((path for path in notebooks if script_of(path) == script), script)
     top = tops.get(original, packed.files[-1].top)
-    shown = _printable(top)
+    shown = printable(top)
     if problem:
         return Submission(shown, packed.student, problem=_of_notebooks(problem, notebooks))
     neighbours = {
@@ -128,7 +128,7 @@ def read_submission(packed: Packed) -> Submission:
     sources = [content for name, content in neighbours.items() if name.endswith('.py')]
     return Submission(
         shown, packed.student, script.name, neighbours,
-        file=shown if is_whole else _printable(f'{top}/{original}'),
+        file=shown if is_whole else printable(f'{top}/{original}'),
         notebook=notebooks.get(original),
         is_unfilled=bool(packed.exercise) and same_functions(files[script], packed.exercise),
         print=fingerprint(sources),
@@ -308,5 +308,6 @@ def _of_notebooks(problem: str, notebooks: Iterable[PurePosixPath]) -> str:
     return problem
 
 
-def _printable(name: str) -> str:
+def printable(name: str) -> str:
+    """Return a name with the characters that a terminal would obey as escape sequences."""
     return ''.join(one if one.isprintable() else ascii(one)[1:-1] for one in name)

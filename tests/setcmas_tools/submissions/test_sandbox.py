@@ -5,6 +5,7 @@ import os
 import re
 import socket
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -33,7 +34,7 @@ from setcmas_tools.submissions.confined_program import RUN
 from setcmas_tools.submissions.confined_script import RunWork
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError
 from setcmas_tools.submissions.student import Student
-from setcmas_tools.submissions.submissions import Packed, PackedFile
+from setcmas_tools.submissions.submissions import Packed, PackedFile, Submission
 
 pytestmark = needs_sandbox
 
@@ -245,6 +246,49 @@ def test_a_forged_submission_is_none(monkeypatch, answer):
 
     assert read.problem == 'it cannot be unpacked'
     assert read.student.name == 'Ada'
+
+
+OF_ADA = Submission(
+    'ada.zip', Student('Ada'), 'law.py', {'law.py': STILL.encode()}, file='ada.zip/law.py'
+)
+
+
+@pytest.mark.parametrize(
+    'forged',
+    [
+        replace(OF_ADA, student=Student('Eve')),
+        replace(OF_ADA, name='eve.zip'),  # grades, corrections and likeness go by this name
+        replace(OF_ADA, name=''),
+        replace(OF_ADA, name='eve.zip', problem='it cannot be read'),
+        replace(OF_ADA, file='eve.zip/law.py'),
+        replace(OF_ADA, file='ada.zip/../eve.zip/law.py'),
+        replace(OF_ADA, file='/law.py'),
+        replace(OF_ADA, file='.'),
+        replace(OF_ADA, script='eve.py'),
+        replace(OF_ADA, files={**OF_ADA.files, '../eve.py': b''}),
+        replace(OF_ADA, files={**OF_ADA.files, '/tmp/eve.py': b''}),
+        replace(OF_ADA, files={**OF_ADA.files, '': b''}),
+    ],
+)
+def test_what_is_read_of_a_submission_is_not_anothers(monkeypatch, forged):
+    """A file that has taken over the process that unpacks it can answer whatever it likes."""
+    handed_in = packed('ada.zip', archive({'law.py': STILL}))
+    assert read_apart(handed_in) == replace(OF_ADA, print=read_apart(handed_in).print)
+    answer = msgspec.msgpack.encode(forged)
+    monkeypatch.setattr(ConfinedProcess, 'answer', lambda *_: answer)
+
+    read = read_apart(handed_in)
+
+    assert read == Submission('ada.zip', Student('Ada'), problem='it cannot be unpacked')
+
+
+def test_a_submission_has_the_name_of_the_newest_of_its_files_or_of_the_one_with_its_script():
+    tops = ('a_1_2_law.py', 'a_1_3_notes.txt')
+    files = tuple(PackedFile(top, top[6:], STILL.encode()) for top in tops)
+
+    read = read_apart(Packed(Student('Ada'), files, Function.CONTROL))
+
+    assert (read.name, read.file, read.problem) == (tops[0], tops[0], '')
 
 
 def test_a_run_that_the_machine_has_ended_is_repeated_once(monkeypatch):
