@@ -227,6 +227,17 @@ def rubric_of_exercise(name: str) -> Rubric:
     return read_rubric(file)
 
 
+def solution_of(exercise: str, function: Function) -> Path | None:
+    """Return the solution that comes with an exercise; None if there is none.
+
+    Of a law, it is the law of its name; of a condition or si_to_uni, NAME_solution.py beside it.
+    """
+    if function is Function.CONTROL:
+        return ALGORITHMS.file(exercise) if exercise in ALGORITHMS else None
+    file = EXERCISES.file(exercise).with_name(f'{exercise}_solution.py')
+    return file if file.is_file() else None
+
+
 def read_rubric(path: Path) -> Rubric:
     """Read a rubric from a file.
 
@@ -254,8 +265,8 @@ def read_rubric(path: Path) -> Rubric:
         raise fields['references'].error('references replace the solution; remove one of them')
     if 'solution' in fields:
         solution = _read_solution(fields['solution'])
-    elif function is Function.CONTROL and exercise in ALGORITHMS and not references:
-        solution = ALGORITHMS.file(exercise)
+    elif exercise and not references:
+        solution = solution_of(exercise, function)
     scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
     if references and (others := {one.name for one in scenarios} - references.keys()):
         raise fields['references'].error(f"references lack scenario '{min(others)}'")

@@ -12,10 +12,10 @@ from typing import Any
 import yaml
 
 from setcmas_ctrl.laws.script_imports import with_helpers
-from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.grade.rubric import FUNCTIONS, Rubric, solution_of
 from setcmas_tools.run.run_tables import RunTables, write_tables
 from setcmas_tools.run.scenario_files import ScenarioFolder
 
@@ -72,9 +72,11 @@ def archive(files: Mapping[str, bytes]) -> bytes:
 
 
 def _ships(solution: Path) -> bool:
-    """Return whether a law comes with setcmas, which students have, too."""
-    laws = (name for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in)
-    return any(ALGORITHMS.file(name) == solution for name in laws)
+    """Return whether a script comes with setcmas, which students have, too."""
+    laws = (ALGORITHMS.file(name) for name, one in ALGORITHMS.plugins().items() if one.built_in)
+    exercises = (name for name, one in EXERCISES.plugins().items() if one.built_in)
+    others = (solution_of(name, function) for name in exercises for function in FUNCTIONS)
+    return solution in (*laws, *others)
 
 
 def _references(shown: Rubric) -> dict[str, bytes]:

@@ -72,12 +72,14 @@ def test_students_check_without_the_solution_and_get_the_same_marks(rubric, tmp_
     assert points['next'][:2] == [3, 0]  # one place further, the polygon is as regular
 
 
-def test_a_solution_that_students_have_anyway_stays(tmp_path):
-    rubric = rubric_of_exercise('consensus')
+@pytest.mark.parametrize('exercise', ['consensus', 'point_ahead', 'ctc'])
+def test_a_solution_that_students_have_anyway_stays(tmp_path, exercise):
+    rubric = rubric_of_exercise(exercise)
     theirs = unpacked(rubric.file, tmp_path / 'theirs')
 
     assert read_rubric(theirs).solution == rubric.solution
-    assert [path.name for path in theirs.parent.iterdir()] == ['consensus.yaml']
+    assert read_rubric(theirs).max_score == rubric.max_score
+    assert [path.name for path in theirs.parent.iterdir()] == [f'{exercise}.yaml']
 
 
 def test_a_solution_that_is_missing_is_reported_as_that(rubric, tmp_path):
