@@ -2,7 +2,7 @@
 
 from setcmas_tools.grade.mark_records import CriterionMark, Failure, Marks, RobotPath, ScenarioMark
 from setcmas_tools.submissions.likeness import Similar
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submitted_files import Student
 
 HOSTILE = '<script>document.title="forged"</script>'
 PATHS = (

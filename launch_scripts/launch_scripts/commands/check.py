@@ -42,15 +42,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import Check, chosen_rubric, opened, runs_apart
+    from setcmas_tools.grade.check import Check, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import write_picture
+    from setcmas_tools.grade.rubric import chosen_rubric
 
     if args.json and (args.show or args.output):
         raise SetcmasError('--json draws no picture; leave out --show and --output')
     call_timeout = OfflineOptions.of(args).call_timeout
     with opened(args.law) as law:
         rubric = chosen_rubric(law.script, args.rubric).shown()
-        picture = args.output or Path(f'{Path(law.name).stem}_check.png')
+        picture = args.output or Path(f'{Path(law.submission.name).stem}_check.png')
         marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
         result = Check(marks, rubric.hidden_points)
     if args.json:
@@ -62,6 +63,6 @@ def main(args: argparse.Namespace) -> int:
     if rubric.references and not result.marks.is_full:
         print('explanations of mistakes need the solution, which this rubric does not have')
     if any(one.paths and one.paths[0].own for one in result.marks.scenarios):
-        write_picture(result.marks, picture, args.show)
+        write_picture(result.marks.scenarios, picture, args.show)
         print(f'your paths over those of the solution: {picture}')
     return 0 if result.marks.is_full else SCRIPT_FAILED

@@ -75,7 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Grade a class, or write the rubric for students; return the exit status."""
-    from setcmas_tools.grade.check import chosen_rubric  # late: help texts need not wait for numpy
+    from setcmas_tools.grade.rubric import (
+        chosen_rubric,  # late: help texts need not wait for numpy
+    )
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
@@ -146,7 +148,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
             f'{_count(undecided)} without a grade: the remarks say why; have it handed in again, '
             f'or decide in {CORRECTIONS}'
         )
-    return 1 if any(one.failure == NOT_RUN for one in undecided) else 0
+    return 1 if any(one.failure and one.failure.message == NOT_RUN for one in undecided) else 0
 
 
 def _count(submissions: Sequence[object]) -> str:

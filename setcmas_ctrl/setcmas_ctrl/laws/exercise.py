@@ -1,12 +1,13 @@
-"""Exercise of a script: which one it solves, and whether it is filled in."""
+"""Exercise of a script: which one it solves, its solution, and whether it is filled in."""
 
 from __future__ import annotations
 
 import ast
 from pathlib import Path
 
-from setcmas_ctrl.laws.script_loader import EXERCISES, plain_values
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, plain_values
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
 
 _FILLED_IN = ('control', 'ctc', 'si_to_uni')
 """The functions that students fill in."""
@@ -19,6 +20,17 @@ def exercise_of(script: Path) -> str:
     """
     name = plain_values(script).get('exercise', script.stem)
     return name if isinstance(name, str) and name in EXERCISES else ''
+
+
+def solution_of(exercise: str, function: Function) -> Path | None:
+    """Return the solution that comes with an exercise; None if there is none.
+
+    Of a law, it is the law of its name; of a condition or si_to_uni, NAME_solution.py beside it.
+    """
+    if function is Function.CONTROL:
+        return ALGORITHMS.file(exercise) if exercise in ALGORITHMS else None
+    file = EXERCISES.file(exercise).with_name(f'{exercise}_solution.py')
+    return file if file.is_file() else None
 
 
 def is_unfilled(script: Path, exercise: str = '') -> bool:

@@ -5,81 +5,38 @@ from __future__ import annotations
 import html
 import io
 import math
-import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from setcmas_ctrl.laws.exercise import exercise_of, is_unfilled
+from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_ctrl.laws.script_imports import calling_robot
-from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_ctrl.laws.script_output import folded_output
 from setcmas_ctrl.laws.script_search import find_script
-from setcmas_simu.errors import SetcmasError, did_you_mean, file_errors, needs
+from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.script_calls import Function
-from setcmas_tools.grade.criteria import COMPARED, OF_ANSWERS, points_text, rounded
 from setcmas_tools.grade.mark_records import (
-    CriterionMark,
     Failure,
     LawRunner,
     Marks,
     ScenarioMark,
     ScenarioRun,
+    lines_of,
 )
 from setcmas_tools.grade.marking import mark
-from setcmas_tools.grade.rubric import (
-    MarkedScenario,
-    Rubric,
-    read_rubric,
-    rubric_of_exercise,
-)
+from setcmas_tools.grade.rubric import MarkedScenario, Rubric, chosen_rubric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.run_info import RunState
-from setcmas_tools.submissions.student import Student
-
-if TYPE_CHECKING:
-    from setcmas_tools.submissions.submissions import Submission
-
-
-def student_view(marks: Marks) -> Marks:
-    """Return the parts of marks that students may see; the scores stay.
-
-    Hidden criteria of a scenario become one criterion without value; hidden scenarios become one
-    scenario with one criterion.
-    """
-    shown = [_without_hidden(one) for one in marks.scenarios if not one.hidden]
-    hidden = [mark for one in marks.scenarios if one.hidden for mark in one.criteria]
-    if hidden:
-        together = (_together(hidden, 'all hidden scenarios'),)
-        shown.append(ScenarioMark('Hidden scenarios', together, hidden=True))
-    corrections = tuple(
-        replace(one, what='hidden criteria') if one.hidden else one for one in marks.corrections
-    )
-    return replace(marks, scenarios=tuple(shown), similar=(), corrections=corrections)
-
-
-def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:
-    shown = [mark for mark in scenario.criteria if not mark.hidden]
-    hidden = [mark for mark in scenario.criteria if mark.hidden]
-    if hidden:
-        shown.append(_together(hidden, 'hidden criteria'))
-    return replace(scenario, criteria=tuple(shown))
-
-
-def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
-    points = rounded(sum(mark.points for mark in criteria))
-    most = rounded(sum(mark.max_points for mark in criteria))
-    return CriterionMark(name, points, most, '', '', None, hidden=True)
-
+from setcmas_tools.submissions.notebook import in_cells
+from setcmas_tools.submissions.submissions import Submission, submitted_notebook
+from setcmas_tools.submissions.submitted_files import Student
 
 _WITHIN = (
     'a law that is being marked cannot call check(); put this line below '
     "`if __name__ == '__main__':`"
 )
-_TICK, _CROSS = '✓', '✗'
-_WIDTH = 90
 _DPI = 55
 
 
@@ -125,7 +82,7 @@ class Check:
         """Return a picture of the paths over those of the solution, as the data URL of a PNG."""
         from setcmas_tools.grade.mark_pictures import picture_url
 
-        return picture_url(self.marks, _DPI)
+        return picture_url(self.marks.scenarios, _DPI)
 
     def _repr_html_(self) -> str:
         return (
@@ -180,7 +137,8 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         chosen = chosen_rubric(None, rubric).shown()
         name = getattr(law, '__name__', chosen.function.value)
         run = runs_here(law, chosen.function)
-        return Check(mark(chosen, run, name, Student(name)), chosen.hidden_points)
+        marks = mark(chosen, run, Submission(name, Student(name)))
+        return Check(marks, chosen.hidden_points)
     with opened(str(law)) as own:
         chosen = chosen_rubric(own.script, rubric).shown()
         marks = own.marks(chosen, runs_here(str(own.script), chosen.function))
@@ -189,26 +147,20 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
 
 @dataclass(frozen=True)
 class OwnLaw:
-    """A student's own law.
+    """A student's own law: its script, or that of a notebook's cells, and what is marked."""
 
-    Attributes:
-        name: Its script or notebook.
-        script: The script, or that of the notebook's cells.
-        notebook: The notebook as a submission; None for a script.
-    """
-
-    name: str
     script: Path
-    notebook: Submission | None = None
+    submission: Submission
+
+    @classmethod
+    def of(cls, script: Path) -> OwnLaw:
+        """Return the law of a script."""
+        return cls(script, Submission(script.name, Student(script.name)))
 
     def marks(self, rubric: Rubric, run: LawRunner) -> Marks:
         """Return its marks; messages name the cells of a notebook."""
-        if self.notebook:
-            from setcmas_tools.grade.class_grading import named_cells
-
-            run = named_cells(run, self.notebook)
-        unfilled = is_unfilled(self.script, rubric.exercise)
-        return mark(rubric, run, self.name, Student(self.name), unfilled)
+        is_empty = is_unfilled(self.script, rubric.exercise)
+        return mark(rubric, run, replace(self.submission, is_unfilled=is_empty))
 
 
 @contextmanager
@@ -216,17 +168,13 @@ def opened(law: str) -> Iterator[OwnLaw]:
     """Open a script, by path or name, or a notebook, or raise SetcmasError."""
     path = Path(law)
     if path.suffix != '.ipynb' or not path.is_file():
-        script = find_script(law)
-        yield OwnLaw(script.name, script)
+        yield OwnLaw.of(find_script(law))
         return
-    with needs('grade'):
-        from setcmas_tools.submissions.notebook import in_cells
-        from setcmas_tools.submissions.submissions import submitted_notebook
     with file_errors(f"'{law}' cannot be read"):
         submission = submitted_notebook(path)
     with submission.unpacked() as script:
         try:
-            yield OwnLaw(path.name, script, submission)
+            yield OwnLaw(script, submission)
         except SetcmasError as error:
             if not submission.notebook:
                 raise
@@ -273,65 +221,3 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
 
     return run
-
-
-def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
-    """Return the rubric with this name or file, or of the exercise that a script names.
-
-    Raises:
-        SetcmasError: There is none.
-    """
-    if rubric is not None and str(rubric) in EXERCISES:
-        return rubric_of_exercise(str(rubric))
-    if rubric is not None:
-        names = EXERCISES.plugins()
-        if not Path(rubric).exists():
-            hint = did_you_mean(rubric, names) or f'; give a file, or one of {", ".join(names)}'
-            raise SetcmasError(f"there is no rubric '{rubric}'{hint}")
-        return read_rubric(Path(rubric))
-    if script and (exercise := exercise_of(script)):
-        return rubric_of_exercise(exercise)
-    known = ', '.join(EXERCISES.plugins())
-    what = f'{script.name} names no exercise' if script else 'a function names no exercise'
-    raise SetcmasError(
-        f'{what}; give a rubric, or one of {known} (in a script, name it in a line such '
-        "as exercise = 'consensus')"
-    )
-
-
-def lines_of(marks: Marks, hidden_points: float = 0.0) -> Iterator[str]:
-    """Yield marks as students read them, in a terminal and on a learning platform."""
-    yield f'{marks.title}: {marks.own_file or marks.submission}'
-    if marks.unfilled:
-        yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
-    elif marks.failure:
-        yield f'not marked: {marks.failure.text}'
-    else:
-        yield from _scenarios_lines(marks.scenarios)
-    if marks.corrections:
-        yield f'automatic mark: {points_text(marks.automatic)}; corrections:'
-        yield from map(str, marks.corrections)
-    if marks.is_decided and not (marks.unfilled and not marks.corrections):
-        more = (
-            f'; {points_text(hidden_points)} more are for hidden parts, which setcmas grade marks'
-        )
-        yield f'{marks.points_text}{more if hidden_points else ""}'
-
-
-def _scenarios_lines(scenarios: Sequence[ScenarioMark]) -> Iterator[str]:
-    for scenario in scenarios:
-        yield ''
-        yield f'{scenario.name}: {scenario.points_text}'
-        if scenario.failure:
-            yield textwrap.indent(scenario.failure.text, '  ')
-        for one in scenario.criteria:
-            sign = _TICK if one.is_full else _CROSS
-            points = f'{points_text(one.points)}/{points_text(one.max_points)}'
-            figures = f': {one.metric} {one.reached_text} (wanted: {one.wanted})'
-            yield f'  {sign} {points}  {one.name}{"" if one.hidden else figures}'
-            if one.hint:
-                yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')
-    yield ''
-    missed = (one for scenario in scenarios for one in scenario.criteria if not one.is_full)
-    for metric in dict.fromkeys(one.metric for one in missed if one.metric in OF_ANSWERS):
-        yield textwrap.fill(f'{metric}: {COMPARED[metric][1]}', _WIDTH, subsequent_indent='  ')

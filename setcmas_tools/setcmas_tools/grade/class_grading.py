@@ -22,14 +22,13 @@ from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import written_whole
 from setcmas_tools.grade.mark_pictures import picture_url
-from setcmas_tools.grade.mark_records import Failure, LawRunner, Marks, ScenarioRun
+from setcmas_tools.grade.mark_records import Marks
 from setcmas_tools.grade.marking import mark, unmarked
-from setcmas_tools.grade.rubric import MarkedScenario, Rubric
+from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
-from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions, printable
 
@@ -117,21 +116,12 @@ class Grader:
             SetcmasError: The rubric's solution fails, a file of the rubric cannot be used, or the
                 machine ends a run (NoProcessError).
         """
-        rubric, name, student = self.rubric, submission.name, submission.student
-        if submission.problem:
-            marks = unmarked(rubric, name, student, Failure(submission.problem))
-        else:
-            run = SandboxRunner(
-                submission.script, submission.files, self.times, rubric.function, self.is_confined
-            )
-            shown = named_cells(run, submission)
-            marks = mark(rubric, shown, name, student, submission.is_unfilled)
-        marks = replace(marks, file=submission.file)
-        drawn = (
-            replace(one, picture=picture_url(replace(marks, scenarios=(one,)), _DPI))
-            for one in marks.scenarios
-        )
-        return replace(marks, scenarios=tuple(drawn))
+        run = SandboxRunner(submission, self.times, self.rubric.function, self.is_confined)
+        marks = mark(self.rubric, run, submission)
+        pictures = (picture_url([one], _DPI) for one in marks.scenarios)
+        drawn = zip(marks.scenarios, pictures, strict=True)
+        scenarios = tuple(replace(one, picture=picture) for one, picture in drawn)
+        return replace(marks, scenarios=scenarios)
 
     def tried(self, submission: Submission) -> tuple[Submission, Marks | None]:
         """Return a submission and its marks; None if the machine, not the submission, failed.
@@ -148,26 +138,6 @@ class Grader:
         except Exception:  # it does not stop the others
             _logger.exception('internal error while grading %r', submission.name)
             return submission, None
-
-
-def named_cells(run: LawRunner, submission: Submission) -> LawRunner:
-    """Return a runner whose failures name the cells of a notebook, if it is one."""
-    notebook, name = submission.notebook, PurePosixPath(submission.file).name
-    if not notebook:
-        return run
-
-    def run_notebook(scenario: MarkedScenario) -> ScenarioRun:
-        done = run(scenario)
-        failure = done.failure
-        if not failure:
-            return done
-        shown = replace(failure, message=in_cells(failure.message, name, notebook))
-        if failure.line and failure.script == submission.script:
-            cell, line = notebook.place(failure.line)
-            shown = replace(shown, script=f'{name}, cell {cell}', line=line)
-        return replace(done, failure=shown)
-
-    return run_notebook
 
 
 KEPT = 'marks'
@@ -218,7 +188,7 @@ def _digest(*parts: bytes) -> str:
     return whole.hexdigest()
 
 
-NOT_RUN = Failure(
+NOT_RUN = (
     'this computer ran out of memory, disk or processes, or setcmas failed; repeat the command, '
     'with fewer --jobs'
 )
@@ -258,7 +228,7 @@ def grade(
         for one, made in _graded(left, grader, jobs):
             if made:
                 kept.keep(one, made)
-            marks[one.name] = made or unmarked(rubric, one.name, one.student, NOT_RUN)
+            marks[one.name] = made or unmarked(rubric, one, NOT_RUN)
             progress.update()
     like = likenesses(*_prints(submissions, rubric))
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]

@@ -12,9 +12,8 @@ from html import escape
 from tabulate import tabulate
 
 from setcmas_simu.errors import needs
-from setcmas_tools.grade.check import lines_of, student_view
 from setcmas_tools.grade.criteria import points_text
-from setcmas_tools.grade.mark_records import CriterionMark, Marks
+from setcmas_tools.grade.mark_records import CriterionMark, Marks, lines_of, student_view
 
 _LONGEST = 80
 

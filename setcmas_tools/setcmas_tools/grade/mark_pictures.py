@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import plot_colour
-from setcmas_tools.grade.mark_records import Marks, RobotPath, ScenarioMark
+from setcmas_tools.grade.mark_records import RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import Picture, show, window
 from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
 
@@ -27,12 +27,12 @@ _WANTED: dict[str, Any] = {'color': '0.72', 'linewidth': 5.0, 'zorder': 1.0}
 _LEAST_SPAN_M = 1.0
 
 
-def draw_marks(figure: Figure, marks: Marks) -> None:
+def draw_marks(figure: Figure, marks: Sequence[ScenarioMark]) -> None:
     """Draw the paths of each scenario that has some, two panels side by side.
 
     The figure is empty, and was made within `plot_style`.
     """
-    scenarios = [one for one in marks.scenarios if one.paths]
+    scenarios = [one for one in marks if one.paths]
     columns, rows = min(_PANELS, len(scenarios)) or 1, math.ceil(len(scenarios) / _PANELS) or 1
     figure.set_size_inches(_PANEL_IN * columns + 1.6, (_PANEL_IN + 0.6) * rows)
     if not scenarios:
@@ -47,8 +47,8 @@ def draw_marks(figure: Figure, marks: Marks) -> None:
     )  # fmt: skip
 
 
-def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
-    """Write the picture of marks to a file, and perhaps show it in a window.
+def write_picture(marks: Sequence[ScenarioMark], path: Path, in_window: bool = False) -> None:
+    """Write the picture of scenarios to a file, and perhaps show it in a window.
 
     Raises:
         SetcmasError: It cannot be written, or there is no screen.
@@ -64,9 +64,9 @@ def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
             show(path.parent)
 
 
-def picture_url(marks: Marks, dpi: int) -> str:
-    """Return the picture of marks as the data URL of a PNG; '' if no scenario has paths."""
-    if not any(one.paths for one in marks.scenarios):
+def picture_url(marks: Sequence[ScenarioMark], dpi: int) -> str:
+    """Return the picture of scenarios as the data URL of a PNG; '' if none has paths."""
+    if not any(one.paths for one in marks):
         return ''
     content = io.BytesIO()
     with plot_style():

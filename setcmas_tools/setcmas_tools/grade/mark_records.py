@@ -6,14 +6,21 @@ Equal submissions get equal marks: nothing depends on the clock, the machine or 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
-from setcmas_tools.grade.criteria import points_text, quantity_text, rounded
+from setcmas_tools.grade.criteria import (
+    COMPARED,
+    OF_ANSWERS,
+    points_text,
+    quantity_text,
+    rounded,
+)
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
-from setcmas_tools.submissions.student import Student as Student
+from setcmas_tools.submissions.submitted_files import Student as Student
 
 
 @dataclass(frozen=True)
@@ -221,6 +228,81 @@ class Marks:
     def __repr__(self) -> str:
         """Return one line."""
         return f'Marks({self.title}, {self.submission}, {self.points_text})'
+
+
+def student_view(marks: Marks) -> Marks:
+    """Return the parts of marks that students may see; the scores stay.
+
+    Hidden criteria of a scenario become one criterion without value; hidden scenarios become one
+    scenario with one criterion.
+    """
+    shown = [_without_hidden(one) for one in marks.scenarios if not one.hidden]
+    hidden = [mark for one in marks.scenarios if one.hidden for mark in one.criteria]
+    if hidden:
+        together = (_together(hidden, 'all hidden scenarios'),)
+        shown.append(ScenarioMark('Hidden scenarios', together, hidden=True))
+    corrections = tuple(
+        replace(one, what='hidden criteria') if one.hidden else one for one in marks.corrections
+    )
+    return replace(marks, scenarios=tuple(shown), similar=(), corrections=corrections)
+
+
+def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:
+    shown = [mark for mark in scenario.criteria if not mark.hidden]
+    hidden = [mark for mark in scenario.criteria if mark.hidden]
+    if hidden:
+        shown.append(_together(hidden, 'hidden criteria'))
+    return replace(scenario, criteria=tuple(shown))
+
+
+def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
+    points, most = (
+        _sum(mark.points for mark in criteria),
+        _sum(mark.max_points for mark in criteria),
+    )
+    return CriterionMark(name, points, most, '', '', None, hidden=True)
+
+
+_TICK, _CROSS = '✓', '✗'
+_WIDTH = 90
+
+
+def lines_of(marks: Marks, hidden_points: float = 0.0) -> Iterator[str]:
+    """Yield marks as students read them, in a terminal and on a learning platform."""
+    yield f'{marks.title}: {marks.own_file or marks.submission}'
+    if marks.unfilled:
+        yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
+    elif marks.failure:
+        yield f'not marked: {marks.failure.text}'
+    else:
+        yield from _scenarios_lines(marks.scenarios)
+    if marks.corrections:
+        yield f'automatic mark: {points_text(marks.automatic)}; corrections:'
+        yield from map(str, marks.corrections)
+    if marks.is_decided and not (marks.unfilled and not marks.corrections):
+        more = (
+            f'; {points_text(hidden_points)} more are for hidden parts, which setcmas grade marks'
+        )
+        yield f'{marks.points_text}{more if hidden_points else ""}'
+
+
+def _scenarios_lines(scenarios: Sequence[ScenarioMark]) -> Iterator[str]:
+    for scenario in scenarios:
+        yield ''
+        yield f'{scenario.name}: {scenario.points_text}'
+        if scenario.failure:
+            yield textwrap.indent(scenario.failure.text, '  ')
+        for one in scenario.criteria:
+            sign = _TICK if one.is_full else _CROSS
+            points = f'{points_text(one.points)}/{points_text(one.max_points)}'
+            figures = f': {one.metric} {one.reached_text} (wanted: {one.wanted})'
+            yield f'  {sign} {points}  {one.name}{"" if one.hidden else figures}'
+            if one.hint:
+                yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')
+    yield ''
+    missed = (one for scenario in scenarios for one in scenario.criteria if not one.is_full)
+    for metric in dict.fromkeys(one.metric for one in missed if one.metric in OF_ANSWERS):
+        yield textwrap.fill(f'{metric}: {COMPARED[metric][1]}', _WIDTH, subsequent_indent='  ')
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -32,7 +32,8 @@ from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.notebook import in_cells
+from setcmas_tools.submissions.submissions import Submission
 
 _POINTS = 150  # of a path in a picture, at most
 _DECIMALS = 3  # mm
@@ -40,27 +41,44 @@ _STILL_M = 1e-3
 _NOTHING = ScenarioRun(None)
 
 
-def mark(
-    rubric: Rubric, run: LawRunner, submission: str, student: Student, is_unfilled: bool = False
-) -> Marks:
-    """Return the marks of a submission; an exercise that is still unfilled is not run.
+def mark(rubric: Rubric, run: LawRunner, submission: Submission) -> Marks:
+    """Return the marks of a submission, which runs only if it has a script that is filled in.
 
     Raises:
         SetcmasError: The rubric's solution or a file of it cannot be used.
     """
-    if is_unfilled:
-        return replace(unmarked(rubric, submission, student), unfilled=True)
-    runs = [run(scenario) for scenario in rubric.scenarios]
-    scenarios = [_marked(rubric, *each) for each in zip(rubric.scenarios, runs, strict=True)]
-    return Marks(submission, student, rubric.title, _hinted(rubric, scenarios, runs))
+    if submission.problem or submission.is_unfilled:
+        return unmarked(rubric, submission, submission.problem)
+    runs = [_with_cells(run(scenario), submission) for scenario in rubric.scenarios]
+    marked = [_marked(rubric, *each) for each in zip(rubric.scenarios, runs, strict=True)]
+    scenarios, file = _hinted(rubric, marked, runs), submission.file
+    return Marks(submission.name, submission.student, rubric.title, scenarios, file=file)
 
 
-def unmarked(
-    rubric: Rubric, submission: str, student: Student, failure: Failure | None = None
-) -> Marks:
-    """Return marks without points, for a submission that cannot run because of a failure."""
-    scenarios = tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios)
-    return Marks(submission, student, rubric.title, scenarios, failure)
+def unmarked(rubric: Rubric, submission: Submission, problem: str = '') -> Marks:
+    """Return marks without points, for a submission that cannot run, or is not filled in."""
+    return Marks(
+        submission.name,
+        submission.student,
+        rubric.title,
+        tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios),
+        failure=Failure(problem) if problem else None,
+        unfilled=not problem,
+        file=submission.file,
+    )
+
+
+def _with_cells(done: ScenarioRun, submission: Submission) -> ScenarioRun:
+    """Return a run whose failure names the cell of a notebook, if the submission is one."""
+    notebook, failure = submission.notebook, done.failure
+    if not notebook or not failure:
+        return done
+    name = PurePosixPath(submission.file).name
+    shown = replace(failure, message=in_cells(failure.message, name, notebook))
+    if failure.line and failure.script == submission.script:
+        cell, line = notebook.place(failure.line)
+        shown = replace(shown, script=f'{name}, cell {cell}', line=line)
+    return replace(done, failure=shown)
 
 
 def _hinted(

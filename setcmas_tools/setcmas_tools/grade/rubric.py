@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from setcmas_ctrl.laws.exercise import exercise_of, solution_of
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number, OneOf, Whole
 from setcmas_simu.script_calls import Function
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -29,17 +30,17 @@ from setcmas_tools.run.run_tables import read_tables
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
 
-FUNCTIONS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
+_SUBMITTED = {
+    Function.CONTROL: ('algo', 'exercise'),
+    Function.CONDITION: ('ctc', 'event_triggered'),
+    Function.SI_TO_UNI: ('si_to_uni',),
+}
+"""Values of scenarios that a submission gives, by its function; the first is the submission."""
+
+FUNCTIONS = tuple(_SUBMITTED)
 """Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""
 
 _OWN = ('name', 'criteria', 'hidden', 'compared_robots')
-_PLACES = dict(zip(FUNCTIONS, ('algo', 'ctc', 'si_to_uni'), strict=True))
-_SUBMITTED = {
-    Function.CONTROL: {'algo', 'exercise'},
-    Function.CONDITION: {'ctc', 'event_triggered'},
-    Function.SI_TO_UNI: {'si_to_uni'},
-}
-"""Values of scenarios that a submission gives, by its function."""
 
 
 @dataclass(frozen=True)
@@ -67,18 +68,14 @@ class MarkedScenario:
             submission: A script, a function, or a function for each robot, {1: ..., 2: ...}.
             function: Which function the submission is, one of FUNCTIONS.
         """
-        return self.base.replace(**{_PLACES[function]: submission})
+        return self.base.replace(**{_SUBMITTED[function][0]: submission})
 
     def shown(self) -> MarkedScenario:
         """Return the scenario without hidden criteria."""
         criteria = [one for one in self.criteria if not one.hidden]
         names = {one.name for one in criteria}
-        return replace(
-            self,
-            criteria=tuple(
-                one if one.needs in names else replace(one, needs='') for one in criteria
-            ),
-        )
+        shown = (one if one.needs in names else replace(one, needs='') for one in criteria)
+        return replace(self, criteria=tuple(shown))
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -215,6 +212,29 @@ class Rubric:
         return run
 
 
+def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
+    """Return the rubric with this name or file, or of the exercise that a script names.
+
+    Raises:
+        SetcmasError: There is none.
+    """
+    if rubric is None:
+        rubric = exercise_of(script) if script else ''
+        if not rubric:
+            raise SetcmasError(
+                f'{script.name if script else "a function"} names no exercise; give a rubric, or '
+                f'one of {", ".join(EXERCISES.plugins())} (in a script, name it in a line such '
+                "as exercise = 'consensus')"
+            )
+    if str(rubric) in EXERCISES:
+        return rubric_of_exercise(str(rubric))
+    if not Path(rubric).exists():
+        names = EXERCISES.plugins()
+        hint = did_you_mean(rubric, names) or f'; give a file, or one of {", ".join(names)}'
+        raise SetcmasError(f"there is no rubric '{rubric}'{hint}")
+    return read_rubric(Path(rubric))
+
+
 def rubric_of_exercise(name: str) -> Rubric:
     """Return the rubric of an exercise: NAME.yaml in the folder of its script.
 
@@ -225,17 +245,6 @@ def rubric_of_exercise(name: str) -> Rubric:
     if not file.is_file():
         raise SetcmasError(f"exercise '{name}' has no rubric; give one with --rubric R.yaml")
     return read_rubric(file)
-
-
-def solution_of(exercise: str, function: Function) -> Path | None:
-    """Return the solution that comes with an exercise; None if there is none.
-
-    Of a law, it is the law of its name; of a condition or si_to_uni, NAME_solution.py beside it.
-    """
-    if function is Function.CONTROL:
-        return ALGORITHMS.file(exercise) if exercise in ALGORITHMS else None
-    file = EXERCISES.file(exercise).with_name(f'{exercise}_solution.py')
-    return file if file.is_file() else None
 
 
 def read_rubric(path: Path) -> Rubric:
@@ -256,7 +265,9 @@ def read_rubric(path: Path) -> Rubric:
         names = tuple(one.value for one in FUNCTIONS)
         function = Function(OneOf(names).of(fields['function']))
     elif exercise:
-        function = _function_of(EXERCISES.file(exercise))
+        tree = ast.parse(EXERCISES.file(exercise).read_bytes())
+        defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        function = next(one for one in FUNCTIONS if one.value in defined)
     if 'scenarios' not in fields:
         raise content.mistake('a rubric with a list of scenarios')
     solution = None
@@ -270,6 +281,7 @@ def read_rubric(path: Path) -> Rubric:
     scenarios = _scenarios(fields['scenarios'], function, bool(solution or references))
     if references and (others := {one.name for one in scenarios} - references.keys()):
         raise fields['references'].error(f"references lack scenario '{min(others)}'")
+    mistakes = fields['mistakes'].items() if 'mistakes' in fields else ()
     rubric = Rubric(
         file=path.resolve(),
         title=fields['title'].text() if 'title' in fields else path.stem,
@@ -277,7 +289,7 @@ def read_rubric(path: Path) -> Rubric:
         function=function,
         exercise=exercise,
         solution=solution,
-        mistakes=_read_mistakes(fields['mistakes'], solution) if 'mistakes' in fields else (),
+        mistakes=tuple(_mistake(item, solution) for item in mistakes),
         references=references,
         hidden_points=_POINTS.of(fields['hidden_points']) if 'hidden_points' in fields else 0.0,
     )
@@ -318,12 +330,6 @@ def _scenarios(entry: Entry, function: Function, is_compared: bool) -> tuple[Mar
     return tuple(scenarios)
 
 
-def _function_of(exercise: Path) -> Function:
-    tree = ast.parse(exercise.read_bytes())
-    defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    return next(one for one in FUNCTIONS if one.value in defined)
-
-
 def _scenario(entry: Entry, function: Function) -> MarkedScenario:
     """Return the scenario of an entry of a rubric."""
     values = (name for name in options() if name not in _SUBMITTED[function])
@@ -362,11 +368,6 @@ def _read_solution(entry: Entry) -> Path:
             f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "
             'a copy without it, which `setcmas grade --handout` writes'
         ) from None
-
-
-def _read_mistakes(entry: Entry, solution: Path | None) -> tuple[TypicalMistake, ...]:
-    """Read the mistakes in a list of a rubric, or raise SetcmasError with the line of one."""
-    return tuple(_mistake(item, solution) for item in entry.items())
 
 
 def _mistake(entry: Entry, solution: Path | None) -> TypicalMistake:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
@@ -38,6 +38,7 @@ from setcmas_tools.submissions.confined_script import (
     RunWork,
 )
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
+from setcmas_tools.submissions.submissions import Submission
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 # What a confined process writes may be anything: lines of more than nine digits are none.
@@ -68,15 +69,13 @@ class SandboxRunner:
     """Runs scenarios with a submission, each in a process of its own.
 
     Attributes:
-        script: Name of its script.
-        files: Its files by their names, the script among them.
+        submission: A submission with a script.
         times: How long it may take.
         function: One of the `FUNCTIONS` of rubrics.
         is_confined: Whether the process is confined.
     """
 
-    script: str
-    files: Mapping[str, bytes]
+    submission: Submission
     times: Times
     function: Function = Function.CONTROL
     is_confined: bool = True
@@ -99,8 +98,8 @@ class SandboxRunner:
         """Return a run, and whether something else may have killed its process."""
         base, is_law = scenario.base, self.function is Function.CONTROL
         work = RunWork(
-            self.script, dict(self.files), self.function, base.nb_robots, base.seed,
-            dict(base.law.set) if is_law else {}, math.ceil(self.times.run),
+            self.submission.script, dict(self.submission.files), self.function, base.nb_robots,
+            base.seed, dict(base.law.set) if is_law else {}, math.ceil(self.times.run),
         )  # fmt: skip
         if is_law:
             scenario = replace(scenario, base=base.replace(set={}))
@@ -121,7 +120,7 @@ class SandboxRunner:
         file, line = failure.script, failure.line
         if not line and (found := _PLACE.search(failure.message)):
             file, line = found[1], int(found[2])
-        is_own = file in self.files and line
+        is_own = file in self.submission.files and line
         return replace(failure, script=file if is_own else '', line=line if is_own else 0)
 
 

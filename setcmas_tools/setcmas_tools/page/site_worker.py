@@ -267,10 +267,11 @@ def _metrics(made: Run, page: _Page) -> Answer:
 
 
 def _checked(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.grade.check import Check, OwnLaw, chosen_rubric, runs_here
+    from setcmas_tools.grade.check import Check, OwnLaw, runs_here
+    from setcmas_tools.grade.rubric import chosen_rubric
 
     script = _written(asked)
-    own, name = OwnLaw(script.name, script), asked.get('rubric')
+    own, name = OwnLaw.of(script), asked.get('rubric')
     rubric = chosen_rubric(script, _file_of(RUBRICS, name) if name else asked.get('exercise'))
     rubric = rubric.shown()
     run_one = runs_here(str(script), rubric.function)

@@ -16,13 +16,16 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.likeness import Print, fingerprint
 from setcmas_tools.submissions.notebook import MOST_SOURCE, Notebook, read_notebook, script_of
-from setcmas_tools.submissions.student import Identity, Student, identity_of, own_names
 from setcmas_tools.submissions.submitted_files import (
     Files,
+    Identity,
+    Student,
     Unread,
     files_near,
     files_of_class,
+    identity_of,
     lay_out,
+    own_names,
     unpacked,
 )
 

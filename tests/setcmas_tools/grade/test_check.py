@@ -1,14 +1,10 @@
 """The check of a function of a notebook."""
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
-from graded_classes import graded_class
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
-from setcmas_tools.grade.check import student_view
 
 
 def control(robotNo, nbRobots, poses, t):
@@ -51,13 +47,3 @@ def test_a_law_that_calls_check_is_refused_with_its_line(tmp_path):
 
     assert 'law.py, line 4: RuntimeError: a law that is being marked cannot call check()' in text
     assert "put this line below `if __name__ == '__main__':`" in text
-
-
-def test_hidden_points_count_and_nothing_else_of_them_is_left():
-    for marks in graded_class():
-        shown = student_view(marks)
-
-        assert shown.score == marks.score
-        assert shown.max_score == marks.max_score
-        assert 'SECRET' not in str(asdict(shown))
-        assert shown.similar == ()

@@ -10,7 +10,6 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, NOT_RUN, Grader, KeptMarks
-from setcmas_tools.grade.mark_records import Failure
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.sandbox import NoProcessError
@@ -126,7 +125,7 @@ def test_a_process_that_dies_takes_the_marks_of_its_submission_only(tmp_path):
 
     killed, good, slow = class_grading.grade(three, grader, tmp_path, jobs=2)
 
-    assert killed.failure == NOT_RUN
+    assert killed.failure.message == NOT_RUN
     assert good.is_full
     assert slow.score
 
@@ -143,7 +142,7 @@ def test_marks_count_again_unless_a_module_of_the_solution_has_changed(tmp_path)
     def marks():
         return KeptMarks(tmp_path / 'grades', Grader(rubric))
 
-    marks().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
+    marks().keep(SUBMISSION, unmarked(rubric, SUBMISSION, 'late'))
     assert marks().found(SUBMISSION).score == 0
     (tmp_path / 'gains.py').write_text('K = 2\n')
     assert marks().found(SUBMISSION) is None

@@ -6,9 +6,10 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.check import runs_here
-from setcmas_tools.grade.mark_records import Student
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 LAW = """\
 import numpy as np
@@ -61,7 +62,8 @@ def hints(tmp_path):
             text = text.replace(old, new)
         script = tmp_path / 'law.py'
         script.write_text(text)
-        marks = mark(read_rubric(tmp_path / 'r.yaml'), runs_here(str(script)), '', Student(''))
+        run = runs_here(str(script))
+        marks = mark(read_rubric(tmp_path / 'r.yaml'), run, Submission('', Student('')))
         return [one.hint for each in marks.scenarios for one in each.criteria if one.hint]
 
     return hints

@@ -21,7 +21,7 @@ from setcmas_tools.grade.gradebook import (
     tables_of,
 )
 from setcmas_tools.grade.mark_records import Correction, Failure
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submitted_files import Student
 
 
 def test_names_are_safe_and_unique_on_systems_that_ignore_case():

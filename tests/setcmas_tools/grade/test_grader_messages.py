@@ -13,8 +13,8 @@ from setcmas_tools.grade.class_grading import Grader
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
 from setcmas_tools.submissions.confinement import without_paths
-from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 DOCS = Path(__file__).parents[3]
 FOR_STUDENTS = ['README.md', *(f'docs/{name}.md' for name in (

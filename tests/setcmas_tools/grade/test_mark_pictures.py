@@ -7,22 +7,20 @@ from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 
 from setcmas_tools.grade.mark_pictures import draw_marks, picture_url
-from setcmas_tools.grade.mark_records import Marks, ScenarioMark
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.grade.mark_records import ScenarioMark
 
 
 def test_paths_are_a_picture_and_nothing_is_none():
     drawn = ScenarioMark('a', (), paths=PATHS)
 
     for scenario, is_drawn in ((drawn, True), (replace(drawn, paths=()), False)):
-        marks = Marks('law.py', Student('law'), '', (scenario,))
-        assert picture_url(marks, 50).startswith('data:image/png;base64,iVBOR') == is_drawn
+        assert picture_url([scenario], 50).startswith('data:image/png;base64,iVBOR') == is_drawn
 
 
 def test_a_name_of_a_scenario_is_no_formula():
     figure = Figure()
     scenario = ScenarioMark('from $x_1$', (), paths=PATHS)
-    draw_marks(figure, Marks('law.py', Student('law'), '', (scenario,)))
+    draw_marks(figure, [scenario])
     title = figure.axes[0].get_title()
 
     assert not is_math_text(title)
@@ -32,7 +30,7 @@ def test_a_name_of_a_scenario_is_no_formula():
 def test_more_than_two_scenarios_stand_below_each_other():
     figure = Figure()
     scenarios = tuple(ScenarioMark(name, (), paths=PATHS) for name in 'abc')
-    draw_marks(figure, Marks('law.py', Student('law'), '', scenarios))
+    draw_marks(figure, scenarios)
 
     places = [axes.get_subplotspec() for axes in figure.axes]
     assert [(one.rowspan.start, one.colspan.start) for one in places] == [(0, 0), (0, 1), (1, 0)]

@@ -13,7 +13,8 @@ from setcmas_tools.grade.marking import compared, frechet_distance, mark
 from setcmas_tools.grade.rubric import read_rubric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 RUBRIC = """\
 solution: leader_follower_formation
@@ -38,6 +39,8 @@ def control(robotNo, nbRobots, poses, t):
     return 0, 0
 """
 
+NAMELESS = Submission('', Student(''))
+
 
 @pytest.fixture
 def rubric(tmp_path):
@@ -48,7 +51,7 @@ def rubric(tmp_path):
 def test_a_script_cannot_say_what_it_is_measured_by(rubric, tmp_path):
     script = tmp_path / 'forging.py'
     script.write_text(FORGING)
-    marks = mark(rubric, runs_here(str(script)), 'forging', Student('Eve'))
+    marks = mark(rubric, runs_here(str(script)), Submission('forging', Student('Eve')))
     shown, kept = marks.scenarios
     assert [one.points for one in shown.criteria] == [0, 0]
     assert shown.criteria[1].reached > 0.1  # apart, but not where they have to be
@@ -64,8 +67,8 @@ def test_a_run_that_did_not_reach_its_end_has_no_points(rubric):
     def broken(scenario):
         return ScenarioRun(run(scenario).run, is_complete=False)
 
-    assert mark(rubric, broken, '', Student('')).score == 0
-    assert mark(rubric, run, '', Student('')).score > 0
+    assert mark(rubric, broken, NAMELESS).score == 0
+    assert mark(rubric, run, NAMELESS).score > 0
 
 
 def test_what_was_not_reached_says_why(rubric, tmp_path):
@@ -80,7 +83,7 @@ scenarios:
     def reached(line, run=None):
         script = tmp_path / 'law.py'
         script.write_text(f'def control(i, n, poses, t):\n    {line}\n')
-        marks = mark(rubric, run or runs_here(str(script)), '', Student(''))
+        marks = mark(rubric, run or runs_here(str(script)), NAMELESS)
         return marks.scenarios[0].criteria[0].reached_text
 
     assert reached('return 0, 0') == 'none: no robot moved'
@@ -94,7 +97,7 @@ def test_a_solution_that_fails_is_the_teachers_to_mend(tmp_path):
     (tmp_path / 'bad.py').write_text(FORGING.replace('return 0, 0', 'return 1 / 0'))
     rubric = read_rubric(tmp_path / 'r.yaml')
     with pytest.raises(SetcmasError, match=r"scenario 'shown' of .*bad\.py, line 5"):
-        mark(rubric, runs_here('consensus'), '', Student(''))
+        mark(rubric, runs_here('consensus'), NAMELESS)
 
 
 CORNER = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], float)

@@ -10,9 +10,8 @@ from sandboxes import needs_sandbox
 from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.check import runs_here, student_view
-from setcmas_tools.grade.mark_records import Student
-from setcmas_tools.grade.marking import mark
+from setcmas_tools.grade.check import OwnLaw, runs_here
+from setcmas_tools.grade.mark_records import Student, student_view
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Submission
 
@@ -57,8 +56,7 @@ def marked_here(name, script):
     rubric = rubric_of_exercise(name).shown()
     try:
         run = runs_here(str(script), rubric.function)
-        is_empty = is_unfilled(script, rubric.exercise)
-        return mark(rubric, run, 'law.py', Student('Ada'), is_empty)
+        return OwnLaw.of(script).marks(rubric, run)
     except SetcmasError as error:
         return str(error)
 

@@ -10,7 +10,8 @@ from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.criteria import Bounds
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.submissions.student import Student
+from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 SCRIPTS = Path(__file__).parents[2] / 'data' / 'exercises'
 AWAY = 1 / 1.5
@@ -65,7 +66,7 @@ def test_a_right_solution_gets_all_points_and_keeps_away_from_each_bound(exercis
     rubric = rubric_of(exercise)
 
     run = runs_here(str(tmp_path / 'law.py'), rubric.function)
-    marks = mark(rubric, run, 'law.py', Student('Ada'))
+    marks = mark(rubric, run, Submission('law.py', Student('Ada')))
 
     assert marks.is_full
     assert (marks.score, marks.max_score) == (10, 10)

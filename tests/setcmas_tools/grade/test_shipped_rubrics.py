@@ -7,14 +7,11 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.check import runs_here
-from setcmas_tools.grade.marking import mark
+from setcmas_tools.grade.check import OwnLaw, runs_here
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import find_submissions
 
 DATA = Path(__file__).parents[2] / 'data' / 'class_of_thirty.yaml'
@@ -30,8 +27,7 @@ def test_an_untouched_exercise_gets_no_points(name, tmp_path):
     script.write_text(EXERCISES.file(name).read_text().replace('# TODO', '# I do not know'))
     rubric = rubric_of_exercise(name)
 
-    is_empty = is_unfilled(script, rubric.exercise)
-    untouched = mark(rubric, runs_here(str(script)), script.name, Student('Ada'), is_empty)
+    untouched = OwnLaw.of(script).marks(rubric, runs_here(str(script)))
 
     assert untouched.unfilled
     assert (untouched.score, untouched.max_score) == (0, 10)

@@ -33,8 +33,8 @@ from setcmas_tools.submissions import sandbox
 from setcmas_tools.submissions.confined_program import RUN
 from setcmas_tools.submissions.confined_script import RunWork
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError
-from setcmas_tools.submissions.student import Student
 from setcmas_tools.submissions.submissions import Packed, PackedFile, Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 pytestmark = needs_sandbox
 
