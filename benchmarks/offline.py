@@ -18,7 +18,7 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_tools.offline.loaded_scenario import load_laws
+from setcmas_tools.offline.offline_commands import FleetLaws
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
 
@@ -48,7 +48,8 @@ def laws_alone(algo, nb_robots: int, duration: float) -> float:
     """Return how long the bare functions keep a core busy, called in a plain loop, in s."""
     chosen = Scenario.of(algo, nb_robots=nb_robots).law
     laws = [
-        Bare(law._control.function, law.robot, nb_robots) for law in load_laws(chosen, nb_robots)
+        Bare(law._control.function, law.robot, nb_robots)
+        for law in FleetLaws(chosen, nb_robots).laws
     ]
     poses, adjacency = start_poses(nb_robots), complete(nb_robots)
     begin = time.process_time()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,6 @@ from setcmas_tools.run.communication_record import (
     SentMessage,
     record_of,
 )
-
-_SAME_TIME_S = 1e-6
 
 
 class OfflineCommunication:
@@ -96,15 +95,15 @@ class OfflineCommunication:
         call.end()
         return np.array(results)
 
-    def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats] | tuple[()]:
+    def known_poses(self, poses: Floats, t: float) -> tuple[Iterable[Floats], Floats | None]:
         """Return the poses that each robot knows at time t (s), and the adjacency matrix.
 
-        Poses (3, N) are NaN for robots from which it receives nothing. Returns nothing if there
-        are no links.
+        Poses (3, N) are NaN for robots from which it receives nothing. Without links all robots
+        know all poses, and there is no matrix.
         """
         self._poses, self.t = poses, t
         if not self.is_on:
-            return ()
+            return repeat(poses), None
         adjacency = self._graph.adjacency(t, poses[:2])
         if self._begun:
             self._links.connect(adjacency, t)

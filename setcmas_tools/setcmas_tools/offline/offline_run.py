@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from setcmas_simu.script_calls import ScriptFailure
-from setcmas_tools.offline.loaded_scenario import checked_steps, motion
-from setcmas_tools.offline.offline_simulation import simulate
+from setcmas_tools.offline.offline_simulation import checked_steps, motion, simulate
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
 from setcmas_tools.run.run import Run
@@ -21,8 +20,8 @@ from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.run.scenario import Scenario
 
 
-class OfflineRun:
-    """A run in a process of its own; use as a context manager, which ends the process.
+class OfflineRun(ScriptProcess[tuple[Run, float]]):
+    """The process of a run; use as a context manager, which ends the process.
 
     Attributes:
         elapsed: How long the simulation took in s, without the start of the process.
@@ -30,37 +29,25 @@ class OfflineRun:
 
     def __init__(self, scenario: Scenario) -> None:
         """Prepare the run of a scenario from `Scenario.found`; raise SetcmasError if too large."""
-        self._scenario = scenario
         names = {one for key in ('model', 'si_to_uni', 'ctc') for one in scenario.named(key)}
         others = [Path(name) for name in names if name.endswith('.py')]
-        self._process = ScriptProcess(
+        super().__init__(
             partial(_simulated, scenario),
             [*scenario.law.scripts().paths, *others],
             size_of(checked_steps(scenario) + 1, scenario.nb_robots),
         )
+        self._scenario = scenario
         self.elapsed = self._begin = 0.0
 
-    def __enter__(self) -> OfflineRun:
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self._process.end()
-
-    def result(
-        self, call_timeout: float, warn: Warn, on_state: Callable[[int], object] = int
-    ) -> Run:
+    def run(self, call_timeout: float, warn: Warn, look: Callable[[], object] = int) -> Run:
         """Simulate; return the run, or what was simulated until a script ended it.
 
-        A call that does not return in time (s) ends it; `on_state` is called now and then with the
-        number of complete states. Raises SetcmasError if the scenario or a script is invalid.
+        A call that does not return in time (s) ends it; `look` is called now and then, and at the
+        end. Raises SetcmasError if the scenario or a script is invalid.
         """
         self._begin = time.perf_counter()
-
-        def look() -> None:
-            on_state(self._process.progress.done)
-
         try:
-            run, self.elapsed = self._process.result(warn, call_timeout, look=look)
+            run, self.elapsed = self.result(warn, call_timeout, look=look)
         except ScriptEndedError as error:
             return self._broken(error)
         look()
@@ -69,10 +56,6 @@ class OfflineRun:
     def stopped(self) -> Run:
         """Return what was simulated until now, as stopped by the user; may have no states."""
         return self._remains(Outcome(RunState.STOPPED))
-
-    def place(self) -> str:
-        """Return the current place in a script as text; empty if unknown."""
-        return self._process.place()
 
     def _broken(self, error: ScriptEndedError) -> Run:
         scripts, robot = self._scenario.law.scripts(), error.robot
@@ -86,7 +69,7 @@ class OfflineRun:
 
     def _remains(self, outcome: Outcome) -> Run:
         self.elapsed = time.perf_counter() - self._begin
-        states = self._process.progress.states(self._scenario.nb_robots)
+        states = self.progress.states(self._scenario.nb_robots)
         times = np.arange(len(states)) / self._scenario.robots.robot_rate
         table = motion(times, states[:, :3], states[:, 3], states[:, 5])
         return Run(RunTables(table), RunInfo(outcome=outcome))

@@ -32,6 +32,7 @@ from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.run_progress import RunProgress
 
 Result = TypeVar('Result')
+Self = TypeVar('Self')  # as in `typing` from Python 3.11 on
 Warn = Callable[[str], None]
 
 UNGUARDED = (
@@ -112,7 +113,7 @@ class ScriptProcess(Generic[Result]):
         work = function, call, states, answers, traces, Path.cwd()
         self._process = _context.Process(target=_work, args=work, daemon=True)
 
-    def __enter__(self) -> ScriptProcess[Result]:
+    def __enter__(self: Self) -> Self:
         return self
 
     def __exit__(self, *exc_info: object) -> None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import NamedTuple
@@ -13,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.laws.drawing import Sphere, drawn_on
+from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
 
@@ -178,13 +177,6 @@ class DrawingRecord:
     def drawings(self) -> list[Drawing]:
         """Return the drawings, sorted by time, then robot."""
         return sorted(self._drawings, key=itemgetter(0, 1))
-
-
-@contextmanager
-def recorded_drawings() -> Iterator[DrawingRecord]:
-    """Record the drawings of scripts meanwhile."""
-    with drawn_on(record := DrawingRecord()):
-        yield record
 
 
 class DrawnOverTime:

@@ -12,8 +12,7 @@ from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.measures.metrics import measure
-from setcmas_tools.offline.loaded_scenario import checked_steps
-from setcmas_tools.offline.offline_simulation import silent, simulate
+from setcmas_tools.offline.offline_simulation import checked_steps, silent, simulate
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, StartError
 from setcmas_tools.run.run_info import RunState

@@ -121,6 +121,19 @@ def test_a_failing_condition_is_a_failure_of_its_robot():
     assert len(said) == 2
 
 
+def test_a_condition_draws_the_same_numbers_in_each_run(tmp_path):
+    script = tmp_path / 'random_condition.py'
+    script.write_text(
+        'import numpy as np\nrng = np.random.default_rng()\n\n'
+        'def ctc(pos, last_pos, t):\n    return rng.random() < 0.3\n'
+    )
+    options = {'nb_robots': 3, 'duration': 3.0, 'event_triggered': True, 'ctc': script}
+    first, second = (simulate('consensus', **options).record.triggers for _ in range(2))
+
+    np.testing.assert_array_equal(first, second)
+    assert (first[:31, 2] != first[31:62, 2]).any()
+
+
 def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():
     received = {}
 

@@ -77,6 +77,11 @@ def test_arguments_are_checked_as_options_and_reported_as_arguments(arguments, m
         simulate(forward, **arguments)
 
 
+def test_a_robot_without_a_law_is_named():
+    with pytest.raises(SetcmasError, match='algo has no control law for robots 2-3; add it'):
+        simulate({1: forward}, nb_robots=3)
+
+
 def test_inf_is_no_limit():
     def law(robotNo, nbRobots, poses, t):
         return 1e3, 0.0
