@@ -8,8 +8,7 @@ import rclpy
 from stepped_alone import SetClock
 
 from setcmas_ctrl import network
-from setcmas_ctrl.controllers.controller_processes import PARAMETERS
-from setcmas_ctrl.controllers.fleet_control import prepared_fleet
+from setcmas_ctrl.controllers.controller_processes import PARAMETERS, prepared_fleet
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_simu import simulator
@@ -75,7 +74,9 @@ class SteppedRun:
             for step, now in enumerate(t.tolist()):
                 self._clock.t = now
                 before = [sender.sent for sender in self.fleet.senders]
-                self._step(self._simulator.time, [self.robots], now)
+                self._simulator.time.begin_step(now)
+                for robot in self.robots:
+                    robot.step()
                 self.fleet.poll()  # si_to_uni repeats commands between the laws' calls
                 poses.append([robot.state[:3, 0] for robot in self.robots])
                 pairs = zip(self.fleet.senders, before, strict=True)
@@ -83,18 +84,10 @@ class SteppedRun:
                 while calls and calls[0][1] <= step:
                     self._clock.t = calls.pop(0)[0]
                     self.fleet.time.begin_step(self._clock.t)
-                    self.fleet.begin_step()
-                    self._step(self.fleet.time, self.fleet.phases, self._clock.t)
-                    self.fleet.end_step()
+                    self.fleet.step()
         through = through_quaternion(np.array(poses).transpose(2, 0, 1))
         self.poses, self.sent = through.transpose(1, 0, 2), np.array(sent)
         return self
-
-    def _step(self, time, phases, now) -> None:
-        time.begin_step(now)
-        for phase in phases:
-            for node in phase:
-                node.step()
 
     def _until_connected(self) -> None:
         robots = self.fleet.driven.nodes

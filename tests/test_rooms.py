@@ -33,7 +33,7 @@ MAY_IMPORT_ROS = {
         'safety_filter_node script_outcomes si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
-        'fleet_discovery fleet_scripts fleet_time graph_watch markers script_reloader '
+        'fleet_readiness fleet_scripts fleet_time graph_watch markers script_reloader '
         'simulation_pause'
     ),
     'setcmas_expe.doctor': 'lab_examination',

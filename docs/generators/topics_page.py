@@ -1,7 +1,6 @@
 """Topics that the nodes publish: names, types and latching as the code has them.
 
-Every call of `create_publisher`, or of `publisher` of a RobotNode, must be told of in topics.yaml,
-and nothing else may be.
+Every call of `create_publisher` must be told of in topics.yaml, and nothing else may be.
 """
 
 from __future__ import annotations
@@ -61,8 +60,7 @@ def publishers() -> dict[str, tuple[str, bool]]:
 
 
 def _creates_publisher(function: ast.expr) -> bool:
-    names = ('create_publisher', 'publisher')
-    return isinstance(function, ast.Attribute) and function.attr in names
+    return isinstance(function, ast.Attribute) and function.attr == 'create_publisher'
 
 
 def _message_types(tree: ast.Module) -> dict[str, str]:

@@ -60,7 +60,7 @@ class Controller(RobotNode):
         odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
         self.parameters = self.declared(options, 'vnom')
-        self.cmd_cart_vel = self.publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
+        self.cmd_cart_vel = self.create_publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
         self.is_paused = self.is_lost = False
         self.without_law = NO_VELOCITY if in_experiment else REST
 

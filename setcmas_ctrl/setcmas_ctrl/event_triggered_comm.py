@@ -40,8 +40,8 @@ class EventTriggeredComm(RobotNode):
         super().__init__('event_triggered_comm', robot, **of_node)
         odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
-        self.trig_event = self.publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
-        self.trig_odom = self.publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
+        self.trig_event = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
+        self.trig_odom = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
         self.sent: Odometry | None = None
         self.published = -math.inf
 

@@ -132,7 +132,7 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     try:
         robots = tuple(robot.number for robot in lab.robots)
         announcer.announce(Announcement(lab.nb_robots, robots))
-        run_steps(process, bridges.time, bridges.step)
+        run_steps(process, bridges.time, lambda: bridges.step(bridges.time.now))
     finally:  # also after an error in a step
         bridges.stop()
 

@@ -69,7 +69,7 @@ class CmdVelBridge(RobotNode):
         self.guard = GuardWatch(self, robot.namespace)
         self.cmd_vel = robot_commands(self, robot, lab)
         self.wheel_watch = WheelWatch(self, robot, lab, self.guard)
-        self.state = self.publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
+        self.state = self.create_publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
 
         pause = self.full_name(f'/{topics.PAUSE_NODE}')  # it only commands zero
         self._may_command = (self.get_fully_qualified_name(), pause)

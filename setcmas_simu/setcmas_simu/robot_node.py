@@ -4,7 +4,7 @@
         def __init__(self):
             super().__init__('follower')
             self.odom = self.newest(Odometry, 'odom')
-            self.cmd_vel = self.publisher(TwistStamped, 'cmd_vel')
+            self.cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
 
         def step(self):
             if message := self.odom():
@@ -18,11 +18,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.errors import SetcmasError
@@ -32,7 +31,7 @@ from setcmas_simu.options import Group
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
-from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
+from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import RosProcess
 
@@ -136,10 +135,6 @@ class RobotNode(FleetNode):
         """
         return newest(self, kind, topic, profile)
 
-    def publisher(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Publisher:
-        """Return a publisher."""
-        return self.create_publisher(kind, topic, profile)
-
     def declared(
         self, options: Group, *names: str, check: Callable[[Group], object] = bool
     ) -> NodeParameters[Group]:
@@ -149,13 +144,6 @@ class RobotNode(FleetNode):
         to refuse new ones.
         """
         return NodeParameters(self, options, {name: name for name in names}, check=check)
-
-    def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
-        """Declare a parameter that can only be set at the start; return its value.
-
-        That is the one in `--ros-args`, if it may be given there, or else the given value.
-        """
-        return declare_fixed(self, name, value, text, is_given)
 
     def number(self, name: str, value: float, text: str) -> float:
         """Do the same as `fixed` for a finite number; otherwise raise SetcmasError."""
@@ -180,42 +168,10 @@ class RobotNode(FleetNode):
         """Publish the last words of this node, while it still can."""
 
 
-def run_nodes(
-    process: RosProcess,
-    time: StepTime,
-    phases: Sequence[Sequence[Any]],
-    before: Callable[[], object] = bool,
-    after: Callable[[], object] = bool,
-    poll: Callable[[], object] = bool,
-) -> None:
-    """Step nodes at once and then every period, phase after phase, until the process must stop.
-
-    All nodes of a phase are stepped before the next phase: what they publish arrives at once.
-    Between the steps the process serves its requests.
-
-    Args:
-        process: The process of the nodes.
-        time: Time of the steps.
-        phases: Nodes with a method `step`.
-        before: Called before the nodes of a step.
-        after: Called after them.
-        poll: Called between steps, while the time says so.
-    """
-
-    def step(_: float) -> None:
-        before()
-        for phase in phases:
-            for node in phase:
-                node.step()
-        after()
-
-    run_steps(process, time, step, poll)
-
-
 def run_steps(
     process: RosProcess,
     time: StepTime,
-    step: Callable[[float], object],
+    step: Callable[[], object],
     poll: Callable[[], object] = bool,
 ) -> None:
     """Step at once and then every period, until the process must stop.
@@ -227,14 +183,14 @@ def run_steps(
     Args:
         process: The process of the nodes.
         time: Time of the steps.
-        step: Called with the time of a step, in s on the clock.
-        poll: Called between steps, too, while the time says so.
+        step: Called at each step.
+        poll: Called between steps, while the time says so.
     """
     clock = time.clock
     due = clock.now()
     while not process.stopping:
         time.begin_step(clock.now())
-        step(time.now)
+        step()
         due += time.period
         behind = clock.now() - due
         if behind > 0.0:

@@ -19,7 +19,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
-from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_nodes
+from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_steps
 from setcmas_simu.robots.models_by_name import check_models, model_names, seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
@@ -163,19 +163,22 @@ class Simulator:
         rate = 1.0 / self.time.period
         self._node.get_logger().info(f'simulating {robots} at {rate:g} Hz; Ctrl-C stops')
         process.requests = RequestWait([self._node, *self._robots])
-        run_nodes(process, self.time, [self._robots], self.begin, self.end)
+        run_steps(process, self.time, self.step)
 
-    def begin(self) -> None:
-        """Begin a step: apply changed options, and publish its time if it is not the system's."""
+    def step(self) -> None:
+        """Step all robots; before, apply what has changed, and publish the time if it is ours."""
         if self._parameters.options is not self._options:
             self._follow(self._parameters.options)
         if self._clock:
             self._clock.publish(Clock(clock=self.time.stamp))
         if self._reset():
             self._restart()
+        for robot in self._robots:
+            robot.step()
+        self._watch()
 
-    def end(self) -> None:
-        """End a step: look for missed steps, and now and then for others in the graph."""
+    def _watch(self) -> None:
+        """Look for missed steps, and now and then for others in the graph."""
         if self._last_step:
             behind = (self.time.now - self._last_step) / self.time.period
             self._missed += max(0, round(behind) - 1)

@@ -6,11 +6,10 @@ pytest.importorskip('rclpy')
 
 from rclpy.parameter import Parameter
 from std_msgs.msg import Bool, UInt16
-from stepped_alone import SetClock
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robot_node import RobotNode, StepTime, run_nodes, run_steps
-from setcmas_simu.ros import fleet_node, messages
+from setcmas_simu.robot_node import RobotNode, StepTime, run_steps
+from setcmas_simu.ros import fleet_node, qos
 from setcmas_simu.ros.fleet_node import FleetNode
 
 
@@ -47,7 +46,7 @@ def test_a_node_alone_is_of_the_robot_that_its_names_or_parameters_say(
 
     assert (node.robot, node.fleet_namespace) == (robot, fleet_namespace)
     assert node.full_name('/pause') == f'{fleet_namespace}/pause'
-    own = node.publisher(Bool, 'pause').topic_name
+    own = node.create_publisher(Bool, 'pause', qos.STATE).topic_name
     assert own == f'{node.get_namespace().rstrip("/")}/pause'
 
 
@@ -66,8 +65,8 @@ def test_nodes_of_a_process_stand_below_the_namespace_of_its_fleet(node_of, monk
     assert fleet.get_fully_qualified_name() == '/lab/laws'
     assert node.get_fully_qualified_name() == '/lab/tb3_2/follower'
     assert (node.robot, node.fleet_namespace) == (2, '/lab')
-    assert node.publisher(Bool, '/pause').topic_name == '/lab/pause'
-    assert node.publisher(Bool, 'pause').topic_name == '/lab/tb3_2/pause'
+    assert node.create_publisher(Bool, '/pause', qos.STATE).topic_name == '/lab/pause'
+    assert node.create_publisher(Bool, 'pause', qos.STATE).topic_name == '/lab/tb3_2/pause'
     assert fleet_node.of_other_nodes()['cli_args'] == ['--ros-args', '-p', 'gain:=2.0']
 
 
@@ -123,59 +122,6 @@ def test_a_warning_with_a_key_is_shown_once(node_of, capfd):
     assert (said.count('said of a'), said.count('said of b')) == (1, 1)
 
 
-class Process:
-    """Stops after some steps; its clock goes on only when it is waited for."""
-
-    def __init__(self, clock, nb_steps):
-        self.clock, self.left = clock, nb_steps
-
-    @property
-    def stopping(self):
-        return self.left <= 0
-
-    def serve(self, timeout_s):
-        self.clock.t += max(0.0, timeout_s)
-
-
-class Noted:
-    """A node that notes its steps."""
-
-    def __init__(self, name, time, steps):
-        self.name, self.time, self.steps = name, time, steps
-
-    def step(self):
-        self.steps.append((self.time.now, self.time.stamp.sec, self.name))
-
-
-class StampedClock(SetClock):
-    """A clock that is set, also in the headers of messages."""
-
-    def stamp(self):
-        return messages.stamp_of(round(self.t * 1e9))
-
-
-def test_nodes_are_stepped_phase_after_phase_at_one_time():
-    clock, steps = StampedClock(), []
-    time = StepTime(2.0, clock)
-    nodes = [Noted(name, time, steps) for name in ('law 1', 'law 2', 'si_to_uni 1')]
-    robots = Process(clock, 2)
-
-    def before():
-        steps.append('before')
-
-    def after():
-        steps.append('after')
-        robots.left -= 1
-        time.period = 3.0  # counts from the next step on
-
-    run_nodes(robots, time, [nodes[:2], nodes[2:]], before, after)
-
-    def at(now):
-        return ['before', *((now, now, node.name) for node in nodes), 'after']
-
-    assert steps == [*at(0.0), *at(3.0)]
-
-
 class Clock:
     """A clock that goes on only when it is waited for, or set."""
 
@@ -201,8 +147,8 @@ class Steps:
         self._clock = clock
         self._durations = iter(durations)
 
-    def step(self, now: float) -> None:
-        self.times.append(round(now - 100.0, 6))
+    def step(self) -> None:
+        self.times.append(round(self._clock.t - 100.0, 6))
         duration = next(self._durations, None)
         self.stopping = duration is None
         self._clock.t += duration or 0.0
@@ -229,8 +175,8 @@ def test_the_period_may_change_on_the_way():
     clock = Clock()
     steps, time = Steps(clock, [0.0] * 3), StepTime(0.2, clock)
 
-    def step(now):
-        steps.step(now)
+    def step():
+        steps.step()
         time.period = 0.5
 
     run_steps(steps, time, step)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from typing import Any
 
 from setcmas_ctrl.controller import Controller
@@ -39,7 +38,7 @@ class ControlledFleet:
         controllers: Nodes of the robots that call their laws; none without a law.
         senders: Their nodes that send states by events, if any.
         driven: Nodes si_to_uni of the robots, and the safety filter.
-        phases: All nodes that are stepped, in the order of the steps.
+        nodes: All nodes that are stepped, in the order of the steps.
         monitor: Watches robots, pause, time and graph.
     """
 
@@ -88,8 +87,8 @@ class ControlledFleet:
         self.driven = DrivenRobots(
             node, si_to_unis, self.poses, scripts, announced, parameters.options, safety, options
         )
-        self.phases: list[Sequence[Any]] = [self.controllers, *self.driven.phases]
-        every_node: list[FleetNode] = [node, *chain(*self.phases, self.senders)]
+        self.nodes: list[Any] = [*self.controllers, *self.driven.stepped]
+        every_node: list[FleetNode] = [node, *self.nodes, *self.senders]
         warn_of_unknown(every_node)
         self.monitor = FleetMonitor(
             node, options, self.robots, self.poses, si_to_unis, process.launcher, self.time
@@ -152,7 +151,14 @@ class ControlledFleet:
         self._announced.take()
         self.driven.follow_models()
 
-    def begin_step(self) -> None:
+    def step(self) -> None:
+        """Step all nodes: the laws, the filter, then si_to_uni, which gets what they publish."""
+        self._begin_step()
+        for node in self.nodes:
+            node.step()
+        self._end_step()
+
+    def _begin_step(self) -> None:
         """Take messages, and prepare the nodes for the step at the present time."""
         if self.parameters.options is not self._followed:
             self.follow_parameters()
@@ -165,7 +171,7 @@ class ControlledFleet:
             controller.is_paused = is_paused
             controller.is_lost = controller.robot in self.monitor.lost
 
-    def end_step(self) -> None:
+    def _end_step(self) -> None:
         """Look after what is not urgent."""
         self.scripts.watch.end_period()
         self.process.take_signals()  # scripts may have changed the handlers
@@ -190,13 +196,13 @@ class ControlledFleet:
         self.time.period = 1.0 / options.rate
         self.scripts.watch.slow.period = self.time.period / self.time.clock.rtf
         self.driven.expect(self.time.period)
-        for node in chain(*self.phases):
+        for node in self.nodes:
             if node is not self.node:
                 node.parameters.follow(options)
 
     def stop(self) -> None:
         """Let every robot rest, its controller first."""
-        for node in chain(*self.phases):
+        for node in self.nodes:
             node.stop()
         for si_to_uni in self.driven.nodes:
             si_to_uni.cmd_vel.wait_until_sent()

@@ -9,31 +9,48 @@ ros2 run setcmas_ctrl event_triggered_comm --ros-args -r __ns:=/tb3_3
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
+from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.controller import Controller
-from setcmas_ctrl.controllers.fleet_control import run_controllers
+from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
+from setcmas_ctrl.controllers.fleet_readiness import (
+    clock_of_robots,
+    wait_for_fleet,
+    wait_until_ready,
+)
+from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.controllers.markers import MarkerCanvas
+from setcmas_ctrl.controllers.script_reloader import ScriptReloader
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import (
     EXTERNAL,
+    SCRIPT_FAILED,
     ControllerOptions,
     GainOptions,
     LawOptions,
 )
+from setcmas_ctrl.laws.drawing import drawn_on
+from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import check_in_fleet
-from setcmas_simu.robot_node import RobotNode
+from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import IDEAL
+from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.parameters import NodeParameters, declare_fixed
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.parameters import NodeParameters
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
@@ -86,12 +103,7 @@ def _run(name: str, gains: type[GainOptions], serve: Serve, argv: list[str] | No
     )
     for group in (gains, ControllerOptions, CommunicationOptions, FilterOptions):
         group.add_to(parser)
-
-    def serve_scripts(process: RosProcess, args: argparse.Namespace) -> int:
-        with seeded_generators(), named_output():
-            return serve(process, args)
-
-    return node_main(parser, serve_scripts, argv)
+    return node_main(parser, serve, argv)
 
 
 def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
@@ -137,8 +149,8 @@ def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> in
 
 def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
     """Declare parameters that say which law it is; return it, or raise SetcmasError."""
-    algo = declare_fixed(node, topics.LAW, str(law.algo), 'the control law')
-    exercise = declare_fixed(node, 'exercise', law.exercise, 'whether it is the exercise version')
+    algo = node.fixed(topics.LAW, str(law.algo), 'the control law')
+    exercise = node.fixed('exercise', law.exercise, 'whether it is the exercise version')
     return replace(law, algo=algo, exercise=exercise)
 
 
@@ -147,8 +159,75 @@ def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Control
 
     Its value 0 stands for the size that is announced.
     """
-    size = declare_fixed(node, 'nb_robots', options.nb_robots or 0, 'robots; 0: as announced')
+    size = node.fixed('nb_robots', options.nb_robots or 0, 'robots; 0: as announced')
     return replace(options, nb_robots=size or None)
+
+
+def prepared_fleet(
+    process: RosProcess,
+    node: FleetNode,
+    parameters: NodeParameters[LawOptions],
+    communication: CommunicationOptions,
+    safety: FilterOptions,
+    options: ControllerOptions,
+    clock: SteadyClock | None = None,
+) -> ControlledFleet:
+    """Find a fleet, load its laws, and create the nodes of its robots in this process.
+
+    The arguments are those of `ControlledFleet`; `communication` says how the robots communicate,
+    and the clock is by default that of the robots.
+
+    Raises:
+        SetcmasError: A script does not load, or options contradict each other.
+        StopCall: The process was asked to stop meanwhile.
+    """
+    process.requests = RequestWait([node])
+    law = parameters.options
+    found = None if law.is_external else law.scripts()  # a missing script does not wait for robots
+    communication = communication.found(law.exercise)
+    announced, given = FleetListener(node), options.nb_robots
+    nb_robots = given or wait_for_fleet(process, node, announced)
+    if isinstance(node, RobotNode):
+        nb_robots = max(nb_robots, node.robot)  # this robot may join later than the others
+    robots = options.controlled(nb_robots)
+    scripts = FleetScripts(process, node, law, found, communication, robots, nb_robots)
+    if given and not options.experiment:  # laws load before there is a fleet
+        wait_for_fleet(process, node, announced, given)
+    clock = clock or clock_of_robots(process, node, announced)
+    return ControlledFleet(process, node, parameters, safety, options, announced, scripts, clock)
+
+
+def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
+    """Find a fleet and control its robots until the process must stop; then they rest.
+
+    The arguments and errors are those of `prepared_fleet`. Return the exit status.
+    """
+    canvas = MarkerCanvas(node)
+    with seeded_generators(), named_output(), drawn_on(canvas):
+        try:
+            fleet = prepared_fleet(process, node, *given)
+        except StopCall:
+            return 0
+        canvas.clock, scripts = fleet.time.clock, fleet.scripts
+        process.take_signals()  # scripts may have changed the handlers while loading
+        reloader = ScriptReloader(fleet) if fleet.options.watch and scripts.laws else None
+
+        def step() -> None:
+            fleet.step()
+            if reloader:
+                reloader.poll()
+
+        try:
+            with contextlib.suppress(StopCall), network.exchanged_by(fleet.network):
+                wait_until_ready(fleet)
+                fleet.follow_parameters()
+                run_steps(process, fleet.time, step, fleet.poll)
+        finally:
+            if process.can_talk:
+                fleet.stop()
+            scripts.watch.close()
+        scripts.outcomes.end()
+        return SCRIPT_FAILED if scripts.outcomes.failed else 0
 
 
 if __name__ == '__main__':

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from typing import Any
 
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
@@ -27,7 +26,7 @@ class DrivenRobots:
 
     Attributes:
         nodes: The nodes si_to_uni, one per robot.
-        phases: The filter, if there is one, and the nodes, in the order of the steps.
+        stepped: The filter, if there is one, and the nodes, in the order of the steps.
     """
 
     def __init__(
@@ -61,7 +60,7 @@ class DrivenRobots:
         self._filters: list[SafetyFilterNode] = []
         if safety.is_on and nodes:
             self._filters = [SafetyFilterNode(node, nodes, safety, gains, poses)]
-        self.phases: list[Sequence[Any]] = [self._filters, nodes]
+        self.stepped: list[Any] = [*self._filters, *nodes]
         self.load_conversions()
         publish_obstacles(node, safety, options.experiment)
 
@@ -81,17 +80,17 @@ class DrivenRobots:
 
     def expect(self, period: float) -> None:
         """Expect a velocity once per `period` in s; the acceleration of robots depends on it."""
-        for one in chain(*self.phases):
+        for one in self.stepped:
             one.expect(period)
 
     def forget(self) -> None:
         """Drop velocities of other programs that have waited for the start."""
-        for one in chain(*self.phases):
+        for one in self.stepped:
             one.forget()
 
     def step(self) -> None:
         """Follow velocities that have come from other programs."""
-        for one in chain(*self.phases):
+        for one in self.stepped:
             one.step()
 
     def repeat(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from setcmas_ctrl.controllers.fleet_discovery import LostRobots
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
 from setcmas_ctrl.controllers.simulation_pause import FleetPause
@@ -79,3 +78,34 @@ class FleetMonitor:
     def shares_t(self) -> bool:
         """Whether other processes use the same t."""
         return self.run_time.is_shared(self._time.clock.now())
+
+
+class LostRobots:
+    """Reports robots whose odometry becomes too old, and when it returns."""
+
+    def __init__(
+        self, robots: Sequence[int], poses: FleetPoses, warn: Callable[[str], None]
+    ) -> None:
+        self._robots = robots
+        self._poses = poses
+        self._warn = warn
+        self._lost: set[int] = set()
+
+    def __contains__(self, robot: int) -> bool:
+        return robot in self._lost
+
+    def update(self, timeout_s: float) -> None:
+        """Find robots whose odometry is older than a time in s."""
+        for robot in self._robots:
+            age = self._poses.age(robot)
+            if age > timeout_s and robot not in self._lost:
+                self._lost.add(robot)
+                fault = self._poses.fault(robot)
+                missing = f'no valid pose ({fault})' if fault else 'no pose'
+                topic = self._poses.topic_of(robot)
+                self._warn(
+                    f'robot {robot}: {missing} for {age:.1f} s on {topic}; it gets zero velocity'
+                )
+            elif age <= timeout_s and robot in self._lost:
+                self._lost.remove(robot)
+                self._warn(f'robot {robot}: its poses are back')

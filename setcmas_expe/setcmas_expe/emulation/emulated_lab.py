@@ -289,7 +289,8 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(lab, lab.driver)
     process.launcher.report_ready()
-    run_steps(process, StepTime(1.0 / _RATE_HZ), lab.step)
+    step_time = StepTime(1.0 / _RATE_HZ)
+    run_steps(process, step_time, lambda: lab.step(step_time.now))
 
 
 if __name__ == '__main__':

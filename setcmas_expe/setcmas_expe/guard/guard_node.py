@@ -32,7 +32,7 @@ from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet import topics
 from setcmas_simu.option_kinds import OneOf
 from setcmas_simu.options import Options, flag, option
-from setcmas_simu.robot_node import RobotNode, run_nodes
+from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
@@ -90,7 +90,7 @@ class CmdVelGuard(RobotNode):
         self._scan, self._scanned = LaserScan(), -math.inf
         self._cmd_vel, self._odom = map(self.resolve_topic_name, (topics.CMD_VEL, topics.ODOM))
         self.base = CmdVelPublisher(self, self.robot, topics.CMD_VEL_GUARDED, self._odom)
-        self.reports = self.publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
+        self.reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self.latch = StartLatch()
         self.report = GuardDecision(GuardState.IDLE)
         self.sent = self._wanted = _STOP
@@ -238,8 +238,13 @@ def _guard(process: RosProcess, args: argparse.Namespace) -> None:
     guard = CmdVelGuard(GuardOptions.of(args))
     process.requests = RequestWait([guard])
     notify('READY=1')
+
+    def step() -> None:
+        guard.step()
+        notify('WATCHDOG=1')
+
     try:
-        run_nodes(process, guard.time, [[guard]], after=lambda: notify('WATCHDOG=1'))
+        run_steps(process, guard.time, step)
     finally:
         guard.stop()
 

@@ -91,12 +91,14 @@ def _watch(process: RosProcess, args: argparse.Namespace) -> None:
     process.add(node)
     process.launcher.report_ready()
 
-    def step(now: float) -> None:
-        if not node.step(now):
+    step_time = StepTime(1 / _STEP_HZ)
+
+    def step() -> None:
+        if not node.step(step_time.now):
             node.get_logger().info('the pictures have ended')
             process.stop()
 
-    run_steps(process, StepTime(1 / _STEP_HZ), step)
+    run_steps(process, step_time, step)
 
 
 def main(argv: list[str] | None = None) -> int:

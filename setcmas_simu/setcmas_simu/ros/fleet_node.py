@@ -63,6 +63,21 @@ class FleetNode(Node):
         """Namespace of the fleet; '' for the root."""
         return self.get_namespace().rstrip('/')
 
+    def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
+        """Declare a parameter that can only be set at the start; return its value.
+
+        That is the one in `--ros-args`, if it may be given there, or else the given value. A real
+        number may be given as a whole one.
+        """
+        described = ParameterDescriptor(
+            type=Parameter.Type.from_parameter_value(value).value,
+            description=text,
+            read_only=True,
+            dynamic_typing=True,  # to ROS `-p x0:=2` is an integer
+        )
+        given = self.declare_parameter(name, value, described, ignore_override=not is_given).value
+        return float(given) if type(given) is int and isinstance(value, float) else given
+
     def full_name(self, topic: str) -> str:
         """Return a topic's name in the graph; /rosout and /parameter_events have no namespace."""
         stays = topic[:1] != '/' or topic.startswith(f'{self.fleet_namespace}/')

@@ -119,24 +119,6 @@ def warn_of_unknown(nodes: Sequence[Node]) -> None:
             nodes[0].get_logger().warning(f"unknown parameter '{name}'{hint}")
 
 
-def declare_fixed(
-    node: Node, name: str, value: Any, description: str, is_given: bool = True
-) -> Any:
-    """Declare a parameter that cannot be set later; return its value, from `--ros-args` or this.
-
-    A number may be given as a whole one. If it is not `is_given`, this value counts.
-    """
-    # Dynamic typing: to ROS `-p x0:=2` is an integer.
-    described = ParameterDescriptor(
-        type=Parameter.Type.from_parameter_value(value).value,
-        description=description,
-        read_only=True,
-        dynamic_typing=True,
-    )
-    given = node.declare_parameter(name, value, described, ignore_override=not is_given).value
-    return float(given) if type(given) is int and isinstance(value, float) else given
-
-
 def _described(option: Option, fixed: bool) -> ParameterDescriptor:
     # Dynamic typing: to ROS `-p vnom:=1` is an integer, which must be accepted.
     described = ParameterDescriptor(
