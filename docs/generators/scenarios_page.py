@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, fields
 
+from setcmas_simu.option_groups import Option, default_of, plain
 from setcmas_simu.option_kinds import Number, OneOf, Whole
-from setcmas_simu.options import Option, default_of, plain
 from setcmas_tools.run.scenario import Scenario
 
 

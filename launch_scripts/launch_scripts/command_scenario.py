@@ -11,7 +11,7 @@ from typing import Any
 
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import LawOptions
-from setcmas_simu.options import typed_words
+from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE
 from setcmas_tools.run.scenario import Scenario

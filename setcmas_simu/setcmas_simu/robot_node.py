@@ -26,8 +26,8 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
+from setcmas_simu.option_groups import Group
 from setcmas_simu.option_kinds import Number
-from setcmas_simu.options import Group
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes

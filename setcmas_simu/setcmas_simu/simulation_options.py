@@ -19,7 +19,7 @@ from setcmas_simu.fleet.start_poses import (
     poses_of_entry,
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.options import Form, Options, names_and_files, option
+from setcmas_simu.option_groups import Form, Options, names_and_files, option
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models_by_name import (
     MODELS,

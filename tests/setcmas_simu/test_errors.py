@@ -18,7 +18,7 @@ from launch_scripts.supervisor import ChildDiedError
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, install_command, needs
-from setcmas_simu.options import ClashError
+from setcmas_simu.option_groups import ClashError
 from setcmas_simu.plugins import PluginError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.offline.script_process import ScriptEndedError

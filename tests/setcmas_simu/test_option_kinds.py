@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import plain
 from setcmas_simu.option_kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots, Whole
-from setcmas_simu.options import plain
 from setcmas_simu.yaml_entries import entries_of, yaml_line
 
 SPEED = Number(above=0, unit='m/s')

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 
 from launch_scripts.terminal import warn, warner
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import ClashError, Form, Options, option
 from setcmas_simu.option_kinds import Number, OneOf
-from setcmas_simu.options import ClashError, Form, Options, option
 from setcmas_tools.page.browser import palette_option
 from setcmas_tools.plots.plot_settings import FILMS, FORMATS, PAPERS, FilmSettings, PlotSettings
 from setcmas_tools.run.run_folder import RunFolder

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 from launch_scripts.environment import local_environment, require_ros
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, FaultKind, inject
+from setcmas_simu.option_groups import Options, option
 from setcmas_simu.option_kinds import DURATION, Whole
-from setcmas_simu.options import Options, option
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, ClassVar
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import write_together
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import DURATION, Number, Whole
-from setcmas_simu.options import Options, flag, option
 from setcmas_tools.study.study_options import cores
 
 if TYPE_CHECKING:

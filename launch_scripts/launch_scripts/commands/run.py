@@ -33,7 +33,7 @@ from launch_scripts.run_robots import STOPPED, run_robots
 from launch_scripts.supervisor import Child, StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options import take_values
+from setcmas_simu.option_groups import take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState

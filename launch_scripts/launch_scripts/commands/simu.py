@@ -22,7 +22,7 @@ from launch_scripts.processes import (
     ros_arguments,
     run_in_foreground,
 )
-from setcmas_simu.options import typed_words
+from setcmas_simu.option_groups import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.scenario import options
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Kind, OneOf, PathTo, Whole
-from setcmas_simu.options import Options, flag, option
 
 _MM = {'mm': 1.0, 'cm': 10.0, 'm': 1e3}
 _SIZE = re.compile(r'([0-9]+(?:\.[0-9]+)?) ?(mm|cm|m)')

@@ -38,8 +38,8 @@ from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.fleet.rviz_config import rviz_config
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import OneOf
-from setcmas_simu.options import Options, flag, option
 from setcmas_tools.page.browser import BrowserOptions, has_display
 
 

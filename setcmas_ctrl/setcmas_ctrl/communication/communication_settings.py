@@ -31,8 +31,8 @@ from setcmas_ctrl.laws.script_function import file_of
 from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script
 from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.option_groups import ClashError, Options, flag, names_and_files, option
 from setcmas_simu.option_kinds import LENGTH, Number, OneOf, ScriptOrFunction
-from setcmas_simu.options import ClashError, Options, flag, names_and_files, option
 
 HELD, EXACT = 'held', 'exact'
 """What an event-triggered robot's law sees of its own state: the last one sent, or the newest."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from setcmas_ctrl.filter.point_ahead import LOOKAHEAD_M
+from setcmas_simu.option_groups import Options, option, spelled
 from setcmas_simu.option_kinds import ACCELERATION, LENGTH, Number, OneOf
-from setcmas_simu.options import Options, option, spelled
 from setcmas_simu.robots.arena import FORM, Borders, ObstaclesKind
 
 NONE, BARRIER = FILTERS = ('none', 'barrier')

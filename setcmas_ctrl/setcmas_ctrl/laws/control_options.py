@@ -15,7 +15,7 @@ from setcmas_simu import option_kinds as kinds
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options import Form, Options, flag, names_and_files, option
+from setcmas_simu.option_groups import Form, Options, flag, names_and_files, option
 from setcmas_simu.robots.model import VelocityLimits
 
 Law = str | Path | Callable[..., Any]

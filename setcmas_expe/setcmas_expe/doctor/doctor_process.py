@@ -28,7 +28,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError, did_you_mean, install_command
 from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
-from setcmas_simu.options import take_values
+from setcmas_simu.option_groups import take_values
 from setcmas_simu.plugins import GROUPS, unknown_groups
 
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')

@@ -13,8 +13,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
+from setcmas_simu.option_groups import option
 from setcmas_simu.option_kinds import SEEDS, Kind
-from setcmas_simu.options import option
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models_by_name import (

@@ -30,8 +30,8 @@ from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
 from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet import topics
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import OneOf
-from setcmas_simu.options import Options, flag, option
 from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import cmd_vel_topics, messages, qos

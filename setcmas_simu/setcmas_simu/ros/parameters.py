@@ -16,8 +16,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.option_groups import Group, Option
 from setcmas_simu.option_kinds import Number
-from setcmas_simu.options import Group, Option
 from setcmas_simu.ros.fleet_node import FleetNode
 
 

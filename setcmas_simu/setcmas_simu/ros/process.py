@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options import take_values
+from setcmas_simu.option_groups import take_values
 from setcmas_simu.reports import Launcher, Mistake, connected_launcher
 from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.fleet_node import destroy_nodes, note_arguments

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from setcmas_simu.option_groups import Form, Options, option
 from setcmas_simu.option_kinds import Kind, Number, PathTo
-from setcmas_simu.options import Form, Options, option
 from setcmas_simu.simulation_options import ClockOptions
 
 

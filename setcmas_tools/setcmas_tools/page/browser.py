@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from setcmas_simu.fleet.palettes import PALETTES
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Kind, OneOf, Whole
-from setcmas_simu.options import Options, flag, option
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""

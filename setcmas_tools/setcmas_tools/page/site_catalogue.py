@@ -12,8 +12,8 @@ from typing import Any
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, names_to_set
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import Option, default_of, plain
 from setcmas_simu.option_kinds import Number, Whole
-from setcmas_simu.options import Option, default_of, plain
 from setcmas_simu.plugins import ScriptGroup
 from setcmas_simu.robots.models_by_name import MODELS
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise

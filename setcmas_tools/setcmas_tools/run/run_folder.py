@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError, file_errors
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Number, PathTo
-from setcmas_simu.options import Options, flag, option
 from setcmas_simu.script_calls import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import RunInput

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options import plain
+from setcmas_simu.option_groups import plain
 from setcmas_simu.plugins import plugin_versions
 from setcmas_simu.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import read_entries, write_yaml

@@ -23,8 +23,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.fleet.fleet import format_per_robot
 from setcmas_simu.fleet.start_poses import parse_pose_option, poses_of_array
+from setcmas_simu.option_groups import ClashError, Option, Options, option, plain
 from setcmas_simu.option_kinds import DURATION
-from setcmas_simu.options import ClashError, Option, Options, option, plain
 from setcmas_simu.robots.models_by_name import NO_LIMITS, check_models, model_names
 from setcmas_simu.simulation_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml

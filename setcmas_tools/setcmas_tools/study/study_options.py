@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import Form, Options, option
 from setcmas_simu.option_kinds import DURATION, Kind, Whole
-from setcmas_simu.options import Form, Options, option
 
 
 def _names(parsed_args: Any, **_: Any) -> Iterable[str]:

@@ -16,8 +16,8 @@ from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.option_groups import plain
 from setcmas_simu.option_kinds import Number, Whole
-from setcmas_simu.options import plain
 from setcmas_tools.run.scenario import Scenario, name_of, options
 
 Variation = str | Sequence[Any] | Mapping[str, Any]

@@ -4,7 +4,7 @@ import pytest
 
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options import take_values
+from setcmas_simu.option_groups import take_values
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import ROBOT_LIMITS
 

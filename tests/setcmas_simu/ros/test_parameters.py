@@ -8,8 +8,8 @@ pytest.importorskip('rclpy')
 from rclpy.parameter import Parameter
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import Options, option
 from setcmas_simu.option_kinds import Number, OneOf
-from setcmas_simu.options import Options, option
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown

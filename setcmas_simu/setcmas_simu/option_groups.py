@@ -1,7 +1,7 @@
-"""Groups of options: dataclasses whose fields are options.
+"""Groups of options: the base class of files named ..._options.py, which declare the options.
 
-A group adds its options to a command line, checks their values, and writes them for child
-processes and run.yaml.
+A group is a dataclass whose fields are options. It adds them to a command line, checks their
+values, and writes them for child processes and run.yaml.
 """
 
 from __future__ import annotations

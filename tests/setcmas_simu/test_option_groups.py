@@ -7,8 +7,8 @@ from typing import ClassVar
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import ClashError, Form, Options, flag, option, take_values
 from setcmas_simu.option_kinds import Kind, Number, OneOf, PathTo, Robots
-from setcmas_simu.options import ClashError, Form, Options, flag, option, take_values
 
 
 @dataclass(frozen=True, kw_only=True)
