@@ -84,20 +84,18 @@ class FleetScripts:
     def _loaded(self, scripts: LawScripts) -> list[ControlLaw]:
         """Return a new law for each robot, and publish their task, or raise SetcmasError."""
         seed_scripts(self._seed, self.robots[0])
-        laws = [self._law(scripts, robot) for robot in self.robots]
+        laws = []
+        for robot in self.robots:
+            script = scripts.script(robot)
+            with self.watch.loading(robot, script):
+                laws.append(ControlLaw(script, robot, self.nb_robots, scripts.settings[script]))
+            if not rclpy.ok():
+                raise SetcmasError(
+                    f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
+                )
         with self.watch.loading(laws[0].robot, laws[0].path):
             self._task.publish(laws)
         return laws
-
-    def _law(self, scripts: LawScripts, robot: int) -> ControlLaw:
-        script = scripts.script(robot)
-        with self.watch.loading(robot, script):
-            law = ControlLaw(script, robot, self.nb_robots, scripts.settings[script])
-        if not rclpy.ok():
-            raise SetcmasError(
-                f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
-            )
-        return law
 
     def reload(self) -> None:
         """Load the laws again; there are none if one does not load, which raises SetcmasError."""

@@ -103,11 +103,12 @@ class Bag:
             read = f'{count:,} of {most:,} messages were read'
             self._notice(f"'{self.path}' is damaged ({reason}): {read}")
 
-    def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]], zero_ns: int) -> None:
-        """Decode the messages of some topics, and hand them to functions; t = 0 at `zero_ns`.
+    def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]]) -> None:
+        """Decode the messages of some topics, and hand them to functions.
 
         A topic without functions is not decoded. Messages that cannot be decoded get a notice.
         """
+        zero_ns = self._first_command()
         wrong: Counter[BagTopic] = Counter()
         reasons: dict[BagTopic, str] = {}
         for topic, time_ns, data in self.messages({one for one, own in takers.items() if own}):
@@ -125,8 +126,8 @@ class Bag:
             for topic, number in wrong.items()
         ]
 
-    def first_command(self) -> int:
-        """Return the time of the first command in ns, else of the first message.
+    def _first_command(self) -> int:
+        """Return the time of the first command in ns, else of the first message: t = 0 of the run.
 
         In an experiment, where zeros are sent from the beginning, it is its start.
         """

@@ -109,7 +109,7 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
             takers[topic] = [collector] if collector else []
             if topic.name in twists:
                 takers[topic].append(partial(_take_twist, twists[topic.name]))
-        bag.deliver(takers, bag.first_command())
+        bag.deliver(takers)
         for notice in bag.notices:
             warn(notice)
     table = samples.table()

@@ -273,7 +273,7 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
     with open_bag(path) as bag:
         samples = RunSamples(bag.topics)
         takers = {topic: samples.collectors(topic) for topic in bag.topics}
-        bag.deliver(takers, bag.first_command())
+        bag.deliver(takers)
         for notice in [*bag.notices, *samples.notices]:
             warn(notice)
     if tables := samples.tables():
