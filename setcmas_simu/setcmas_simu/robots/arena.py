@@ -71,6 +71,7 @@ class Borders(Kind):
 
 
 Point = tuple[float, float]
+Side = tuple[Point, Point]
 
 FORM = "'disc X Y RADIUS; polygon X1 Y1 X2 Y2 X3 Y3 ...' in m, or a YAML file"
 _OF_FILES = ('.yaml', '.yml')
@@ -86,12 +87,12 @@ class Disc(NamedTuple):
 
 @dataclass(frozen=True)
 class Polygon:
-    """A polygon, in m: its corners in order, each once (crossing sides are not refused)."""
+    """A polygon, in m: its corners in order, each once; its sides do not meet elsewhere."""
 
     corners: tuple[Point, ...]
 
     @property
-    def sides(self) -> list[tuple[Point, Point]]:
+    def sides(self) -> list[Side]:
         """The sides, from corner to corner."""
         return list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
 
@@ -103,6 +104,44 @@ class Polygon:
             if (y1 > y) != (y2 > y)
         ]
         return sum(crossed) % 2 == 1
+
+    def check_sides(self, name: str) -> None:
+        """Check that sides meet at their corners only; SetcmasError calls the polygon `name`."""
+        ordered = sorted(self.sides, key=min)  # by their left ends
+        for nb_before, side in enumerate(ordered, 1):
+            for other in ordered[nb_before:]:
+                if min(other)[0] > max(side)[0]:
+                    break  # it begins to the right of where this one ends, as all others do
+                if not _meet(side, other):
+                    continue
+                (x1, y1), (x2, y2), (x3, y3), (x4, y4) = *side, *other
+                raise SetcmasError(
+                    f'{name}: the side from ({x1:g}, {y1:g}) to ({x2:g}, {y2:g}) crosses or '
+                    f'touches that from ({x3:g}, {y3:g}) to ({x4:g}, {y4:g}); give the corners '
+                    'in the order in which they follow each other around it'
+                )
+
+
+def _meet(side: Side, other: Side) -> bool:
+    """Return whether two sides of a polygon have a point in common, other than a shared corner."""
+    shared = {*side} & {*other}
+    ends = [(end, other) for end in side] + [(end, side) for end in other]
+    if any(end not in shared and _is_on(end, line) for end, line in ends):
+        return True
+    turns = [_turn(line, end) for end, line in ends]
+    return turns[0] * turns[1] < 0.0 and turns[2] * turns[3] < 0.0
+
+
+def _is_on(point: Point, side: Side) -> bool:
+    (x1, x2), (y1, y2) = map(sorted, zip(*side, strict=True))
+    within = x1 <= point[0] <= x2 and y1 <= point[1] <= y2
+    return within and _turn(side, point) == 0.0
+
+
+def _turn(side: Side, point: Point) -> float:
+    """Return a number above 0 if a point is to the left of a side, below 0 if to the right."""
+    (x1, y1), (x2, y2) = side
+    return (x2 - x1) * (point[1] - y1) - (y2 - y1) * (point[0] - x1)
 
 
 @dataclass(frozen=True)
@@ -207,7 +246,9 @@ def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
         corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
         if len({*corners}) < len(corners):  # a side without a length has no direction
             raise SetcmasError(f'{name} has the same corner twice; remove one')
-        return Polygon(corners)
+        polygon = Polygon(corners)
+        polygon.check_sides(name)
+        return polygon
     if kind == 'disc' and len(numbers) == 2:
         raise SetcmasError(f'{name} has no radius; write disc X Y RADIUS, such as disc 1 2 0.5')
     raise SetcmasError(

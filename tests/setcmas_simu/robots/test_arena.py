@@ -22,11 +22,29 @@ def test_a_file_says_the_same_as_a_text(tmp_path):
         ('circle 1 2 3', 'invalid obstacle'),
         ('disc 0 2', 'has no radius'),
         ('polygon 0 0 1 0 1 1 0 0', 'has the same corner twice'),
+        (
+            'polygon 0 0 1 1 1 0 0 1',
+            r'\(0, 0\) to \(1, 1\) crosses or touches that from \(1, 0',
+        ),
+        ('polygon 0 0 2 2 2 0 1 1 0 2', 'crosses or touches'),  # at a corner
+        ('polygon 0 0 2 0 1 0 1 1', 'crosses or touches'),  # back on the same line
     ],
 )
 def test_a_mistake_is_named(text, message):
     with pytest.raises(SetcmasError, match=message):
         Obstacles.of(text)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'polygon 0 0 1 0 2 0 2 2 0 2',  # a corner in the middle of a straight wall
+        'polygon 0 0 3 0 3 3 2 3 2 1 1 1 1 3 0 3',  # a U
+        'polygon 0 0 0 2 2 2 1 1',  # clockwise
+    ],
+)
+def test_a_polygon_need_not_be_convex(text):
+    assert str(Obstacles.of(text)) == text
 
 
 def test_a_mistake_in_a_file_is_reported_with_its_line(tmp_path):
