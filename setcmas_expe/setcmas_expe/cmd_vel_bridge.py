@@ -31,12 +31,11 @@ from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
-from setcmas_simu.ros.cmd_vel_topics import KILLED, CmdVelPublisher, velocities
+from setcmas_simu.ros.cmd_vel_topics import KILLED, CmdVelPublisher, NameWait, velocities
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.messages import state_of
 
 _LOOK_EVERY_S = 0.5
-_NAMED_AFTER_S = 0.2  # a ROS node is seen first, and its name a moment later
 _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
 
 
@@ -84,7 +83,7 @@ class CmdVelBridge(RobotNode):
         self._battery_scale = Battery()
         self.view = RobotView(self.robot)
         self.trouble_in_graph: StopReason | None = None
-        self._unnamed_since = math.inf
+        self._names = NameWait()
         self.sent = (0.0, 0.0)
         self._next_look, self._looked = 0.0, -math.inf
         self._told: Cause | None = None  # why it stopped for a while
@@ -173,10 +172,9 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
-        now, is_unnamed = self.time.now, cmd_vel_topics.has_unnamed(self, self.topic)
-        self._unnamed_since = min(self._unnamed_since, now) if is_unnamed else math.inf
-        if is_unnamed and now - self._unnamed_since < _NAMED_AFTER_S:
-            self._next_look = now  # the operator is to read who it is
+        names = cmd_vel_topics.rivals(self, self.topic, *self._may_command)
+        if self._names.is_on(names, self.time.now):
+            self._next_look = self.time.now
             return self.trouble_in_graph
         if contest := cmd_vel_topics.contest(self, self.topic, *self._may_command):
             return StopReason(Cause.RIVAL, contest)

@@ -35,7 +35,7 @@ from setcmas_simu.option_kinds import OneOf
 from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
-from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, velocities
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, NameWait, velocities
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
@@ -91,7 +91,7 @@ class CmdVelGuard(RobotNode):
         self._cmd_vel, self._odom = map(self.resolve_topic_name, (topics.CMD_VEL, topics.ODOM))
         self.base = CmdVelPublisher(self, self.robot, topics.CMD_VEL_GUARDED, self._odom)
         self.reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
-        self.latch = StartLatch()
+        self.latch, self._names = StartLatch(), NameWait()
         self.report = GuardDecision(GuardState.IDLE)
         self.sent = self._wanted = _STOP
         self._stamps, self._commanded = StampClock(), -math.inf
@@ -124,7 +124,10 @@ class CmdVelGuard(RobotNode):
         self._switch_motors(before, decision.state)
         follows = decision.state is GuardState.FOLLOWING
         self._send(*(self.limits.scaled_down(*self._wanted) if follows else _STOP))
-        self._publish_report(decision)
+        # The robot is held already; who else commands it is said once that has a name.
+        is_unnamed = self._names.is_on(commanders, now)
+        is_early = decision.state is GuardState.CONTESTED and is_unnamed
+        self._publish_report(self.report if is_early else decision)
         self._stepped = now
 
     def stop(self) -> None:

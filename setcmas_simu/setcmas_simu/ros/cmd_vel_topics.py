@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import uuid
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
@@ -60,6 +62,9 @@ KILLED = 'a killed one is listed for up to 20 s'
 _GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
 
 _NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name
+NAMELESS = 'a node without a name'
+NAMED_AFTER_S = 0.2
+"""Time in s within which the name of a ROS node becomes known; its publishers are seen first."""
 
 
 @dataclass(frozen=True)
@@ -87,17 +92,27 @@ class Endpoint:
     @property
     def name(self) -> str:
         """The full name of its node, for messages."""
-        return self.full_name if self.is_known else 'a node without a name'
+        return self.full_name if self.is_known else NAMELESS
+
+
+class NameWait:
+    """Waits for the name of a node that has just been found, so that a person reads who it is."""
+
+    def __init__(self) -> None:
+        self._since = math.inf
+
+    def is_on(self, names: Collection[str], now: float) -> bool:
+        """Return whether one of these `rivals` may still get a name; now is in s."""
+        if NAMELESS not in names:
+            self._since = math.inf
+            return False
+        self._since = min(self._since, now)
+        return now - self._since < NAMED_AFTER_S
 
 
 def publishers(node: Node, topic: str) -> list[Endpoint]:
     """Return the publishers of a topic (full name)."""
     return [_endpoint(info) for info in node.get_publishers_info_by_topic(topic)]
-
-
-def has_unnamed(node: Node, topic: str) -> bool:
-    """Return whether the node of a publisher has no name: it is not ROS's, or not known yet."""
-    return not all(one.is_known for one in publishers(node, topic))
 
 
 def participants(node: Node, topic: str) -> set[bytes]:

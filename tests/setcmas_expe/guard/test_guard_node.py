@@ -17,10 +17,11 @@ from ros_peer import Peer
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
-from setcmas_expe.guard.guard_decision import GuardState
+from setcmas_expe.guard.guard_decision import GuardDecision, GuardState
+from setcmas_expe.guard.guard_node import CmdVelGuard
 from setcmas_expe.guard.guard_watch import reported
-from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_topics import velocities
+from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros.cmd_vel_topics import NAMELESS, velocities
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node']
 NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
@@ -208,6 +209,33 @@ def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, opera
     rogue.destroy_node()
     robot.start()
     peer.wait_for(lambda: robot.motors[-1] is True)
+
+
+def test_who_also_commands_a_robot_is_said_once_its_name_may_be_known(peer, monkeypatch):
+    commanders = ['/tb3_1/cmd_vel_bridge', NAMELESS]
+
+    def rivals(node, topic, *allowed):
+        return list(commanders) if topic == '/tb3_1/cmd_vel' else []
+
+    monkeypatch.setattr(cmd_vel_topics, 'rivals', rivals)
+    guard = CmdVelGuard(namespace='/tb3_1', context=peer.context)
+    reports = []
+    for seconds in (0.0, 0.1, 0.3):
+        guard.time.begin_step(guard.time.now + seconds)
+        guard.step()
+        assert guard.sent == STOP
+        reports.append(guard.report.state)
+    assert reports == [GuardState.IDLE, GuardState.IDLE, GuardState.CONTESTED]
+    assert NAMELESS in guard.report.reason
+
+    commanders[:] = ['/tb3_1/cmd_vel_bridge', '/other']
+    guard.step()
+    assert '/other' in guard.report.reason
+    commanders[:] = ['/tb3_1/cmd_vel_bridge', NAMELESS]  # another one has its time, too
+    guard.report = GuardDecision(GuardState.IDLE)
+    guard.step()
+    assert guard.report.state is GuardState.IDLE
+    guard.destroy_node()
 
 
 def test_an_emergency_stop_of_any_node_is_released_by_the_node_that_held_it_and_then_still_paused(
