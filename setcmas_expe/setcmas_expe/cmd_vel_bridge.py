@@ -22,11 +22,19 @@ from setcmas_expe.bridge.bridge_decision import (
     FleetView,
     RobotView,
     StopReason,
+    Velocities,
     decide,
 )
 from setcmas_expe.bridge.bridge_report import BridgeReport
-from setcmas_expe.bridge.wheel_watch import WheelWatch
 from setcmas_expe.guard.guard_watch import GuardWatch, diagnostic_status, diagnostic_values
+from setcmas_expe.guard.motor_power import MotorPower
+from setcmas_expe.guard.obedience import (
+    MOVES_M_S,
+    RUNS_AWAY_AFTER_S,
+    SLOWS_WITHIN_OVER_RADIO_S,
+    Disobedience,
+    Obedience,
+)
 from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
@@ -37,6 +45,7 @@ from setcmas_simu.ros.messages import state_of
 
 _LOOK_EVERY_S = 0.5
 _OVER_AFTER_S = 0.5  # a robot at the border comes and goes
+_RECENT_S = 0.5  # age of poses and odometry that show what wheels do
 
 
 class CmdVelBridge(RobotNode):
@@ -106,11 +115,10 @@ class CmdVelBridge(RobotNode):
         if command := self.wanted():
             # As old as the last look: it came some time after it.
             view = replace(view, wanted=velocities(command), commanded=self._looked)
-        if wheels := self.wheels():
-            V, omega = velocities(wheels.twist.twist)
-            self.wheel_watch.measure(V, omega, now)
-            if math.isfinite(V) and math.isfinite(omega):
-                view = replace(view, rolled=now)
+        odometry = self.wheels()
+        wheels = velocities(odometry.twist.twist) if odometry else None
+        if wheels and all(map(math.isfinite, wheels)):
+            view = replace(view, rolled=now)
         if battery := self.battery():
             percent = self._battery_scale.percent(battery.percentage)
             view = replace(view, charge=math.nan if percent is None else percent)
@@ -118,14 +126,15 @@ class CmdVelBridge(RobotNode):
         if view.charge < LOW_PERCENT:
             text = f'the battery of robot {self.robot} is at {view.charge:.0f} %: charge it'
             self.warn_once('battery', text)
-        self._looked, self.view = now, replace(view, trouble=self._trouble())
+        disobeys = self.wheel_watch.judge(wheels, self.sent, now)
+        self._looked, self.view = now, replace(view, trouble=self._trouble(disobeys))
         return self.view
 
     def command(self, fleet: FleetView) -> Decision:
         """Decide on what is known, and send the robot its command; return the decision."""
         decision = decide(self.view, fleet, self.lab, self.time.now)
         self._send(decision)
-        self.wheel_watch.obey(decision, self.view, self.time.now)
+        self.wheel_watch.switch(decision, self.view, self.time.now)
         self._tell(decision)
         return decision
 
@@ -156,9 +165,8 @@ class CmdVelBridge(RobotNode):
         """Command zero."""
         self._send(ZERO)
 
-    def _trouble(self) -> StopReason | None:
-        """Return why the robot is not reliable; None if it is."""
-        disobeys = self.wheel_watch.trouble(self.sent, self.time.now)
+    def _trouble(self, disobeys: str) -> StopReason | None:
+        """Return why the robot is not reliable, or how it disobeys; None if it is reliable."""
         if intruder := self.guard.intruder:
             return StopReason(Cause.PAST_GUARD, intruder)
         if self.trouble_in_graph:
@@ -205,6 +213,82 @@ class CmdVelBridge(RobotNode):
             self._told, self._told_at = why.cause, now
         elif now - self._told_at > _OVER_AFTER_S:
             self._told = None
+
+
+class WheelWatch:
+    """Compares what a robot is commanded with what it does, and switches its motors.
+
+    Attributes:
+        runs_away: Whether it ignored zero since its last report, which sets this to False.
+    """
+
+    def __init__(self, node: FleetNode, robot: LabRobot, lab: Lab, guard: GuardWatch) -> None:
+        """Reach the motors of a robot through a node; its guard watches the wheels, too."""
+        self.runs_away = False
+        self._disobeys = ''  # since the last pause
+        self._robot = robot.number
+        self._logger = node.get_logger()
+        self._guard = guard
+        self._motors = MotorPower(node, robot.topic(topics.MOTOR_POWER))
+        self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
+        self._limits = lab.limits
+        self._by_mocap = Obedience(lab.limits, RUNS_AWAY_AFTER_S)  # of a robot without odometry
+        self._was_paused = False
+        self._may_roll = False  # it has not stood since it was told to move; else it is carried
+
+    def judge(self, wheels: Velocities | None, sent: Velocities, now: float) -> str:
+        """Return how the robot disobeys, empty if it obeys; cut the motors if it ignores zero.
+
+        `wheels` is what its odometry has measured since the last call, None if nothing, and `sent`
+        the last command: V in m/s, omega in rad/s. Now is in s.
+        """
+        if wheels:
+            self._obedience.measure(*wheels, now)
+        found = self._obedience.update(*sent, now)
+        if found is Disobedience.IGNORES_ZERO or self._guard.found_deaf:
+            self._cut_motors()
+            # A robot that has come to rest has obeyed: a person pushes it.
+            self.runs_away |= not self._obedience.came_to_rest
+        elif self._guard.has_ended:  # its base keeps its last velocity
+            self._motors.cut()
+        self._motors.step(now)
+        return found.value if found else self._disobeys
+
+    def switch(self, decision: Decision, view: RobotView, now: float) -> None:
+        """Switch the motors as decided: a start gives them power, whoever cut them."""
+        if decision.state is BridgeState.PAUSED:
+            self._disobeys, self._was_paused = '', True
+            self._motors.leave()
+        elif not (decision.why and decision.why.cause.lasts) and not self._guard.has_ended:
+            if self._motors.is_cut or (self._was_paused and not self._guard.is_there()):
+                self._motors.give()
+            self._was_paused = False
+        self._find_runaway(decision, view, now)
+
+    def _find_runaway(self, decision: Decision, view: RobotView, now: float) -> None:
+        """Cut the motors of a robot without odometry that motion capture sees moving on."""
+        if now - view.rolled < _RECENT_S:
+            return  # its wheels say whether it drives, or is carried
+        commanded = decision.V, decision.omega
+        self._may_roll |= any(commanded)
+        if not view.pose_fault and now - view.measured < _RECENT_S:
+            moves = self._limits.faster_wheel(*view.velocities) > MOVES_M_S
+            self._by_mocap.measure(*(view.velocities if moves else (0.0, 0.0)), now)
+            self._may_roll &= moves or any(commanded)
+        has_rival = view.trouble is not None and view.trouble.cause.is_contest
+        found = self._by_mocap.update(*commanded, now)
+        if found is Disobedience.IGNORES_ZERO and (self._may_roll or has_rival):
+            self._cut_motors()
+            self.runs_away = True
+
+    def _cut_motors(self) -> None:
+        """Switch the motors off until the next start: the robot moves although commanded zero."""
+        if not self._motors.is_cut:
+            off = 'its motors are off until the next start'
+            way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
+            self._logger.error(f'robot {self._robot} does not obey zero commands: {way}')
+        self._motors.cut()
+        self._disobeys = Disobedience.IGNORES_ZERO.value
 
 
 def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:

@@ -15,10 +15,10 @@ from nav_msgs.msg import Odometry
 from setcmas_ctrl.pause_watch import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
-from setcmas_expe.mocap.on_board import DeadReckoning
-from setcmas_expe.mocap.pose_judge import TOO_SLOW_HZ, PoseTrack
+from setcmas_expe.mocap.dead_reckoning import DeadReckoning
+from setcmas_expe.mocap.pose_judge import TOO_SLOW_HZ, PoseTrack, VelocityFilter
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sample import Sample, VelocityFilter
+from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes

@@ -1,4 +1,5 @@
 import math
+import os
 import signal
 
 import pytest
@@ -11,6 +12,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from visualization_msgs.msg import MarkerArray
 
+from setcmas_expe.bridge.bridge_decision import BridgeState, Cause, Decision, StopReason
+from setcmas_expe.bridge.machine_load import OVERLOADED
+from setcmas_expe.bridges import BridgedFleet
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.ros import qos
 
 STOP = (0.0, 0.0)
@@ -160,3 +165,16 @@ def test_a_robot_whose_poses_are_rare_is_not_ready(start, peer, lab):
     lab.paused, lab.poses_every = True, 6
 
     peer.wait_for(lambda: 'poses a second; it must send at least 4' in lab.status(1)[0].message)
+
+
+@pytest.mark.parametrize(
+    ('cause', 'is_named'),
+    [(Cause.NO_COMMAND, True), (Cause.POSE_LATE, True), (Cause.POSE_REJECTED, False)],
+)
+def test_load_is_named_only_where_it_may_be_the_cause(peer, monkeypatch, cause, is_named):
+    monkeypatch.setattr(os, 'getloadavg', lambda: (999.0, 999.0, 999.0))
+    fleet, said = BridgedFleet(peer.node, load_lab(DEFAULT_FILE, 1)), []
+    fleet.warn = said.append
+    fleet.note({1: Decision(0.0, 0.0, BridgeState.STOPPED, StopReason(cause))}, 0.0)
+
+    assert (OVERLOADED in said) is is_named

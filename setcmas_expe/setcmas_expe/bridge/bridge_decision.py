@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab
-from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.planar_pose import Pose
 from setcmas_simu.fleet.topics import CMD_CART_VEL, robot_topic
 
 RATE_HZ = 20.0

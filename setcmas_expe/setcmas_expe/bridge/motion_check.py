@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.fleet.planar_pose import wrap_angle
+from setcmas_simu.fleet.planar_pose import Pose, wrap_angle
 
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
 _OFF_HEADING_DEG = 25.0

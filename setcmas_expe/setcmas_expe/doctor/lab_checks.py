@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.guard.guard_decision import GuardDecision
 from setcmas_expe.lab.lab import LOW_PERCENT, Lab, LabRobot
-from setcmas_expe.mocap.sample import Pose
+from setcmas_simu.fleet.planar_pose import Pose
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
 
 _NEARLY_LOW_PERCENT = 30.0

@@ -13,9 +13,9 @@ from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
-from setcmas_expe.mocap.pose_judge import PoseTrack
+from setcmas_expe.mocap.pose_judge import PoseTrack, fault_of, text_of
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sample import Sample, fault_of, text_of
+from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint

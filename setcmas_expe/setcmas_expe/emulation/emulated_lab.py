@@ -31,10 +31,11 @@ from setcmas_expe.emulation.faults import Fault, FaultKind, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.mocap.sample import Sample
+from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import Pose
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.ros import messages, qos
@@ -209,7 +210,7 @@ class EmulatedLab(FleetNode):
             messages.fill_odometry(self._truth, *motion)
             publisher.publish(self._truth)
 
-    def _motions(self, poses: Floats) -> Iterator[tuple[messages.Pose, float, float]]:
+    def _motions(self, poses: Floats) -> Iterator[tuple[Pose, float, float]]:
         """Return the pose of each robot, and the speeds of its wheels."""
         speeds = self._fleet.V.tolist(), self._fleet.omega.tolist()
         return zip(poses.T.tolist(), *speeds, strict=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from setcmas_expe.emulation.faults import Fault, FaultKind
-from setcmas_expe.mocap.sample import Sample
+from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 

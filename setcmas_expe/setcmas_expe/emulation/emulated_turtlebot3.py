@@ -16,6 +16,7 @@ from setcmas_expe.emulation.emulated_fleet import LIDAR_POINTS
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import Pose
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
 from setcmas_simu.ros.fleet_node import FleetNode
@@ -62,7 +63,7 @@ class EmulatedTurtleBot3(FleetNode):
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
         self.requests = PolledServices(self)
 
-    def publish_odometry(self, stamp: Time, pose: messages.Pose, V: float, omega: float) -> None:
+    def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
         """Publish the pose by the wheels (m, rad) and their speeds."""
         self._odom.header.stamp = stamp
         messages.fill_odometry(self._odom, pose, V, omega)

@@ -18,8 +18,7 @@ from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG, CameraFile, load_cam
 from setcmas_expe.mocap.camera_poses import CameraPoses
 from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_expe.mocap.picture_sources import NewestPicture, pictures
-from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.fleet.planar_pose import Pose, quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import messages, qos

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_expe.mocap.camera_file import Camera, CameraFile, RobotTags
-from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.fleet.planar_pose import Pose
 
 with needs('camera'):
     import cv2

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.sources import (
     ODOMETRY,
     POSE_STAMPED,
     MocapSource,
     Read,
+    Sample,
     per_body,
     sample_of,
 )

@@ -11,8 +11,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from setcmas_expe.mocap.sample import Sample
-from setcmas_expe.mocap.sources import MocapSource
+from setcmas_expe.mocap.sources import MocapSource, Sample
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 

@@ -4,13 +4,42 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.planar_pose import Pose, yaw_of_quaternion
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One measurement by a driver.
+
+    Attributes:
+        position: x, y, z in m.
+        orientation: Quaternion x, y, z, w.
+        stamp: Time of the measurement on the driver's clock in s; 0 if not set.
+    """
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    stamp: float = 0.0
+
+    def z_up(self) -> Sample:
+        """Return a measurement in Y-up axes (of world and body) in Z-up axes.
+
+        A quarter turn about x takes (x, y, z), and the vector part of a quaternion, to (x, -z, y).
+        """
+        x, y, z = self.position
+        qx, qy, qz, qw = self.orientation
+        return replace(self, position=(x, -z, y), orientation=(qx, -qz, qy, qw))
+
+    def planar(self) -> Pose:
+        """Return x, y in m and the heading in rad."""
+        return (*self.position[:2], yaw_of_quaternion(*self.orientation))
+
 
 Read = Callable[[Any], Iterator[tuple[str, Sample]]]
 """Yields name and measurement of each rigid body in a message."""

@@ -10,7 +10,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import Joy
 
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.pause.public_stops import Stops
 from setcmas_simu.ros import qos
 
 SILENT_AFTER_S = 0.5
@@ -55,8 +54,9 @@ class OperatorJoystick:
         self,
         node: Node,
         lab: Lab,
-        stops: Stops,
         press: Callable[[str], None],
+        stop: Callable[[str], None],
+        hint: Callable[[str], None],
         starts: bool,
         hold: bool,
     ) -> None:
@@ -65,15 +65,15 @@ class OperatorJoystick:
         Args:
             node: The pause node.
             lab: The joystick's topic and start button.
-            stops: Called for any other button.
             press: Called for a press of the start button.
+            stop: Called for any other button.
+            hint: Called with why the start button does nothing.
             starts: Whether `setcmas expe` reads a joystick; else joysticks can only stop robots.
             hold: Whether robots move only while the button is held: then every message counts.
         """
         self._node = node
         self._topic, self._button = lab.joystick_topic, lab.joystick_button
-        self._stops = stops
-        self._press = press
+        self._press, self._stop, self._hint = press, stop, hint
         self._starts = starts
         self._hold = hold
         self._buttons = Joystick()
@@ -95,11 +95,11 @@ class OperatorJoystick:
     def _on_joy(self, message: Joy) -> None:
         new = self._buttons.pressed(message.buttons, time.monotonic())
         if new - {self._button}:
-            self._stops.emergency(_BY)
+            self._stop(_BY)
         elif self._button in (self._buttons.held if self._hold else new):
             self._press(_BY)
         if self._button >= len(message.buttons):
-            self._stops.hint(
+            self._hint(
                 f'the joystick has no button {self._button} (its {len(message.buttons)} buttons '
                 'count from 0): set joystick.button in the lab file'
             )

@@ -8,12 +8,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from functools import partial
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 
 from setcmas_ctrl.pause_reason import PauseCause
 from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot, warn_of_load
+from setcmas_expe.guard.guard_decision import GuardState
+from setcmas_expe.guard.guard_watch import reported
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
@@ -26,7 +31,6 @@ from setcmas_expe.pause.press_judge import (
     HeldStart,
     StartRequests,
 )
-from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports import Launcher
 from setcmas_simu.ros import qos
@@ -79,9 +83,18 @@ class Pause(FleetNode):
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(Bool, topics.PAUSED, qos.STATE)
         self._stopped = self.create_publisher(Bool, topics.EMERGENCY_STOPPED, qos.LATCHED)
-        stops = Stops(self._pause, self._stop, self._take_over, self._once)
-        PublicStops(self, lab, stops)
-        self._joystick = OperatorJoystick(self, lab, stops, self._press, joystick, hold)
+        self._joystick = OperatorJoystick(
+            self, lab, self._press, self._stop, self._once, joystick, hold
+        )
+        # With these, every process may stop the robots; none starts them.
+        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
+        for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches other publishers
+            self.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
+        for robot in lab.robots:
+            topic = robot.topic(topics.GUARD_STATE)
+            on_guard = partial(self._on_guard, robot.number)
+            self.create_subscription(DiagnosticStatus, topic, on_guard, qos.STATE)
+        self.create_service(Trigger, '~/emergency_stop', self._answer_stop)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
@@ -108,6 +121,30 @@ class Pause(FleetNode):
         """Send the state."""
         self._publisher.publish(Bool(data=self.paused))
         self._stopped.publish(Bool(data=bool(self._emergency.why)))
+
+    def _on_pause(self, message: Bool) -> None:
+        if message.data:
+            self._pause(f'by {topics.FLEET_PAUSE}')
+        else:
+            self._once(
+                f'false on {topics.FLEET_PAUSE} starts nothing in an experiment: press s in the '
+                'terminal of the experiment, or start on its joystick'
+            )
+
+    def _on_stop(self, message: Bool) -> None:
+        if message.data:
+            self._stop(f'by {topics.EMERGENCY_STOP}')
+        else:
+            self._once(f'false on {topics.EMERGENCY_STOP} releases nothing: press R twice')
+
+    def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
+        if reported(status).state is GuardState.EMERGENCY:
+            self._take_over(f'held by the guard of robot {robot}')
+
+    def _answer_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._stop('by service')
+        response.success, response.message = True, 'stopped'
+        return response
 
     def _pause(self, why: str) -> None:
         if not self._emergency.why:

@@ -1,13 +1,17 @@
-"""Headings of planar poses: wrapping, and conversion to and from quaternions."""
+"""Planar poses: wrapping of headings, their conversion to and from quaternions, distances."""
 
 from __future__ import annotations
 
+import math
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
+
+Pose = tuple[float, float, float]
+"""x, y in m and theta in rad."""
 
 Numbers = TypeVar('Numbers', float, Floats)
 
@@ -44,3 +48,8 @@ def through_quaternion(poses: Floats) -> Floats:
     z, w = quaternion_of_yaw(poses[2])
     received[2] = np.arctan2(2.0 * (w * z + 0.0), w * w - z * z)  # yaw_of_quaternion: x = y = 0
     return received
+
+
+def motion_between(old: Pose, new: Pose) -> tuple[float, float]:
+    """Return how far in m, and by which angle from 0 to pi rad, two poses are apart."""
+    return math.dist(old[:2], new[:2]), abs(float(wrap_angle(new[2] - old[2])))

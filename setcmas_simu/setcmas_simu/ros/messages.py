@@ -9,10 +9,7 @@ from typing import NamedTuple
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, yaw_of_quaternion
-
-Pose = tuple[float, float, float]
-"""x, y in m and theta in rad."""
+from setcmas_simu.fleet.planar_pose import Pose, quaternion_of_yaw, yaw_of_quaternion
 
 
 class RobotState(NamedTuple):

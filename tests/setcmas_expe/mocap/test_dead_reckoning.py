@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from setcmas_expe.mocap.on_board import LONGEST_S, MOST_DRIFT_M, DeadReckoning
-from setcmas_expe.mocap.sample import Sample
+from setcmas_expe.mocap.dead_reckoning import LONGEST_S, MOST_DRIFT_M, DeadReckoning
+from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 

@@ -6,8 +6,8 @@ import cmath
 import math
 from dataclasses import replace
 
-from setcmas_expe.mocap.sample import Pose, Sample, motion_between
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_expe.mocap.sources import Sample
+from setcmas_simu.fleet.planar_pose import Pose, motion_between, quaternion_of_yaw
 
 MOST_DRIFT_M = 0.15
 """Estimated error in m at which a robot stops."""
