@@ -6,6 +6,7 @@ starts its nodes in new interpreters, in tests too.
 """
 
 import ctypes
+import functools
 import gc
 import importlib
 import json
@@ -19,15 +20,14 @@ import sys
 import warnings
 from pathlib import Path
 
+from setcmas_simu.reports import end_with_parent
+
 CLI = 'launch_scripts.cli'
 MOST_BYTES = 1 << 17
 _LIBC = ctypes.CDLL(None) if sys.platform == 'linux' else None
 
-
-def die_with_parent() -> None:
-    """Have the kernel kill this process, even a stopped one, when the tests are killed."""
-    if _LIBC:
-        _LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+die_with_parent = functools.partial(end_with_parent, at_once=True)
+"""Have the kernel kill this process, even a stopped one, when the tests are killed."""
 
 
 class ForkServer:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +15,10 @@ from launch_scripts.processes import (
     EMULATED_LAB,
     JOYSTICK_READER,
     PAUSE,
-    RecordedRun,
-    controller_arguments,
+    Child,
     node_command,
 )
-from launch_scripts.supervisor import Child, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import ESC
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_expe.lab.lab import Lab
@@ -137,7 +135,7 @@ class Experiment:
             watch=watch,
         )
         in_lab = replace(scenario, safety=lab.safety(scenario.safety))
-        laws = controller_arguments(in_lab, controllers)
+        laws = in_lab.law.arguments(in_lab.communication, in_lab.safety, controllers)
         self.controllers = supervisor.start('ctrl', node_command(CONTROLLER, laws))
 
     @property
@@ -204,88 +202,3 @@ def joystick_command(topic: str) -> list[str] | None:
     if importlib.util.find_spec('pygame'):
         return node_command(JOYSTICK_READER, remap)
     return None
-
-
-_STOPPING_S = 2.0
-
-
-class RecordedExperiment(RecordedRun):
-    """Recorder, emulated lab, bridge, pause node and controllers; starts the robots itself.
-
-    Attributes:
-        started: Whether the robots are controlled and not paused.
-        paused: Whether they are paused.
-    """
-
-    def __init__(
-        self,
-        supervisor: Supervisor,
-        scenario: Scenario,
-        bag: Path,
-        lab_options: LabOptions,
-        watch: bool,
-        serve_keys: Callable[[Experiment], None],
-    ) -> None:
-        """Start the processes; `lab_options` give them the same lab.
-
-        `serve_keys` is called several times a second, to pass on what the operator pressed.
-        """
-        self.started = False
-        self.paused = True
-        self._why_paused = ''
-        self._changed = 0.0
-        self._unready = ''
-        self._serve_keys = serve_keys
-        super().__init__(supervisor, bag)
-        self._experiment = Experiment(
-            supervisor, scenario, lab_options, self._start_when_ready, recorded=True, watch=watch
-        )
-
-    def _start_when_ready(self, status: Status) -> None:
-        ready = all(robot.ready for robot in status.robots)
-        if status.paused and self._experiment.controlled and ready and not self.started:
-            self._experiment.request(Action.GO, 'by command')
-        self.started = self.started or not status.paused
-        if status.paused != self.paused:
-            self.paused, self._changed = status.paused, time.monotonic()
-        self._unready = '; '.join(
-            f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
-        )
-        if self.started and status.paused and (status.emergency or not self._why_paused):
-            self._why_paused = f'the robots were paused: {status.why}'
-
-    @property
-    def missing(self) -> str:
-        """Why the run has not started yet."""
-        if not self._experiment.controlled:
-            return self._experiment.controllers.missing
-        return self._unready or 'the bridge sends no status'
-
-    @property
-    def trouble(self) -> str:
-        """Which robots did not stop, or why robots were paused; '' if all went well."""
-        if runaways := ', '.join(sorted(self._experiment.runaways)):
-            return f'{runaways} did not stop when commanded zero velocity'
-        return self._why_paused + '; nothing can start them again' * self.is_stuck
-
-    @property
-    def is_stuck(self) -> bool:
-        """Whether robots stay paused for good: this command starts them only once."""
-        at_rest = time.monotonic() - self._changed > _STOPPING_S
-        return self.started and self.paused and at_rest
-
-    def tick(self) -> None:
-        """Serve the keys, which also shows the pause node that this command is running."""
-        self._serve_keys(self._experiment)
-
-    def finish(self) -> None:
-        """Stop the robots and everything that commands them."""
-        self.status = self._experiment.stop()
-        self.failed = self._experiment.controllers.failed
-        self.failures = self._experiment.controllers.failures
-
-    def stop(self) -> None:
-        """Stop all processes; the bag must contain the last command, zero."""
-        self._experiment.stop()
-        self._supervisor.stop(self.recorder)
-        self._experiment.stop_lab()

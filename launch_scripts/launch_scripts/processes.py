@@ -1,21 +1,28 @@
-"""The node processes: their command lines, and those of a run with its recorder."""
+"""Processes of a command: their command lines, and what a running one has reported."""
 
 from __future__ import annotations
 
 import argparse
+import os
+import signal
+import subprocess
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any, TypeVar, cast
 
-from launch_scripts.environment import local_environment
-from launch_scripts.supervisor import Child, Supervisor
-from setcmas_ctrl.laws.control_options import ControllerOptions
-from setcmas_simu.reports import Paused, Ready, Recording, Started
-from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
-from setcmas_simu.simulation_options import SimulationOptions
-from setcmas_tools.run.run_info import Outcome
-from setcmas_tools.run.scenario import Scenario
+from setcmas_simu.reports import VARIABLE as LAUNCHER_VARIABLE
+from setcmas_simu.reports import (
+    Ended,
+    Failed,
+    LineDecoder,
+    Mistake,
+    ProcessMessage,
+    encode,
+    end_with_parent,
+)
+from setcmas_simu.script_calls import CurrentCall, Function, ScriptCall, ScriptFailure, shared_file
 
 SIMULATOR = 'setcmas_simu.simulator'
 CONTROLLER = 'setcmas_ctrl.controllers.controller_processes'
@@ -49,11 +56,6 @@ def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def ros_arguments(args: argparse.Namespace) -> list[str]:
-    """Return the ROS arguments for the node process."""
-    return ['--ros-args', *args.ros_args] if args.ros_args else []
-
-
 def namespace_rule(command: Sequence[str]) -> list[str]:
     """Return ROS arguments that move another process to the namespace in a command, if any."""
     rules = [word for word in command if word.startswith('__ns:=')]
@@ -68,128 +70,183 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     return [sys.executable, *run_module, module, *arguments]
 
 
-def run_in_foreground(
-    name: str,
-    command: Sequence[str],
-    companions: Sequence[tuple[str, Sequence[str]]] = (),
-) -> int:
-    """Run a process, and its companions if any, until Ctrl-C; return the exit status.
+HANGS_S = 3.0
+"""Time in s after which a script call hangs; the process itself reports it sooner, if it can."""
 
-    Topics stay on this machine, and the process must not end by itself.
-    """
-    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
-        child = supervisor.start(name, command)
-        for companion, its_command in companions:
-            supervisor.start(companion, its_command, needed=False)
-        return supervisor.run_to_end(child, may_end=False)
+_ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
+
+AnyReport = TypeVar('AnyReport', bound=ProcessMessage)
 
 
-class RecordedRun:
-    """A run and its recorder; subclasses add the other processes.
+class ChildDiedError(Exception):
+    """A process ended unexpectedly; `exit_status` is for the command."""
+
+    def __init__(self, message: str, exit_status: int = 1) -> None:
+        super().__init__(message)
+        self.exit_status = exit_status
+
+
+class Child:
+    """A running process in its own process group.
 
     Attributes:
-        recorder: Process that writes the bag.
-        status: Exit status of the controllers, after `finish`.
-        failed: Script calls that failed or hung, after `finish`.
-        failures: Periods in which laws and conditions failed, after `finish`.
+        shown: Whether its output is shown.
+        needed: Whether the other processes need it.
+        reports: Pipe of its reports.
+        call: The script call that it is in.
+        failures: Periods of failed calls, as it reports at its end.
+        killed: Whether it had to be killed.
     """
 
-    def __init__(self, supervisor: Supervisor, bag: Path, rtf: float = 1.0) -> None:
-        self.status = 0
-        self.failed: tuple[ScriptCall, ...] = ()
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: dict[str, str],
+        needed: bool,
+        listens: bool,
+        mistake: str,
+        kinds: Any,
+        on_report: Callable[[ProcessMessage], object],
+    ) -> None:
+        """Start the process; its error messages begin with `mistake`.
+
+        `on_report` is called with each of its reports, which have one of the types `kinds`.
+        """
+        self.name = name
+        self.needed = needed
+        self.shown = True
+        self.killed = False
         self.failures: tuple[ScriptFailure, ...] = ()
-        self._supervisor = supervisor
-        recorder = node_command(RECORDER, ['--output', str(bag), '--rtf', str(rtf)])
-        self.recorder = supervisor.start('record', recorder)
-
-    def elapsed(self, wall_s: float) -> float:
-        """Return the run's own elapsed time, `wall_s` s after its start."""
-        return wall_s
-
-
-class SimulatedRun(RecordedRun):
-    """Recorder, simulator and controllers.
-
-    Attributes:
-        trouble: Problem with the robots while all processes run; none in simulation.
-        is_stuck: Whether robots stay paused for good; never in simulation.
-    """
-
-    trouble = ''
-    is_stuck = False
-
-    def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path) -> None:
-        given = SimulationOptions.among(scenario.values())
-        simulation = replace(given, nb_robots=scenario.nb_robots)
-        super().__init__(supervisor, bag, simulation.rtf)
-        self._rtf = simulation.rtf
-        robots = node_command(SIMULATOR, simulation.arguments())
-        self._simulator = supervisor.start('simu', robots)
-        options = ControllerOptions(
-            nb_robots=scenario.nb_robots, model=simulation.model, recorded=True
+        self._on_report = on_report
+        self._decoder: LineDecoder[ProcessMessage] = LineDecoder(kinds)
+        self._reported: dict[type[ProcessMessage], ProcessMessage] = {}
+        self._failed: dict[ScriptCall, None] = {}
+        self._disconnected: str | None = None
+        reports, pipe = os.pipe()
+        self.reports = os.fdopen(reports, 'rb', buffering=0)
+        memory = shared_file()
+        self.call = CurrentCall.shared(memory)
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory} {mistake}'},
+            pass_fds=(pipe, memory),
+            preexec_fn=_prepare,
         )
-        self._laws = node_command(CONTROLLER, controller_arguments(scenario, options))
-        self._ctrl: Child | None = None
+        os.close(pipe)
+        os.close(memory)
+
+    def running(self) -> bool:
+        """Return whether the process is running."""
+        return self.process.poll() is None
+
+    def send(self, message: ProcessMessage) -> None:
+        """Send a message to the standard input of the process, without waiting."""
+        assert self.process.stdin is not None
+        os.set_blocking(self.process.stdin.fileno(), False)
+        with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
+            os.write(self.process.stdin.fileno(), encode(message))
+
+    def signal_group(self, signum: int) -> None:
+        """Send a signal to the process and its children."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signum)
+
+    def take_reports(self, data: bytes) -> None:
+        """Take what has come through the pipe of reports; nothing if it is closed."""
+        for report in self._decoder.feed(data):
+            self._reported[type(report)] = report
+            if isinstance(report, Failed):
+                self._failed[report.call] = None
+            elif isinstance(report, Ended):
+                self._failed |= dict.fromkeys(report.failed)
+                self.failures = report.failures
+            self._on_report(report)
+        if not data:
+            self._end_if_disconnected()
+
+    def _end_if_disconnected(self) -> None:
+        """Kill the process if it goes on although a script has closed its pipe of reports."""
+        place = self._place()
+        try:
+            self.process.wait(_ENDS_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            self._disconnected = place
+            self.signal_group(signal.SIGKILL)
+            self.process.wait()
+
+    def reported(self, kind: type[AnyReport]) -> AnyReport | None:
+        """Return the newest report of a kind; None if there was none."""
+        return cast('AnyReport | None', self._reported.get(kind))
 
     @property
-    def started(self) -> bool:
-        """Whether the robots are controlled."""
-        return self._ctrl is not None and self._ctrl.reported(Started) is not None
+    def running_s(self) -> float:
+        """How long a script call has been running, in s; 0 between calls."""
+        return self.call.running_s(time.monotonic())
+
+    def silent_call(self) -> ScriptCall | None:
+        """Return a script call that hangs without a word of the process about it; each once."""
+        if self.call.is_reported or self.running_s <= HANGS_S:
+            return None
+        self.call.is_reported = True
+        return self.running_call()
+
+    def running_call(self) -> ScriptCall | None:
+        """Return the running script call, and count it as failed; None between calls."""
+        call = self.call.running()
+        if call and call.function is not Function.LOADING:
+            self._failed[call] = None
+        return call
 
     @property
-    def paused(self) -> bool:
-        """Whether the robots are paused."""
-        report = self._ctrl.reported(Paused) if self._ctrl else None
-        return report is not None and report.paused
-
-    def elapsed(self, wall_s: float) -> float:
-        """Return the run's own elapsed time, `wall_s` s after its start."""
-        return wall_s * self._rtf
+    def failed(self) -> tuple[ScriptCall, ...]:
+        """Script calls that failed, hung, or were running when the process was killed or died."""
+        return tuple(self._failed)
 
     @property
     def missing(self) -> str:
-        """Why the run has not started yet."""
-        if not self._ctrl:
-            return 'the simulator is not ready'
-        if not self.recorder.reported(Recording):
-            return 'the recorder has not found the topics of all robots'
-        return self._ctrl.missing
+        """Why control laws are not called yet."""
+        call = self.call.running()
+        return f'{call} has not returned' if call else 'the controllers have not called their laws'
 
-    def tick(self) -> None:
-        """Start the controllers once the simulator has announced its robots.
+    @property
+    def exit_status(self) -> int:
+        """Exit status of a process that was asked to stop: 0 only if nothing went wrong."""
+        status = self.process.returncode
+        if self.killed or (status <= 0 and self.failed):
+            return 1
+        if status == -signal.SIGTERM:
+            return 0  # stopped before it could handle signals
+        return status if status >= 0 else 128 - status  # as shells report it
 
-        A simulator that refuses to start, because another has these robots, announces nothing.
-        """
-        if not self._ctrl and self._simulator.reported(Ready):
-            self._ctrl = self._supervisor.start('ctrl', self._laws)
+    def unexpected_end(self) -> ChildDiedError:
+        """Return why the process ended, as an exception."""
+        status = self.process.returncode
+        if status == 2 and self.reported(Mistake):
+            return ChildDiedError('', 2)
+        place = self._place()
+        if self._disconnected is not None:
+            reason, place, status = 'has lost its file descriptors', self._disconnected, 1
+        elif status < 0:
+            reason = f'was killed by {signal.Signals(-status).name}'
+            reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
+            status = 128 - status  # as shells report it
+        else:
+            reason = f'ended unexpectedly with exit status {status}'
+        message = f'{self.name} (process {self.process.pid}) {reason}{place}'
+        return ChildDiedError(message, 1 if self.running_call() else status or 1)
 
-    def finish(self) -> None:
-        """Stop the controllers."""
-        assert self._ctrl
-        self._supervisor.stop(self._ctrl)
-        robots = self._simulator.failed
-        self.status = self._ctrl.exit_status or int(robots != ())
-        self.failed = self._ctrl.failed + robots
-        self.failures = self._ctrl.failures
-
-    def stop(self) -> None:
-        """Stop all, controllers first: the bag must contain their last command, zero."""
-        laws = [self._ctrl] if self._ctrl else []
-        self._supervisor.stop(*laws, self.recorder, self._simulator)
+    def _place(self) -> str:
+        """Return in or after which script call the process is; '' if there was none."""
+        if call := self.running_call():
+            return f' in {call}'
+        return f' after {call}' if (call := self.call.last()) else ''
 
 
-def controller_arguments(scenario: Scenario, options: ControllerOptions) -> list[str]:
-    """Return the arguments of a controller process."""
-    return scenario.law.arguments(scenario.communication, scenario.safety, options)
-
-
-def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:
-    """Return the outcome of a run from the calls that failed."""
-    laws: dict[str, list[int]] = {}
-    conditions: dict[str, list[int]] = {}
-    for call in sorted(failed, key=lambda call: call.robot):
-        scripts = conditions if call.function is Function.CONDITION else laws
-        robots = scripts.setdefault(call.script, [])
-        if call.robot not in robots:
-            robots.append(call.robot)
-    return Outcome.of_failures(laws, conditions)
+def _prepare() -> None:
+    """Give a child that begins a process group of its own, and let it end with its parent."""
+    os.setpgid(0, 0)
+    end_with_parent()

@@ -1,218 +1,22 @@
-"""Processes of a command: each with its reports and its end, and the supervisor that cleans up."""
+"""Supervisor: runs the processes of a command, shows their output, and cleans up after them."""
 
 from __future__ import annotations
 
-import ctypes
+import argparse
 import os
 import selectors
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from types import FrameType
-from typing import IO, Any, TypeVar, cast
+from typing import IO, Any, cast
 
+from launch_scripts.environment import local_environment
+from launch_scripts.processes import HANGS_S, Child, ChildDiedError, node_command
 from launch_scripts.terminal import LineBuffer, OutputQueue, QueuedStream, Stream, write_line
-from setcmas_simu.reports import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports import (
-    WRITES_S,
-    Ended,
-    Failed,
-    LineDecoder,
-    Mistake,
-    ProcessMessage,
-    Recording,
-    Report,
-    encode,
-)
-from setcmas_simu.script_calls import CurrentCall, Function, ScriptCall, ScriptFailure, shared_file
-
-HANGS_S = 3.0
-"""Time in s after which a script call hangs; the process itself reports it sooner, if it can."""
-
-_PR_SET_PDEATHSIG = 1
-_libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
-_ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
-
-AnyReport = TypeVar('AnyReport', bound=ProcessMessage)
-
-
-class ChildDiedError(Exception):
-    """A process ended unexpectedly; `exit_status` is for the command."""
-
-    def __init__(self, message: str, exit_status: int = 1) -> None:
-        super().__init__(message)
-        self.exit_status = exit_status
-
-
-class Child:
-    """A running process in its own process group.
-
-    Attributes:
-        shown: Whether its output is shown.
-        needed: Whether the other processes need it.
-        reports: Pipe of its reports.
-        call: The script call that it is in.
-        failures: Periods of failed calls, as it reports at its end.
-        killed: Whether it had to be killed.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        command: Sequence[str],
-        environment: dict[str, str],
-        needed: bool,
-        listens: bool,
-        mistake: str,
-        kinds: Any,
-        on_report: Callable[[ProcessMessage], object],
-    ) -> None:
-        """Start the process; its error messages begin with `mistake`.
-
-        `on_report` is called with each of its reports, which have one of the types `kinds`.
-        """
-        self.name = name
-        self.needed = needed
-        self.shown = True
-        self.killed = False
-        self.failures: tuple[ScriptFailure, ...] = ()
-        self._on_report = on_report
-        self._decoder: LineDecoder[ProcessMessage] = LineDecoder(kinds)
-        self._reported: dict[type[ProcessMessage], ProcessMessage] = {}
-        self._failed: dict[ScriptCall, None] = {}
-        self._disconnected: str | None = None
-        reports, pipe = os.pipe()
-        self.reports = os.fdopen(reports, 'rb', buffering=0)
-        memory = shared_file()
-        self.call = CurrentCall.shared(memory)
-        self.process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory} {mistake}'},
-            pass_fds=(pipe, memory),
-            preexec_fn=_prepare,
-        )
-        os.close(pipe)
-        os.close(memory)
-
-    def running(self) -> bool:
-        """Return whether the process is running."""
-        return self.process.poll() is None
-
-    def send(self, message: ProcessMessage) -> None:
-        """Send a message to the standard input of the process, without waiting."""
-        assert self.process.stdin is not None
-        os.set_blocking(self.process.stdin.fileno(), False)
-        with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
-            os.write(self.process.stdin.fileno(), encode(message))
-
-    def signal_group(self, signum: int) -> None:
-        """Send a signal to the process and its children."""
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.process.pid, signum)
-
-    def take_reports(self, data: bytes) -> None:
-        """Take what has come through the pipe of reports; nothing if it is closed."""
-        for report in self._decoder.feed(data):
-            self._reported[type(report)] = report
-            if isinstance(report, Failed):
-                self._failed[report.call] = None
-            elif isinstance(report, Ended):
-                self._failed |= dict.fromkeys(report.failed)
-                self.failures = report.failures
-            self._on_report(report)
-        if not data:
-            self._end_if_disconnected()
-
-    def _end_if_disconnected(self) -> None:
-        """Kill the process if it goes on although a script has closed its pipe of reports."""
-        place = self._place()
-        try:
-            self.process.wait(_ENDS_WITHIN_S)
-        except subprocess.TimeoutExpired:
-            self._disconnected = place
-            self.signal_group(signal.SIGKILL)
-            self.process.wait()
-
-    def reported(self, kind: type[AnyReport]) -> AnyReport | None:
-        """Return the newest report of a kind; None if there was none."""
-        return cast('AnyReport | None', self._reported.get(kind))
-
-    @property
-    def running_s(self) -> float:
-        """How long a script call has been running, in s; 0 between calls."""
-        return self.call.running_s(time.monotonic())
-
-    def silent_call(self) -> ScriptCall | None:
-        """Return a script call that hangs without a word of the process about it; each once."""
-        if self.call.is_reported or self.running_s <= HANGS_S:
-            return None
-        self.call.is_reported = True
-        return self.running_call()
-
-    def running_call(self) -> ScriptCall | None:
-        """Return the running script call, and count it as failed; None between calls."""
-        call = self.call.running()
-        if call and call.function is not Function.LOADING:
-            self._failed[call] = None
-        return call
-
-    @property
-    def failed(self) -> tuple[ScriptCall, ...]:
-        """Script calls that failed, hung, or were running when the process was killed or died."""
-        return tuple(self._failed)
-
-    @property
-    def missing(self) -> str:
-        """Why control laws are not called yet."""
-        call = self.call.running()
-        return f'{call} has not returned' if call else 'the controllers have not called their laws'
-
-    @property
-    def exit_status(self) -> int:
-        """Exit status of a process that was asked to stop: 0 only if nothing went wrong."""
-        status = self.process.returncode
-        if self.killed or (status <= 0 and self.failed):
-            return 1
-        if status == -signal.SIGTERM:
-            return 0  # stopped before it could handle signals
-        return status if status >= 0 else 128 - status  # as shells report it
-
-    def unexpected_end(self) -> ChildDiedError:
-        """Return why the process ended, as an exception."""
-        status = self.process.returncode
-        if status == 2 and self.reported(Mistake):
-            return ChildDiedError('', 2)
-        place = self._place()
-        if self._disconnected is not None:
-            reason, place, status = 'has lost its file descriptors', self._disconnected, 1
-        elif status < 0:
-            reason = f'was killed by {signal.Signals(-status).name}'
-            reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
-            status = 128 - status  # as shells report it
-        else:
-            reason = f'ended unexpectedly with exit status {status}'
-        message = f'{self.name} (process {self.process.pid}) {reason}{place}'
-        return ChildDiedError(message, 1 if self.running_call() else status or 1)
-
-    def _place(self) -> str:
-        """Return in or after which script call the process is; '' if there was none."""
-        if call := self.running_call():
-            return f' in {call}'
-        return f' after {call}' if (call := self.call.last()) else ''
-
-
-def _prepare() -> None:
-    """Give a child that begins a process group of its own, and let it end with its parent."""
-    os.setpgid(0, 0)
-    if _libc:
-        _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-
+from setcmas_simu.reports import WRITES_S, ProcessMessage, Recording, Report
 
 # Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 _STOPS = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
@@ -412,3 +216,29 @@ class Supervisor:
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
     """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
+
+
+def run_node(
+    args: argparse.Namespace,
+    module: str,
+    arguments: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+    environment: dict[str, str] | None = None,
+    may_end: bool = False,
+) -> int:
+    """Run the node process of a verb until Ctrl-C; return the exit status.
+
+    Args:
+        args: The arguments of the verb, with --ros-args for the node.
+        module: The module to run.
+        arguments: Its arguments.
+        companions: Names and commands of optional processes beside it.
+        environment: Its environment; by default one whose topics stay on this machine.
+        may_end: Whether it may end by itself.
+    """
+    ros = ['--ros-args', *args.ros_args] if args.ros_args else []
+    with Supervisor(environment or local_environment(), prefix=bool(companions)) as supervisor:
+        child = supervisor.start(args.verb, node_command(module, [*arguments, *ros]))
+        for name, command in companions:
+            supervisor.start(name, command, needed=False)
+        return supervisor.run_to_end(child, may_end=may_end)

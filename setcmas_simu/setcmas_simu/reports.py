@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import signal
+import sys
 from collections.abc import Iterator, MutableMapping
 from contextlib import suppress
 from typing import Any, Generic, TypeVar
@@ -132,3 +135,17 @@ class Paused(ProcessMessage, frozen=True):
 
 
 Report = Ready | Mistake | Started | Failed | Ended | Recording | Paused
+
+
+_PR_SET_PDEATHSIG = 1
+_libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
+
+
+def end_with_parent(at_once: bool = False) -> None:
+    """Let the kernel end this process with the one that has started it; on Linux only.
+
+    It is asked to end (SIGTERM), or killed, if it is to end `at_once`. May be called between fork
+    and exec.
+    """
+    if _libc:
+        _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL if at_once else signal.SIGTERM)

@@ -10,7 +10,8 @@ import psutil
 import pytest
 from processes import TIMEOUT_S, gone
 
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.processes import ChildDiedError
+from launch_scripts.supervisor import StoppedError, Supervisor
 from setcmas_simu.reports import Ready, Started
 from setcmas_simu.script_calls import Function, ScriptCall
 

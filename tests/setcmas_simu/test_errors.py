@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from launch_scripts.cli import main
-from launch_scripts.supervisor import ChildDiedError
+from launch_scripts.processes import ChildDiedError
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, install_command, needs

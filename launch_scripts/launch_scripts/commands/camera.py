@@ -17,8 +17,8 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.environment import lab_environment, require_ros
-from launch_scripts.processes import CAMERA, add_ros_arguments, node_command, ros_arguments
-from launch_scripts.supervisor import Supervisor
+from launch_scripts.processes import CAMERA, add_ros_arguments
+from launch_scripts.supervisor import run_node
 from setcmas_simu.errors import SetcmasError
 
 _TAG_SIZE, _TAG_HEIGHT = 0.12, 0.2
@@ -47,12 +47,9 @@ def main(args: argparse.Namespace) -> int:
     else:
         require_ros()
         load_cameras(args.file)  # report mistakes before anything starts
-        arguments = [str(args.file), *ros_arguments(args)]
         # Poses must reach the experiment, which may run on another machine.
-        with Supervisor(lab_environment(())) as supervisor:
-            return supervisor.run_to_end(
-                supervisor.start('camera', node_command(CAMERA, arguments))
-            )
+        environment = lab_environment(())
+        return run_node(args, CAMERA, [str(args.file)], environment=environment, may_end=True)
     return 0
 
 

@@ -15,14 +15,8 @@ import argparse
 from launch_scripts.command_scenario import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view import NONE, ViewOptions, fleet_views, shown_robots
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import (
-    CONTROLLER,
-    add_ros_arguments,
-    controller_arguments,
-    node_command,
-    ros_arguments,
-    run_in_foreground,
-)
+from launch_scripts.processes import CONTROLLER, add_ros_arguments
+from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions
 
@@ -43,8 +37,7 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     view = ViewOptions.of(args)
     with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
-        command = node_command(CONTROLLER, arguments + ros_arguments(args))
-        return run_in_foreground('ctrl', command, companions)
+        return run_node(args, CONTROLLER, arguments, companions)
 
 
 def _prepared(args: argparse.Namespace) -> tuple[FleetOptions, list[str]]:
@@ -55,4 +48,4 @@ def _prepared(args: argparse.Namespace) -> tuple[FleetOptions, list[str]]:
     for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas ctrl: {note}')
     options = ControllerOptions(**fleet.values(), watch=args.watch)
-    return fleet, controller_arguments(scenario, options)
+    return fleet, scenario.law.arguments(scenario.communication, scenario.safety, options)

@@ -16,8 +16,8 @@ from dataclasses import replace
 
 from launch_scripts.environment import require_ros
 from launch_scripts.experiment import experiment_environment, start_emulated_lab
-from launch_scripts.processes import DOCTOR, node_command
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.processes import DOCTOR, ChildDiedError, node_command
+from launch_scripts.supervisor import StoppedError, Supervisor
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions
 

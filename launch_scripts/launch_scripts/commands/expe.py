@@ -31,13 +31,13 @@ from launch_scripts.environment import require_ros
 from launch_scripts.experiment import (
     AddressWatch,
     Experiment,
-    RecordedExperiment,
     experiment_environment,
     joystick_command,
 )
-from launch_scripts.run_robots import run_robots
+from launch_scripts.processes import ChildDiedError
+from launch_scripts.recorded_run import RecordedExperiment, run_robots
 from launch_scripts.status_display import KEYS, StatusDisplay
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import (
     Keyboard,
     StartKey,

@@ -14,9 +14,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.processes import PLAYER, add_ros_arguments, node_command, ros_arguments
-from launch_scripts.supervisor import Supervisor
+from launch_scripts.environment import require_ros
+from launch_scripts.processes import PLAYER, add_ros_arguments
+from launch_scripts.supervisor import run_node
 from setcmas_tools.bags.recording_options import PlayerOptions
 
 
@@ -31,7 +31,4 @@ def main(args: argparse.Namespace) -> int:
     """Play until the end or Ctrl-C; return the exit status."""
     options = PlayerOptions.of(args)
     require_ros()
-    arguments = [str(args.bag), *options.arguments(), *ros_arguments(args)]
-    command = node_command(PLAYER, arguments)
-    with Supervisor(local_environment()) as supervisor:
-        return supervisor.run_to_end(supervisor.start('play', command))
+    return run_node(args, PLAYER, [str(args.bag), *options.arguments()], may_end=True)

@@ -17,13 +17,8 @@ import time
 from pathlib import Path
 
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import (
-    RECORDER,
-    add_ros_arguments,
-    node_command,
-    ros_arguments,
-    run_in_foreground,
-)
+from launch_scripts.processes import RECORDER, add_ros_arguments
+from launch_scripts.supervisor import run_node
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.recording_options import RecorderOptions
 
@@ -41,5 +36,4 @@ def main(args: argparse.Namespace) -> int:
     if options.output.exists():
         raise SetcmasError(f"output '{options.output}' already exists; choose another folder")
     require_ros()
-    command = node_command(RECORDER, options.arguments() + ros_arguments(args))
-    return run_in_foreground('record', command)
+    return run_node(args, RECORDER, options.arguments())

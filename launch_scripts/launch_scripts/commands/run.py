@@ -28,9 +28,9 @@ from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
 from launch_scripts.commands.offline import add_from_argument, earlier_run, earlier_scenario
 from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.processes import PAGE, SimulatedRun
-from launch_scripts.run_robots import STOPPED, run_robots
-from launch_scripts.supervisor import Child, StoppedError, Supervisor
+from launch_scripts.processes import PAGE, Child
+from launch_scripts.recorded_run import STOPPED, SimulatedRun, run_robots
+from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import take_values

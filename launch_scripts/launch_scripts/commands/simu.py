@@ -15,13 +15,8 @@ from dataclasses import replace
 from launch_scripts.command_scenario import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
-from launch_scripts.processes import (
-    SIMULATOR,
-    add_ros_arguments,
-    node_command,
-    ros_arguments,
-    run_in_foreground,
-)
+from launch_scripts.processes import SIMULATOR, add_ros_arguments
+from launch_scripts.supervisor import run_node
 from setcmas_simu.option_groups import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.scenario import options
@@ -43,8 +38,7 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     view = ViewOptions.of(args)
     with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
-        command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
-        return run_in_foreground('simu', command, companions)
+        return run_node(args, SIMULATOR, given.arguments(), companions)
 
 
 def _simulation(args: argparse.Namespace) -> SimulationOptions:

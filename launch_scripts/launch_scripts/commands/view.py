@@ -31,9 +31,8 @@ from launch_scripts.processes import (
     add_ros_arguments,
     namespace_rule,
     node_command,
-    ros_arguments,
-    run_in_foreground,
 )
+from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
@@ -58,8 +57,7 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     if not args.runs:
         require_ros()
-        command = browser_command(browser.arguments() + ros_arguments(args))
-        return run_in_foreground('view', command)
+        return run_node(args, BROWSER_VIEW, browser.arguments())
     from setcmas_tools.page.report_file import loaded_pair
     from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 
@@ -155,12 +153,7 @@ def fleet_views(
     attended = sys.stdout.isatty() and 'CI' not in os.environ
     rviz, browser = choose_view(options, attended, why_no_rviz())
     rule = namespace_rule(ros_arguments)
-    page = [(PAGE, browser_command([f'--palette={palette}', *rule]))] if browser else []
+    page = [(PAGE, node_command(BROWSER_VIEW, [f'--palette={palette}', *rule]))] if browser else []
     namespace = '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/')
     with rviz_companion(rviz, robots, experiment, namespace) as companions:
         yield companions + page
-
-
-def browser_command(arguments: Sequence[str] = ()) -> list[str]:
-    """Return the command line that serves the page."""
-    return node_command(BROWSER_VIEW, arguments)

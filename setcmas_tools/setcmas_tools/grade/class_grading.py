@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import logging
-import signal
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -21,6 +18,7 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.limited_file import written_whole
+from setcmas_simu.reports import end_with_parent
 from setcmas_tools.grade.mark_pictures import picture_url
 from setcmas_tools.grade.mark_records import Marks
 from setcmas_tools.grade.marking import mark, unmarked
@@ -244,7 +242,9 @@ def _graded(
     """
     with needs('grade'):
         import joblib
-    parallel = joblib.Parallel(jobs, return_as='generator_unordered', initializer=_end_with_parent)
+    parallel = joblib.Parallel(
+        jobs, return_as='generator_unordered', initializer=end_with_parent, initargs=(True,)
+    )
     left = {one.name: one for one in submissions}
     try:
         for one, made in parallel(joblib.delayed(grader.tried)(one) for one in submissions):
@@ -256,15 +256,6 @@ def _graded(
             return
         for one in left.values():  # for a single job joblib would start no process
             yield from _graded([one], grader, jobs=2)
-
-
-_PR_SET_PDEATHSIG = 1
-
-
-def _end_with_parent() -> None:
-    """Let a grading process end when the one that has started it is killed."""
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _prints(

@@ -66,8 +66,10 @@ def test_the_whole_job_misses_nothing_though_its_recorder_is_slow_to_start(start
 
 
 def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
-    process = start(*RUN, '--algo', 'nav_wp', cwd=tmp_path)
-    process.wait_for_output('[ctrl] controlling')
+    law = 'def control(i, n, poses, t):\n    return 0.1, 0.1 / (i - 2)\n'
+    (tmp_path / 'law.py').write_text(law)
+    process = start(*RUN, '--algo', 'law.py', '--nb-robots', '2', cwd=tmp_path)
+    process.wait_for_output('ZeroDivisionError')
     nodes = nodes_of(process)
     bag = tmp_path / 'out' / 'bag' / 'bag.mcap'
     wait_for_growth(bag)
@@ -77,6 +79,7 @@ def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
     assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'stopped'}
+    assert [(one['robot'], one['line']) for one in record['failures']] == [(2, 2)]
 
 
 def wait_for_growth(path):
