@@ -146,15 +146,13 @@ class FleetNetwork:
             )
             for robot in self._robots
         ]
-        for robot in range(1, self._nb_robots + 1):
-            if self._communication.event_triggered:
-                topic = topics.robot_topic(robot, topics.TRIG_ODOM)
-                on_state = partial(self._on_state, robot)
-                self._states.append(
-                    PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED)
-                )
-            else:
-                self._poses.listen(robot, partial(self._send, robot))
+        if self._communication.event_triggered:
+            self._states = [self._subscribed(robot) for robot in range(1, self._nb_robots + 1)]
+
+    def _subscribed(self, robot: int) -> PolledTopic:
+        topic = topics.robot_topic(robot, topics.TRIG_ODOM)
+        on_state = partial(self._on_state, robot)
+        return PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED)
 
     @cached_property
     def _links(self) -> Links:
@@ -193,9 +191,15 @@ class FleetNetwork:
         self._messages.take()
 
     def take(self) -> None:
-        """Take the states that robots have sent; call after taking poses."""
+        """Take the states that robots have sent, which are their poses unless they send by events.
+
+        Call it after taking poses.
+        """
         for topic in self._states:
             topic.take()
+        if self.is_on and not self._communication.event_triggered:
+            for robot, state in self._poses.new.items():
+                self._send(robot, state)
 
     def _on_state(self, robot: int, message: Odometry) -> None:
         state = state_of(message)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -14,8 +14,6 @@ from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.messages import RobotState, state_of
 from setcmas_simu.ros.polling import PolledTopic
 
-Listener = Callable[[RobotState], None]
-
 POSE_TIMEOUT_S = 1.0
 """Age in s after which a robot's own pose is too old to command it."""
 
@@ -26,15 +24,16 @@ class FleetPoses:
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         now: Time in s of the last `take`.
+        new: States of the robots that it found, by robot.
     """
 
     def __init__(self, sources: Mapping[int, tuple[FleetNode, str]], nb_robots: int) -> None:
         """Subscribe to the odometry of robots: their sources are a node and a topic for it."""
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
+        self.new: dict[int, RobotState] = {}
         self._received = np.full(nb_robots, -np.inf)
         self._faults: dict[int, str] = {}
-        self._listeners: dict[int, list[Listener]] = {robot: [] for robot in sources}
         self.topics = {
             robot: PolledTopic(
                 node, Odometry, topic, partial(self._on_odometry, robot), qos.NEWEST_STATE
@@ -48,13 +47,9 @@ class FleetPoses:
 
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
-        self.now = now
+        self.now, self.new = now, {}
         for topic in self.topics.values():
             topic.take()
-
-    def listen(self, robot: int, listener: Listener) -> None:
-        """Call a function with each new state of a robot."""
-        self._listeners[robot].append(listener)
 
     def missing(self) -> list[int]:
         """Return the followed robots without a pose yet."""
@@ -76,5 +71,4 @@ class FleetPoses:
         self._faults.pop(robot, None)
         self.poses[:, robot - 1] = state.pose
         self._received[robot - 1] = self.now
-        for listener in self._listeners[robot]:
-            listener(state)
+        self.new[robot] = state

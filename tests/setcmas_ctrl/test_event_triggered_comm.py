@@ -80,7 +80,6 @@ class Sender:
         reports = ErrorReports(self.said.append, CONSEQUENCE, function=Function.CONDITION)
         self.node.broadcast = Broadcast(3, condition, Path('when.py'), reports)
         self.poses = FleetPoses({3: (self.node, self.node.odom_topic)}, 3)
-        self.poses.listen(3, self.node.evaluate)
         self.odometry = peer.publisher(Odometry, '/tb3_3/odom')
         self.states = peer.listen(Odometry, '/tb3_3/trig_odom', LATCHED)
         self.events = peer.listen(UInt16, '/tb3_3/trig_event')
@@ -92,6 +91,8 @@ class Sender:
         message.pose.pose.position.x = x
         self.odometry.publish(message)
         self.poses.take(self.stepped.clock.t)
+        if state := self.poses.new.get(3):
+            self.node.evaluate(state)
 
     def heard(self):
         """Return the places that were sent, and the events."""

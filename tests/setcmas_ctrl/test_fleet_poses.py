@@ -33,8 +33,7 @@ class Driver:
 
 def test_the_newest_poses_of_a_fleet_are_shared(peer):
     sources = {i: (peer.node, f'/tb3_{i}/odom') for i in (1, 3)}
-    poses, heard = FleetPoses(sources, 3), []
-    poses.listen(3, lambda state: heard.append(state.pose))
+    poses = FleetPoses(sources, 3)
     publishers = {i: peer.publisher(Odometry, poses.topic_of(i)) for i in sources}
 
     def send(robot, x):
@@ -49,7 +48,9 @@ def test_the_newest_poses_of_a_fleet_are_shared(peer):
     assert poses.missing() == [1]
     assert poses.poses[:, 2].tolist() == [2.0, 0.0, 0.0]
     assert np.isnan(poses.poses[:, :2]).all()
-    assert heard[-1] == (2.0, 0.0, 0.0)
+    assert poses.new[3].pose == (2.0, 0.0, 0.0)
+    poses.take(10.0)
+    assert poses.new == {}
 
     send(3, math.nan)
     peer.wait_for(lambda: poses.take(10.5) or poses.fault(3))

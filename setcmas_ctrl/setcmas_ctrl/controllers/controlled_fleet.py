@@ -134,9 +134,7 @@ class ControlledFleet:
         return FleetPoses(sources, self.scripts.nb_robots)
 
     def _network(self) -> FleetNetwork:
-        """Return what the robots know of each other; their senders evaluate all new states."""
-        for sender in self.senders:
-            self.poses.listen(sender.robot, sender.evaluate)
+        """Return what the robots know of each other."""
         senders = {sender.robot: sender for sender in self.senders}
         communication = self.scripts.communication
         return FleetNetwork(self.node, self.poses, communication, self.robots, senders)
@@ -147,6 +145,9 @@ class ControlledFleet:
         self.time.t = self.monitor.run_time.at(now)
         self.network.take_values()
         self.poses.take(now)
+        for sender in self.senders:
+            if state := self.poses.new.get(sender.robot):
+                sender.evaluate(state)
         self.network.take()
         self._announced.take()
         self.driven.follow_models()

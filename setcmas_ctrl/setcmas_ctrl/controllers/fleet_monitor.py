@@ -40,7 +40,8 @@ class FleetMonitor:
     ) -> None:
         """Watch some robots of the fleet in `poses`; `drivers` command them."""
         self.graph, self._time = GraphWatch(node, poses, drivers), time
-        self.lost = LostRobots(robots, poses, node.get_logger().warning)
+        self._robots, self._poses, self._warn = robots, poses, node.get_logger().warning
+        self.lost: set[int] = set()
         self.urgent: list[PolledTopic] = []
         if options.experiment:
             pause = PauseWatch(node, options.pause_timeout)
@@ -58,10 +59,26 @@ class FleetMonitor:
     def begin_step(self) -> bool:
         """Set t of a step; return whether the robots are paused."""
         # A step cannot receive odometry while it runs.
-        self.lost.update(POSE_TIMEOUT_S + self._time.now - self._stepped)
+        self._find_lost(POSE_TIMEOUT_S + self._time.now - self._stepped)
         is_paused = self._is_paused()
         self._time.t = self.run_time.step(self._time.now, is_paused)
         return is_paused
+
+    def _find_lost(self, timeout_s: float) -> None:
+        """Report robots whose odometry becomes older than a time in s, and when it returns."""
+        for robot in self._robots:
+            age = self._poses.age(robot)
+            if age > timeout_s and robot not in self.lost:
+                self.lost.add(robot)
+                fault = self._poses.fault(robot)
+                missing = f'no valid pose ({fault})' if fault else 'no pose'
+                topic = self._poses.topic_of(robot)
+                self._warn(
+                    f'robot {robot}: {missing} for {age:.1f} s on {topic}; it gets zero velocity'
+                )
+            elif age <= timeout_s and robot in self.lost:
+                self.lost.remove(robot)
+                self._warn(f'robot {robot}: its poses are back')
 
     def note_step(self) -> None:
         """Note that odometry counts from now on: a step cannot receive any while it runs."""
@@ -78,34 +95,3 @@ class FleetMonitor:
     def shares_t(self) -> bool:
         """Whether other processes use the same t."""
         return self.run_time.is_shared(self._time.clock.now())
-
-
-class LostRobots:
-    """Reports robots whose odometry becomes too old, and when it returns."""
-
-    def __init__(
-        self, robots: Sequence[int], poses: FleetPoses, warn: Callable[[str], None]
-    ) -> None:
-        self._robots = robots
-        self._poses = poses
-        self._warn = warn
-        self._lost: set[int] = set()
-
-    def __contains__(self, robot: int) -> bool:
-        return robot in self._lost
-
-    def update(self, timeout_s: float) -> None:
-        """Find robots whose odometry is older than a time in s."""
-        for robot in self._robots:
-            age = self._poses.age(robot)
-            if age > timeout_s and robot not in self._lost:
-                self._lost.add(robot)
-                fault = self._poses.fault(robot)
-                missing = f'no valid pose ({fault})' if fault else 'no pose'
-                topic = self._poses.topic_of(robot)
-                self._warn(
-                    f'robot {robot}: {missing} for {age:.1f} s on {topic}; it gets zero velocity'
-                )
-            elif age <= timeout_s and robot in self._lost:
-                self._lost.remove(robot)
-                self._warn(f'robot {robot}: its poses are back')
