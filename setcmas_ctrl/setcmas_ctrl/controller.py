@@ -22,6 +22,7 @@ from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.parameters import NodeParameters
 
 Velocity = tuple[float, float]
 
@@ -59,7 +60,7 @@ class Controller(RobotNode):
         super().__init__('controller', robot, **of_node)
         odom = topics.mocap_topic(self.robot) if in_experiment else topics.ODOM
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
-        self.parameters = self.declared(options, 'vnom')
+        self.parameters = NodeParameters(self, options, ('vnom',))
         self.cmd_cart_vel = self.create_publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
         self.is_paused = self.is_lost = False
         self.without_law = NO_VELOCITY if in_experiment else REST

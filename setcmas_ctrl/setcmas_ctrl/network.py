@@ -187,34 +187,3 @@ def contents() -> dict[int, Content]:
     """
     call = _present_call()
     return dict(_exchange.received(call.robot)) if _exchange else {}
-
-
-class Mailbox:
-    """Messages of calls outside a run: an exchange that keeps what a robot sends.
-
-    Attributes:
-        t: Time of the call in s.
-        are_used: Whether the law uses messages.
-        sent: The value that it sends.
-    """
-
-    def __init__(self, t: float, contents: Mapping[int, Content]) -> None:
-        """Take what the robot has received at a time in s, by sender."""
-        self.t = t
-        self.are_used = False
-        self.sent: Value | None = None
-        self._contents = contents
-
-    def begin(self) -> None:
-        """Note that the law uses messages."""
-        self.are_used = True
-
-    def send(self, robot: int, value: Value) -> None:
-        """Keep the value that the law sends."""
-        del robot
-        self.sent = value
-
-    def received(self, robot: int) -> Mapping[int, Content]:
-        """Return what the robot has received."""
-        del robot
-        return self._contents

@@ -27,6 +27,7 @@ from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
+from setcmas_simu.ros.parameters import NodeParameters
 
 REPEAT_S = 0.2
 """Time in s after which the last command is repeated: robots stop when none comes."""
@@ -76,7 +77,7 @@ class SiToUni(RobotNode):
         for the bridge, which also learns that a law has failed.
         """
         super().__init__('si_to_uni', robot, **of_node)
-        self.parameters = self.declared(gains, 'komega')
+        self.parameters = NodeParameters(self, gains, ('komega',))
         text = 'stop after this many s without news; 0: 1 s, or three periods if they are longer'
         self._given_timeout = self.number('cmd_timeout', 0.0, text)
         source = topics.CMD_CART_VEL_ALLOWED if safety.is_on else topics.CMD_CART_VEL

@@ -26,12 +26,10 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
-from setcmas_simu.option_groups import Group
 from setcmas_simu.option_kinds import Number
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
-from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import RosProcess
 
@@ -134,16 +132,6 @@ class RobotNode(FleetNode):
         It returns None if no message has come since then.
         """
         return newest(self, kind, topic, profile)
-
-    def declared(
-        self, options: Group, *names: str, check: Callable[[Group], object] = bool
-    ) -> NodeParameters[Group]:
-        """Declare options, by their names, as parameters that can be set while the node runs.
-
-        The attribute `options` of the result has the current values; `check` raises SetcmasError
-        to refuse new ones.
-        """
-        return NodeParameters(self, options, {name: name for name in names}, check=check)
 
     def number(self, name: str, value: float, text: str) -> float:
         """Do the same as `fixed` for a finite number; otherwise raise SetcmasError."""

@@ -8,7 +8,6 @@ Start it with `ros2 run setcmas_simu virtual_robot --nb-robots 8`, for a part of
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Sequence
 
 from rosgraph_msgs.msg import Clock
@@ -28,15 +27,10 @@ from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait, newest
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
-from setcmas_simu.ros.simulator_watch import (
-    SecondPublishers,
-    UnreadCommands,
-    refuse_second_simulator,
-)
+from setcmas_simu.ros.simulator_watch import SimulatorWatch, refuse_second_simulator
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.virtual_robot import VirtualRobot
 
-_LOOK_EVERY_S = 2.0
 PARAMETERS = {'rate': 'robot_rate', 'limits': 'limits', 'cmd_timeout': 'cmd_timeout'}
 """The options that are parameters of the node of the process, by parameter name."""
 
@@ -80,18 +74,15 @@ def fleet_parameters(
 ) -> NodeParameters[SimulationOptions]:
     """Declare the parameters of the fleet's node; its limits must suit all models."""
     models = model_names(options.model, options.fleet_size)
-
-    def check(changed: SimulationOptions) -> None:
-        check_models(models, changed.limits)
-
-    return NodeParameters(node, options, PARAMETERS, check=check)
+    return NodeParameters(
+        node, options, PARAMETERS, check=lambda changed: check_models(models, changed.limits)
+    )
 
 
 def virtual_robots(
     node: FleetNode,
     options: SimulationOptions,
     on_failure: Callable[[Failed], object] = bool,
-    step_time: StepTime | None = None,
 ) -> list[VirtualRobot]:
     """Return the robots that options ask for, in the process and namespace of a node.
 
@@ -108,7 +99,6 @@ def virtual_robots(
             options,
             on_failure,
             fleet=node,
-            time=step_time,
             has_services=len(simulated.robots) <= MOST_WITH_SERVICES,
         )
         for robot, start, model in zip(
@@ -135,16 +125,13 @@ class Simulator:
         self._parameters, self._options = parameters, options
         for robot in robots:
             robot.time = self.time
-        self._unread = UnreadCommands(
-            node, [robot.robot for robot in robots], options.cmd_vel_type
-        )
         node.create_service(Trigger, '~/reset', self._answer_reset)
         self._reset = newest(node, Empty, topics.FLEET_RESET, qos.EVENT)
         self._clock = None
         if clock:
             self._clock = node.create_publisher(Clock, topics.CLOCK, qos.STATE)
         numbers = [robot.robot for robot in robots]
-        self._others = SecondPublishers(node, numbers)
+        self._watch = SimulatorWatch(node, numbers, options.cmd_vel_type)
         self.announcement = Announcement(
             max(options.fleet_size, *numbers),
             tuple(numbers),
@@ -153,9 +140,6 @@ class Simulator:
             options.rtf,
             clock.begin if clock else 0.0,
         )
-        self._missed = 0
-        self._last_step = self._next_look = self._next_warning = 0.0
-        self._last_warning = time.monotonic()
 
     def run(self, process: RosProcess) -> None:
         """Step until the process must stop."""
@@ -175,33 +159,12 @@ class Simulator:
             self._restart()
         for robot in self._robots:
             robot.step()
-        self._watch()
-
-    def _watch(self) -> None:
-        """Look for missed steps, and now and then for others in the graph."""
-        if self._last_step:
-            behind = (self.time.now - self._last_step) / self.time.period
-            self._missed += max(0, round(behind) - 1)
-        self._last_step = self.time.now
-        if (real := time.monotonic()) < self._next_look:
-            return
-        self._next_look = real + _LOOK_EVERY_S
-        if self._missed and real >= self._next_warning:
-            seconds = real - self._last_warning
-            steps = 'step was' if self._missed == 1 else 'steps were'
-            self._node.get_logger().warning(
-                f'{self._missed} {steps} missed in the last {seconds:.0f} s: '
-                'this machine is too busy for the simulation'
-            )
-            self._missed, self._last_warning = 0, real
-            self._next_warning = real + 2 * seconds  # a busy machine stays busy
-        self._unread.look()
-        self._others.look()
+        self._watch.end_step(self.time.now, self.time.period)
 
     def _follow(self, options: SimulationOptions) -> None:
         """Let all robots have new options of the fleet."""
         self._options = options
-        self.time.period, self._last_step = 1.0 / options.robot_rate, 0.0
+        self.time.period = 1.0 / options.robot_rate
         for robot in self._robots:
             if robot is not self._node:
                 robot.parameters.follow(options)

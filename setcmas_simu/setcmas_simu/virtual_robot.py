@@ -31,6 +31,7 @@ from setcmas_simu.robots.models_by_name import (
 )
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
+from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.robot_state import StatePublisher
 from setcmas_simu.script_calls import Function, ScriptCall
 from setcmas_simu.simulation_options import SimulationOptions
@@ -78,7 +79,9 @@ class VirtualRobot(RobotNode):
         frame = self.fixed('frame_id', topics.WORLD_FRAME, 'frame of poses')
         own_frame = topics.robot_frame(self.robot)
         own_frame = self.fixed('child_frame_id', own_frame, 'frame of the robot')
-        self.parameters = self.declared(options, 'limits', 'cmd_timeout', check=self.check)
+        self.parameters = NodeParameters(
+            self, options, ('limits', 'cmd_timeout'), check=self.check
+        )
 
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)

@@ -53,8 +53,8 @@ from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
 
-PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
-"""The options that are parameters of the node of a fleet's process, by parameter name."""
+PARAMETERS = ('vnom', 'komega', 'rate')
+"""The options that are parameters of the node of a fleet's process."""
 
 Serve = Callable[[RosProcess, argparse.Namespace], int]
 Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
@@ -134,7 +134,7 @@ def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> in
     node = make(law, safety, options)
     args.event_triggered |= isinstance(node, EventTriggeredComm)
     communication = CommunicationOptions.of(args)
-    parameters = NodeParameters(node, law, {'rate': 'rate'}, ['rate'] * options.experiment)
+    parameters = NodeParameters(node, law, ('rate',), ['rate'] * options.experiment)
     options = replace(_fleet_of_parameters(node, options), robots=(node.robot,))
     check_in_fleet([node.robot], options.nb_robots or node.robot, 'parameter robot_no')
     if isinstance(node, Controller):

@@ -32,17 +32,18 @@ class NodeParameters(Generic[Group]):
         self,
         node: FleetNode,
         options: Group,
-        names: Mapping[str, str],
+        names: Sequence[str] | Mapping[str, str],
         fixed: Container[str] = (),
         check: Callable[[Group], object] = bool,
     ) -> None:
-        """Declare the parameters, with the option of each in `names`.
+        """Declare parameters: options by their names, or the option of each parameter.
 
         `--ros-args` overrides the options; those in `fixed` cannot be set later, and `check`
         raises SetcmasError to refuse others. Raises SetcmasError for an invalid value.
         """
         self._node = node
         self._check = check
+        names = names if isinstance(names, Mapping) else {name: name for name in names}
         self._names = names
         self._is_quiet, self._followed = False, options
         known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}

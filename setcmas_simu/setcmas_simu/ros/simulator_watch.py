@@ -1,4 +1,4 @@
-"""What a simulator looks for in the graph: other simulators of its robots, unread commands."""
+"""What a simulator looks for: missed steps, other simulators of its robots, unread commands."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_node import FleetNode
 
+_LOOK_EVERY_S = 2.0
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
@@ -48,6 +49,41 @@ def refuse_second_simulator(
             f'{os.environ.get("ROS_DOMAIN_ID", "0")} (node {names[0]} publishes odometry): '
             'stop the other simulator, or set another ROS_DOMAIN_ID'
         )
+
+
+class SimulatorWatch:
+    """Warns of steps that were missed, and now and then of what others in the graph do."""
+
+    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
+        """Watch robots of this process, which take a type of commands, by its name in options."""
+        self._node = node
+        self._unread = UnreadCommands(node, robots, kind)
+        self._others = SecondPublishers(node, robots)
+        self._missed = 0
+        self._period = self._last_step = self._next_look = self._next_warning = 0.0
+        self._last_warning = time.monotonic()
+
+    def end_step(self, now: float, period: float) -> None:
+        """Look after a step at a time in s; the next one is to follow after a period in s."""
+        if self._last_step and period == self._period:
+            self._missed += max(0, round((now - self._last_step) / period) - 1)
+        self._last_step, self._period = now, period
+        if (real := time.monotonic()) >= self._next_look:
+            self._next_look = real + _LOOK_EVERY_S
+            self._warn_of_missed(real)
+            self._unread.look()
+            self._others.look()
+
+    def _warn_of_missed(self, real: float) -> None:
+        if self._missed and real >= self._next_warning:
+            seconds = real - self._last_warning
+            steps = 'step was' if self._missed == 1 else 'steps were'
+            self._node.get_logger().warning(
+                f'{self._missed} {steps} missed in the last {seconds:.0f} s: '
+                'this machine is too busy for the simulation'
+            )
+            self._missed, self._last_warning = 0, real
+            self._next_warning = real + 2 * seconds  # a busy machine stays busy
 
 
 class SecondPublishers:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.message_content import Value
+from setcmas_ctrl.communication.message_content import Mailbox, Value
 from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
 from setcmas_ctrl.communication.triggering_conditions import (
     further_than,
@@ -319,7 +319,7 @@ def _law(
         del robotNo, nbRobots
         call, adjacency = next(times), network.adjacency()
         calls.heading[call, robot - 1] = poses[2, robot - 1]
-        with network.exchanged_by(network.Mailbox(t, network.contents())):
+        with network.exchanged_by(Mailbox(t, network.contents())):
             for one in replays:
                 one.answer(robot, call, poses, t, adjacency)
         if (robot, round(t, 6)) in sent:

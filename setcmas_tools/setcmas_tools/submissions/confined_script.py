@@ -13,6 +13,7 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import (
     Content,
+    Mailbox,
     decoded,
     encoded,
 )
@@ -159,7 +160,7 @@ class ConfinedScript:
             if request.adjacency:
                 adjacency = np.frombuffer(request.adjacency).reshape(2 * poses.shape[1:])
             received = {sender: decoded(one) for sender, one in request.received.items()}
-            mailbox = network.Mailbox(request.t, received)
+            mailbox = Mailbox(request.t, received)
             try:
                 with network.exchanged_by(mailbox):
                     vx, vy = law(poses, request.t, adjacency)
@@ -194,7 +195,7 @@ class ConfinedScript:
 _NONE = MessageUse()
 
 
-def _messages(mailbox: network.Mailbox) -> MessageUse:
+def _messages(mailbox: Mailbox) -> MessageUse:
     sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
     return MessageUse(mailbox.are_used, sent)
 
