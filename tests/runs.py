@@ -7,12 +7,11 @@ from setcmas_tools.plots.plot_settings import FilmSettings, PlotSettings
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_info import RunInfo
-from setcmas_tools.run.run_tables import RunTables
 
 
 def run_of(table, record=None, references=None, **parameters):
-    tables = RunTables(table, communication=record, references=references)
-    return Run(tables, RunInfo(scenario=parameters))
+    info = RunInfo(scenario=parameters)
+    return Run(table, record=record, references=references, info=info)
 
 
 def measure(table, record=None, references=None, **parameters):

@@ -136,7 +136,7 @@ def _with_references_of(run: Run, solution: Run | None) -> Run:
     """Return a run with the solution's references, whatever its own script declares."""
     if solution is None:
         return run
-    return replace(run, tables=replace(run.tables, references=solution.references))
+    return replace(run, references=solution.references)
 
 
 def _criteria(

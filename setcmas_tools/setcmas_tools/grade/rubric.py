@@ -193,7 +193,7 @@ class Rubric:
             return None
         if scenario.name not in self._runs:
             if self.references:
-                run = Run(read_tables(self.references[scenario.name] / FLEET.name))
+                run = Run(**vars(read_tables(self.references[scenario.name] / FLEET.name)))
             else:
                 run = self._simulated_solution(scenario)
             self._check_metrics(scenario, run)

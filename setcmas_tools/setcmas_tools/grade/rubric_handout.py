@@ -86,10 +86,7 @@ def _references(shown: Rubric) -> dict[str, bytes]:
     for number, scenario in enumerate(shown.scenarios, start=1):
         run = shown.solution_run(scenario)
         assert run
-        tables = RunTables(
-            run.tables.fleet, run.tables.commands, run.tables.communication,
-            references=run.references,
-        )  # fmt: skip
+        tables = RunTables(run.table, run.commands, run.record, references=run.references)
         with TemporaryDirectory() as folder:
             write_tables(tables, Path(folder))
             for path in sorted(Path(folder).iterdir()):

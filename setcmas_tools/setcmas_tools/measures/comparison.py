@@ -63,7 +63,7 @@ class Shifted:
 
 def is_experiment(run: Run) -> bool:
     """Return whether a run was an experiment, real or emulated: it has a safety record."""
-    return run.tables.safety is not None
+    return run.safety is not None
 
 
 def best_shift(reference: Run, run: Run) -> Shifted:

@@ -211,7 +211,7 @@ def limits_of(run: Run) -> str | None:
         files = [one.path for one in run.inputs if one.option == 'model']
         known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
         known |= {model} & LIMITS.keys()
-    return next(iter(known - {'ideal'}), None if run.tables.safety else 'ideal')
+    return next(iter(known - {'ideal'}), None if run.safety else 'ideal')
 
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)')

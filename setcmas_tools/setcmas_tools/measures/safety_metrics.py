@@ -225,7 +225,7 @@ class Safety(Measured):
 
 def fleet_safety(run: Run) -> Safety | None:
     """Return the safety events of a run; None if it was no experiment."""
-    record = run.tables.safety
+    record = run.safety
     if record is None:
         return None
     grid, end = run.counted_grid, float(run.parameters.get('duration', np.inf))

@@ -143,4 +143,4 @@ def with_task_of(run: Run, algo: str) -> Run:
             f'{", ".join(TASKS.plugins())}'
         )
     references = checked_references(task, values, script.name)
-    return replace(run, tables=replace(run.tables, references=references))
+    return replace(run, references=references)

@@ -16,7 +16,6 @@ from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
-from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.run.scenario import Scenario
 
 
@@ -72,7 +71,7 @@ class OfflineRun(ScriptProcess[tuple[Run, float]]):
         states = self.progress.states(self._scenario.nb_robots)
         times = np.arange(len(states)) / self._scenario.robots.robot_rate
         table = motion(times, states[:, :3], states[:, 3], states[:, 5])
-        return Run(RunTables(table), RunInfo(outcome=outcome))
+        return Run(table, info=RunInfo(outcome=outcome))
 
 
 def _simulated(scenario: Scenario, warn: Warn) -> tuple[Run, float]:

@@ -42,7 +42,6 @@ from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo
-from setcmas_tools.run.run_tables import RunTables
 from setcmas_tools.run.scenario import Scenario, name_of
 
 _SAME_TIME_S = 1e-9
@@ -160,8 +159,7 @@ class Simulation:
             self._radio = OfflineCommunication(self._communication, self._nb_robots, self._warn)
             with network.exchanged_by(self._radio):
                 self._load()
-                tables = self._integrate()
-        return Run(tables, self._info(), tuple(self._inputs))
+                return self._integrate()
 
     def _load(self) -> None:
         """Load the scripts of robots, laws and conversions."""
@@ -185,8 +183,8 @@ class Simulation:
         scripts = [(one.names, one.path) for one in self._fleet.laws]
         self._references = references_of_fleet(scripts, nb_robots, self._warn)
 
-    def _integrate(self) -> RunTables:
-        """Simulate the robots."""
+    def _integrate(self) -> Run:
+        """Simulate the robots; return the run."""
         scenario, radio, nb_robots = self._scenario, self._radio, self._nb_robots
         robot_rate, nb_steps = scenario.robots.robot_rate, self._nb_steps
         robots = range(1, nb_robots + 1)
@@ -238,13 +236,15 @@ class Simulation:
                 velocities[call, 2:] = commanded.allowed
             held = commanded.commands
         advance(done, nb_steps)
-        return RunTables(
+        return Run(
             motion(t, states[:, :3], states[:, 3], states[:, 5]),
             _commands(control_t, velocities),
             radio.record(t),
             self._drawings.drawings(),
             self._references,
             messages=radio.sent,
+            info=self._info(),
+            inputs=tuple(self._inputs),
         )
 
     def _info(self) -> RunInfo:

@@ -178,7 +178,7 @@ def states_at(run: Run, robot: int, t: Floats) -> list[tuple[str, bool]]:
 
     It moves where none is recorded, as in simulations.
     """
-    record = run.tables.safety
+    record = run.safety
     if record is None:
         return [(MOVING, False)] * len(t)
     rows = np.flatnonzero(record.robot == robot)

@@ -17,18 +17,15 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.links import Channel
-from setcmas_ctrl.laws.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models_by_name import UNICYCLE, model_names
-from setcmas_tools.run.communication_record import CommunicationRecord, SentMessage
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
 from setcmas_tools.run.inputs import RunInput, kept_inputs
-from setcmas_tools.run.law_output import Commands, Drawing
 from setcmas_tools.run.run_folder import RunFolder, find_run
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, read_info
 from setcmas_tools.run.run_tables import RunTables, read_tables
@@ -56,20 +53,23 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Run:
-    """A run, simulated or real.
+class Run(RunTables):
+    """A run, simulated or real: its tables, and how it came about.
 
-    run = Run.load('out')
-    run['tb3_1'].x                   # of one robot, at run['tb3_1'].t
-    run.poses[-1]                    # of all at the end: rows x, y, theta (simulated runs)
-    run.plot('trajectories')
+        run = Run.load('out')
+        run['tb3_1'].x                   # of one robot, at run['tb3_1'].t
+        run.poses[-1]                    # of all at the end: rows x, y, theta (simulated runs)
+        run.plot('trajectories')
+
+    Attributes:
+        info: The content of run.yaml.
+        inputs: The files that the run was given.
+        bag: Its recording, where it was read from a folder or a bag.
     """
 
-    tables: RunTables
     info: RunInfo = field(default_factory=RunInfo)
     inputs: tuple[RunInput, ...] = ()
     bag: Path | None = None
-    """Its recording, where it was read from a folder or a bag."""
 
     @classmethod
     def load(cls, path: str | Path, warn: Callable[[str], None] = print) -> Run:
@@ -94,7 +94,8 @@ class Run:
         except SetcmasError as error:
             warn(f'{error}; its parameters are not known')
             info = RunInfo()
-        return cls(tables, info, kept_inputs(source.folder, info.scenario), source.recording)
+        inputs = kept_inputs(source.folder, info.scenario)
+        return cls(**vars(tables), info=info, inputs=inputs, bag=source.recording)
 
     def save(self, folder: str | Path, overwrite: bool = False) -> Path:
         """Write the run into a folder: run.yaml, csv/ and inputs/.
@@ -115,39 +116,9 @@ class Run:
         target = RunFolder(Path(folder), self.inputs)
         target.check(overwrite)
         target.create(replace(self.info, outcome=Outcome(RunState.NOT_FINISHED)))
-        target.write_tables(self.tables)
+        target.write_tables(self)
         target.write_info(self.info)  # last: a full disk leaves no run that claims to be complete
         return target.path
-
-    @property
-    def table(self) -> FleetTable:
-        """The motion of the robots: a row for each state of each robot, as in fleet.csv."""
-        return self.tables.fleet
-
-    @property
-    def commands(self) -> Commands | None:
-        """Velocities that the laws returned, after saturation, if known."""
-        return self.tables.commands
-
-    @property
-    def record(self) -> CommunicationRecord | None:
-        """Messages of each link; None if unknown, or if all robots knew all poses."""
-        return self.tables.communication
-
-    @property
-    def messages(self) -> list[SentMessage]:
-        """The values that the laws sent with `network.send`, sorted by time, then robot."""
-        return self.tables.messages
-
-    @property
-    def drawings(self) -> list[Drawing]:
-        """The drawings of the scripts, sorted by time."""
-        return self.tables.drawings
-
-    @property
-    def references(self) -> References | None:
-        """The task of the law and its references, if it has one."""
-        return self.tables.references
 
     @property
     def parameters(self) -> Mapping[str, Any]:

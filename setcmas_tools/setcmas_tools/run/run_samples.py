@@ -277,6 +277,6 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
         for notice in [*bag.notices, *samples.notices]:
             warn(notice)
     if tables := samples.tables():
-        check_extent(tables.fleet, path)
+        check_extent(tables.table, path)
         return tables
     raise SetcmasError(f"bag '{path}' holds no odometry of robots (/tb3_i/odom, {_ODOMETRY})")

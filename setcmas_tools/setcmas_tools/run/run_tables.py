@@ -54,23 +54,23 @@ def stem_of_bag(bag: Path) -> str:
     return f'{bag.stem if bag.is_file() and is_alone else bag.name}_'
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunTables:
     """What happened in a run.
 
     Attributes:
-        fleet: The motion of the robots.
-        commands: The velocities that the laws returned, if they are known.
-        communication: The messages of each link, if they are known.
-        drawings: The spheres that the scripts drew, sorted by time.
-        references: The task of the law, if it has one.
+        table: The motion of the robots: a row for each state of each robot, as in fleet.csv.
+        commands: Velocities that the laws returned, after saturation, if known.
+        record: Messages of each link; None if unknown, or if all robots knew all poses.
+        drawings: The drawings of the scripts, sorted by time.
+        references: The task of the law and its references, if it has one.
         safety: The states of the robots of an experiment; None of a simulation.
-        messages: The values that the laws sent, sorted by time, then robot.
+        messages: The values that the laws sent with `network.send`, sorted by time, then robot.
     """
 
-    fleet: FleetTable
+    table: FleetTable
     commands: Commands | None = None
-    communication: CommunicationRecord | None = None
+    record: CommunicationRecord | None = None
     drawings: list[Drawing] = field(default_factory=list)
     references: References | None = None
     safety: SafetyRecord | None = None
@@ -83,14 +83,14 @@ def write_tables(tables: RunTables, folder: Path) -> None:
     Raises:
         OSError: A file cannot be written.
     """
-    write_fleet(tables.fleet, folder / FLEET.name)
+    write_fleet(tables.table, folder / FLEET.name)
     if given := tables.commands:
         columns = [given.t, given.robot, given.vx, given.vy]
         if allowed := given.allowed:
             columns += [allowed.vx, allowed.vy, allowed.verdict]
         COMMANDS.write(folder / COMMANDS.name, _rows(*columns), further=allowed is not None)
-    if tables.communication:
-        write_communication(tables.communication, folder)
+    if tables.record:
+        write_communication(tables.record, folder)
     if tables.drawings:
         DRAWINGS.write(folder / DRAWINGS.name, map(_drawing_row, tables.drawings))
     if safety := tables.safety:

@@ -84,7 +84,7 @@ def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
     own = {'vnom': 0.2, 'algo': run.parameters['algo'], 'limits.V_max': 0.21}
     info = replace(run.info, scenario=own)
     safety = safety_record([(0.0, 1, 'moving', False)])
-    lab = replace(run, info=info, tables=replace(run.tables, safety=safety))
+    lab = replace(run, info=info, safety=safety)
 
     assert differences(lab, run) == [
         'kind: experiment -> simulation; options that only one of them has are left out',

@@ -36,7 +36,7 @@ def noisy(run):
         name: getattr(table, name) + rng.normal(0.0, sigma, len(table.t))
         for name, sigma in (('x', 2e-4), ('y', 2e-4), ('theta', 2e-3))
     }
-    return replace(run, tables=replace(run.tables, fleet=replace(table, **wrong)))
+    return replace(run, table=replace(table, **wrong))
 
 
 SLOW = {'vnom': 0.1, 'komega': 0.5, 'set': {'WPL': [[4.8, 4.9], [4.9, -4.8]]}}

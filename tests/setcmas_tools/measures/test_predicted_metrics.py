@@ -107,7 +107,7 @@ def test_calls_enlarge_the_circle_of_cyclic_pursuit_as_predicted():
 def test_robots_start_where_they_were_at_the_first_command():
     run = simulate('laplacian_consensus', 4, 5.0)
     earlier = replace(run.table, t=run.table.t - 0.03)  # as over ROS: none is of t = 0
-    figures = replace(run, tables=replace(run.tables, fleet=earlier)).metrics()['prediction']
+    figures = replace(run, table=earlier).metrics()['prediction']
 
     assert figures['consensus.final_centre_x_m'].predicted == pytest.approx(0.0, abs=1e-9)
 

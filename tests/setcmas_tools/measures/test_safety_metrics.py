@@ -15,7 +15,6 @@ from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import Commands, Filtered, safety_record
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo
-from setcmas_tools.run.run_tables import RunTables
 
 FLEET = fleet_table([[0.0, 1, 0, 0, 0, 0, 0]])
 
@@ -26,7 +25,7 @@ def run_with(verdicts):
     t, robot = np.repeat(0.2 * np.arange(count), 2), np.tile([1, 2], count)
     zeros = np.zeros(2 * count)
     allowed = Filtered(zeros, zeros, np.array(verdicts, dtype=float).ravel())
-    return Run(RunTables(FLEET, Commands(t, robot, zeros, zeros, allowed)))
+    return Run(FLEET, Commands(t, robot, zeros, zeros, allowed))
 
 
 def test_times_are_those_of_each_robot():
@@ -38,10 +37,7 @@ def test_times_are_those_of_each_robot():
 
 def test_a_run_without_a_filter_has_none():
     zero = np.zeros(1)
-    assert (
-        fleet_filtering(Run(RunTables(FLEET, Commands(zero, zero.astype(int), zero, zero))))
-        is None
-    )
+    assert fleet_filtering(Run(FLEET, Commands(zero, zero.astype(int), zero, zero))) is None
 
 
 LAB = {'arena': [-1.0, 1.0, -1.0, 1.0], 'min_separation': 0.5, 'duration': 4}
@@ -51,7 +47,7 @@ def run_with_of_safety(safety, **parameters):
     """Robot 1 drives from (-2, 0) to (2, 0) in 4 s and on; robot 2 stands at (0, 0.3)."""
     t = np.arange(51) / 10
     rows = [(s, 1, s - 2, 0, 0, 1, 0) for s in t] + [(s, 2, 0, 0.3, 0, 0, 0) for s in t]
-    return Run(RunTables(fleet_table(rows), safety=safety), RunInfo(scenario=parameters))
+    return Run(fleet_table(rows), safety=safety, info=RunInfo(scenario=parameters))
 
 
 def test_stops_and_times_are_those_between_the_start_and_the_end():
@@ -96,7 +92,7 @@ def test_robots_that_pass_between_two_samples_touch_and_others_do_not():
     t = np.arange(3) / 10
     rows = [(s, 1, 20 * s - 1, 0, 0, 20, 0) for s in t]
     rows += [(s, 2, 0.05, 0, 0, 0, 0) for s in t] + [(s, 3, 0, 0.5, 0, 0, 0) for s in t]
-    found = fleet_separation(Run(RunTables(fleet_table(rows))))
+    found = fleet_separation(Run(fleet_table(rows)))
 
     assert found.first_collisions == [(1, 2, pytest.approx(0.0525, abs=0.01))]
 

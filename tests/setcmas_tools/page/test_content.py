@@ -24,7 +24,6 @@ from setcmas_tools.page.page_data import SCALE, packed
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_tables import RunTables
 
 
 def run_with(t, nb_robots=1, x=0.0):
@@ -129,7 +128,7 @@ def test_values_that_laws_sent_are_shown_as_text():
 def test_states_of_an_experiment():
     rows = [[t, 1, 0, 0, 0, 0, 0] for t in np.arange(-1, 3, 0.1)]
     record = safety_record([(0.0, 1, 'paused', True), (1.0, 1, 'moving', False)])
-    run = Run(RunTables(fleet_table(rows), safety=record))
+    run = Run(fleet_table(rows), safety=record)
 
     found = states_at(run, 1, np.array([-0.5, 0.5, 1.0, 2.5]))
 

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import io
 import re
+from dataclasses import replace
 
 import pytest
 from PIL import Image
@@ -24,7 +25,6 @@ from setcmas_tools.page.report_file import (
     report_page,
 )
 from setcmas_tools.plots.plot import plots_of
-from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
 
 
@@ -93,7 +93,7 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run, no_plots):
         started='2026-11-21T16:02:11-0500',
         origin=this_origin(),
     )
-    read = Page(report_page(Pair('failed', Run(failed_run.tables, info))))
+    read = Page(report_page(Pair('failed', replace(failed_run, info=info))))
 
     for text in (
         '4 s, started 2026-11-21 16:02:11',
@@ -111,7 +111,7 @@ def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(
     failed_run, no_plots, lines
 ):
     outcome = Outcome(RunState.DIED, detail=f'tb3_1: killed{lines}')
-    read = Page(report_page(Pair('failed', Run(failed_run.tables, RunInfo(outcome=outcome)))))
+    read = Page(report_page(Pair('failed', replace(failed_run, info=RunInfo(outcome=outcome)))))
 
     assert read.shown.count('tb3_1: killed') == 1 + bool(lines)
 

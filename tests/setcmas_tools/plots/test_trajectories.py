@@ -14,7 +14,6 @@ from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.run.law_output import MARKER, TRAIL, Drawing
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
-from setcmas_tools.run.run_tables import RunTables
 
 PLACES = [[-1.5, 0.866], [-1.5, -0.866], [1.5, -0.866]]
 
@@ -82,7 +81,7 @@ def test_what_scripts_draw_is_in_the_plane():
     ]
     figure = Figure()
     with plot_style():
-        draw_trajectories(figure, Run(RunTables(circling_fleet(1), drawings=shown)))
+        draw_trajectories(figure, Run(circling_fleet(1), drawings=shown))
     trails, markers = figure.axes[0].collections
 
     assert names(figure.axes[0])[-1] == 'drawn by the script'

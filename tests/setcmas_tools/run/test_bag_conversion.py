@@ -127,7 +127,7 @@ def test_who_reads_a_bag_without_its_csv_files_is_told_what_cannot_be_decoded(
         writer.write(connection, 2, store.serialize_cdr(good, msgtype))
     lines = []
 
-    assert read_bag(tmp_path / 'bag', lines.append).fleet.x.tolist() == [1.0]
+    assert read_bag(tmp_path / 'bag', lines.append).table.x.tolist() == [1.0]
     assert ['topic /tb3_1/odom: 1 of 2 messages are left out' in line for line in lines] == [True]
 
 
