@@ -9,6 +9,7 @@ two at a time take some 15 minutes on 2 cores:
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import platform
 import re
@@ -61,11 +62,14 @@ KINDS: dict[str, Kind] = {
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a fault: the worst of its robots, and the line that reports it."""
+    """What became of a fault: the worst of its robots, and the line that reports it.
+
+    `again` is how far the wheels of a robot turned after it had stopped, in m.
+    """
 
     seconds: float
     metres: float
-    again: bool
+    again: float
     line: str
 
     def is_well(self, kind: Kind) -> bool:
@@ -94,7 +98,7 @@ def measured(name: str) -> Result:
         return Result(
             max(stop.seconds for stop in stops),
             max(stop.metres for stop in stops),
-            _set_off_again(running, rest),
+            _rolled_again(running, rest),
             _line(running.output()[before:], kind),
         )
 
@@ -103,11 +107,15 @@ def _give_up(*_: object) -> None:
     raise AssertionError(f'it takes longer than {LONGEST_S} s')
 
 
-def _set_off_again(running: Rehearsal, rest: float) -> bool:
-    return any(
-        truth.stamp > rest and truth.rolls > CREEPS_M_S
+def _rolled_again(running: Rehearsal, rest: float) -> float:
+    """Return how far the wheels of a robot have turned since all rested, in m; 0 if they rest."""
+    return max(
+        sum(
+            truth.rolls * (truth.stamp - before.stamp)
+            for before, truth in itertools.pairwise(samples)
+            if truth.stamp > rest and truth.rolls > CREEPS_M_S
+        )
         for samples in running.truth.values()
-        for truth in samples
     )
 
 
@@ -127,12 +135,13 @@ def row(repeat: int, name: str) -> tuple[str, ...]:
     except (AssertionError, NoNetworkError):
         traceback.print_exc()
         return name, 'not measured', '', '', '', 'NO'
-    again = sum(result.again for result in results)
+    ways = [result.again for result in results if result.again]
+    again = f'{len(ways)} of {repeat}' + (f', {max(ways):.3f} m' if ways else '')
     return (
         name,
         f'{max(result.seconds for result in results):.2f}',
         f'{max(result.metres for result in results):.3f}',
-        f'{again} of {repeat}' + (' (may)' if KINDS[name].lets_go else ''),
+        again + (' (may)' if KINDS[name].lets_go else ''),
         results[0].line,
         'yes' if all(result.is_well(KINDS[name]) for result in results) else 'NO',
     )
