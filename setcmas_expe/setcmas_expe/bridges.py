@@ -59,7 +59,8 @@ class BridgedFleet:
         pause = self._pause_reason()
         self._motion.see(views, now)
         allowed = {
-            robot: self._motion.allowed(robot, *view.wanted) for robot, view in views.items()
+            robot: self._motion.proving.allowed(robot, *view.wanted)
+            for robot, view in views.items()
         }
         return FleetView(pause, views, allowed, self._motion.deviations())
 

@@ -35,7 +35,7 @@ from setcmas_expe.guard.obedience import (
     Disobedience,
     Obedience,
 )
-from setcmas_expe.lab.lab import LOW_PERCENT, Battery, Lab, LabRobot
+from setcmas_expe.lab.lab import LOW_PERCENT, BatteryScale, Lab, LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode, StepTime
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
@@ -89,7 +89,7 @@ class CmdVelBridge(RobotNode):
             (topics.pose_state_topic(self.robot), 'nodes judge its poses'),
             (robot.topic(topics.ODOM), 'nodes send its wheel odometry'),
         ]
-        self._battery_scale = Battery()
+        self._battery_scale = BatteryScale()
         self.view = RobotView(self.robot)
         self.trouble_in_graph: StopReason | None = None
         self._names = NameWait()

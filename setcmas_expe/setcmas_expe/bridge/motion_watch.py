@@ -111,6 +111,9 @@ class MotionWatch:
 
     Motion proves which body is which robot. The proof ends when another body may have got the
     name of this one: while it was out of sight, or carried during a pause.
+
+    Attributes:
+        proving: What each robot may drive until its motion has proved which it is.
     """
 
     def __init__(
@@ -118,7 +121,7 @@ class MotionWatch:
     ) -> None:
         """Start with robots at rest (numbers 1 to N); `warn` and `report` show messages."""
         self._checks = {robot: MotionCheck() for robot in robots}
-        self._proving = Proving(robots)
+        self.proving = Proving(robots)
         self._warn = warn
         self._report = report
         self._deviations: dict[int, tuple[str, float]] = {}
@@ -143,13 +146,13 @@ class MotionWatch:
                 view.pose,
                 view.measured if is_usable else -math.inf,
                 now,
-                robot in self._proving.left,
-                robot in self._proving.left_to_turn,
+                robot in self.proving.left,
+                robot in self.proving.left_to_turn,
             )
             if deviation and robot not in self._deviations:
                 self._deviations[robot] = self._reason(robot, deviation), now
                 is_doubted = True
-            elif self._proving.went(robot, check.advanced, check.turned):
+            elif self.proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
         if is_doubted:  # if names were exchanged, another robot has the wrong one, too
             self._forget_motion()
@@ -165,22 +168,18 @@ class MotionWatch:
 
     def is_proved(self, robot: int) -> bool:
         """Return whether motion has proved which body is this robot."""
-        return robot not in self._proving.left
+        return robot not in self.proving.left
 
     def deviations(self) -> dict[int, str]:
         """Return how robots deviate from their commands, and what to check, by number."""
         uneven = dict.fromkeys(self._checks, self._uneven) if self._uneven else {}
         return uneven | {robot: why for robot, (why, _) in self._deviations.items()}
 
-    def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
-        """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
-        return self._proving.allowed(robot, V, omega)
-
     def commanded(self, commands: Mapping[int, tuple[float, float]], now: float) -> None:
         """Note the commands of all robots (m/s, rad/s) from now on; none while paused."""
         step, self._stepped = max(0.0, now - self._stepped), now
         if commands and self._paused_for == 0.0:
-            self._proving.go_on(step)
+            self.proving.go_on(step)
         if commands:
             self._paused_for = 0.0
             self._places.clear()
@@ -198,7 +197,7 @@ class MotionWatch:
             self._end_proof(robot)
 
     def _end_proof(self, robot: int) -> None:
-        self._proving.end(robot)
+        self.proving.end(robot)
         self._announced.discard(robot)
 
     def _may_be_another(self, robot: int, pose: Pose, age: float) -> bool:
@@ -218,7 +217,7 @@ class MotionWatch:
         """Return how a robot deviates from its commands, and what to check."""
         proved = self.is_proved(robot)
         why = '' if proved else self._mistaken(robot)
-        axes_proved = proved and robot not in self._proving.left_to_turn
+        axes_proved = proved and robot not in self.proving.left_to_turn
         return why or deviation.text(axes_proved)
 
     def _mistaken(self, robot: int) -> str:
@@ -229,8 +228,8 @@ class MotionWatch:
         return ''
 
     def _announce_crawl(self, moving: Collection[int]) -> None:
-        new = self._proving.left.keys() - self._announced - self._deviations.keys()
-        if not new or not self._proving.left.keys() & set(moving):
+        new = self.proving.left.keys() - self._announced - self._deviations.keys()
+        if not new or not self.proving.left.keys() & set(moving):
             return
         self._announced |= new
         way = f'{100 * PROOF_M:.0f} cm at a crawl, to verify which body is which robot'

@@ -12,7 +12,7 @@ from sensor_msgs.msg import BatteryState
 from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
-from setcmas_expe.lab.lab import Battery, Lab, LabRobot
+from setcmas_expe.lab.lab import BatteryScale, Lab, LabRobot
 from setcmas_expe.mocap.pose_judge import PoseTrack, fault_of, text_of
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import Sample
@@ -45,7 +45,7 @@ class RobotWatch:
     arrivals: list[float] = field(default_factory=list)
     fault: str | None = None
     battery: float | None = None
-    scale: Battery = field(default_factory=Battery)
+    scale: BatteryScale = field(default_factory=BatteryScale)
 
 
 class LabWatch(FleetNode):

@@ -16,7 +16,7 @@ LOW_PERCENT = 15.0
 """Charge below which users are warned."""
 
 
-class Battery:
+class BatteryScale:
     """Reads sensor_msgs/BatteryState.percentage, 0 to 1 by its definition.
 
     turtlebot3_node sends 0 to 100: after a value above 1, all values are percentages.

@@ -83,22 +83,16 @@ class ConsoleReader:
 
     def __init__(self, on_end: Callable[[], None]) -> None:
         """Start to read; the thread calls `on_end` when the terminal's process is gone."""
-        self._requests: queue.SimpleQueue[OperatorRequest] = queue.SimpleQueue()
-        self._late: queue.SimpleQueue[Action] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[tuple[OperatorRequest, bool]] = queue.SimpleQueue()
         self._received = time.monotonic()
         self._was_silent = False
         self._on_end = on_end
         threading.Thread(target=self._read, name='console', daemon=True).start()
 
-    def requests(self) -> Iterator[OperatorRequest]:
-        """Yield the requests since the last call."""
+    def requests(self) -> Iterator[tuple[OperatorRequest, bool]]:
+        """Yield the requests since the last call, and whether each came too late to count."""
         while not self._requests.empty():
             yield self._requests.get()
-
-    def late(self) -> Iterator[Action]:
-        """Yield the actions that came too late to count, since the last call."""
-        while not self._late.empty():
-            yield self._late.get()
 
     @property
     def stuck(self) -> bool:
@@ -121,8 +115,5 @@ class ConsoleReader:
                     late_until = now + _CATCHES_UP_S
                 self._received = now
                 old = now < late_until or time_since_boot() - request.pressed_at > OLD_AFTER_S
-                if old and request.action in _NEVER_LATE:
-                    self._late.put(request.action)
-                else:
-                    self._requests.put(request)
+                self._requests.put((request, old and request.action in _NEVER_LATE))
         self._on_end()

@@ -265,14 +265,14 @@ class Pause(FleetNode):
             self.set(True, held.text, by_itself=True)
 
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
-        for request in keys.requests():
-            self._obey(request)
-        for action in keys.late():
-            refused = 'not released'
-            if action is Action.START:
-                refused = 'not started'
+        for request, is_late in keys.requests():
+            if not is_late:
+                self._obey(request)
+            elif request.action is Action.START:
                 self._requests.hasty(time.monotonic())  # a press, too
-            self._once(f'{refused}: the key press arrived too late')
+                self._once('not started: the key press arrived too late')
+            else:
+                self._once('not released: the key press arrived too late')
         if keys.silent(now) and not self._bridge.ending and not self.paused:
             why = 'the terminal does not answer'
             self.set(True, why, by_itself=True, may_be_load=True)

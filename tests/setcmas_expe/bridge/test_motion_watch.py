@@ -67,7 +67,7 @@ class Fleet:
             self.look()
             if self.watch.deviations():
                 return
-            commands = {robot: self.watch.allowed(robot, V, 0.0) for robot in (1, 2)}
+            commands = {robot: self.watch.proving.allowed(robot, V, 0.0) for robot in (1, 2)}
             self.watch.commanded(commands, self.now)
             for robot, (speed, _) in commands.items():
                 self.x[robot] += (1.0 - self.slip) * speed * STEP_S
@@ -124,7 +124,7 @@ def test_a_proof_ends_when_another_body_may_have_got_the_name(change, proved):
     fleet.pause(1.5)
     assert fleet.proved == proved
     fleet.fastest = 0.0
-    assert fleet.watch.allowed(1, 0.2, 0.0)[0] <= 0.05
+    assert fleet.watch.proving.allowed(1, 0.2, 0.0)[0] <= 0.05
 
     fleet.drive(6.0)
     assert fleet.proved == [1, 2]
@@ -224,7 +224,7 @@ def test_when_a_robot_deviates_all_must_prove_themselves_again():
     assert fleet.proved == []
     fleet.watch.commanded({}, fleet.now)  # a person has paused
     assert not fleet.watch.deviations()
-    assert fleet.watch.allowed(1, 0.2, 0.0)[0] <= 0.05
+    assert fleet.watch.proving.allowed(1, 0.2, 0.0)[0] <= 0.05
 
 
 def turns(nb_robots, seconds=12.0, step=0.05):

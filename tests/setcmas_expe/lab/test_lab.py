@@ -2,11 +2,11 @@ import math
 
 import pytest
 
-from setcmas_expe.lab.lab import Battery
+from setcmas_expe.lab.lab import BatteryScale
 
 
 def test_a_battery_is_shown_in_percent_whatever_its_scale():
-    share, percent = Battery(), Battery()
+    share, percent = BatteryScale(), BatteryScale()
 
     assert share.percent(0.04) == pytest.approx(4.0)
     assert share.percent(1.0) == 100.0
