@@ -1,6 +1,7 @@
 """Fixtures for all tests: a ROS domain of one's own, processes that never outlive their test."""
 
 import os
+import shutil
 import signal
 import sys
 
@@ -109,6 +110,13 @@ def start(tmp_path_factory, domain, fork_server):
     yield start_process
     for process in processes:
         process.kill_group()
+
+
+@pytest.fixture(scope='session')
+def needs_chromium():
+    """Skip the test where there is no browser."""
+    if not (shutil.which('chromium') and shutil.which('chromedriver')):
+        pytest.skip('chromium or chromium-driver is missing')
 
 
 @pytest.fixture(scope='session')

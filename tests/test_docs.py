@@ -4,7 +4,6 @@ code."""
 import fcntl
 import json
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -40,10 +39,7 @@ def test_it_fetches_nothing_from_the_network(site):
         assert [url for url in fetched if url.startswith(('http', '//'))] == [], page.name
 
 
-@pytest.mark.skipif(
-    not (shutil.which('chromium') and shutil.which('chromedriver')),
-    reason='needs chromium and chromedriver',
-)
+@pytest.mark.usefixtures('needs_chromium')
 @pytest.mark.nightly
 def test_pages_fit_a_phone(site):
     from browser import open_browser, open_page

@@ -2,7 +2,6 @@ import base64
 import csv
 import io
 import re
-import shutil
 
 import numpy as np
 import pytest
@@ -98,9 +97,7 @@ def test_mistakes_are_reported_in_one_line(runs, arguments, message):
 
 
 @pytest.fixture(scope='module')
-def browser():
-    if not shutil.which('chromium'):
-        pytest.skip('chromium is missing')
+def browser(needs_chromium):
     with open_browser(1366, 768) as opened:
         opened.execute_cdp_cmd('Network.enable', {})
         yield opened

@@ -1,6 +1,5 @@
 """The page of `setcmas site`, in Chromium with Pyodide."""
 
-import shutil
 import zipfile
 
 import pytest
@@ -26,10 +25,8 @@ def write(files, folder):
 
 
 @pytest.fixture(scope='module')
-def chromium(tmp_path_factory):
+def chromium(needs_chromium, tmp_path_factory):
     """The page, served with Pyodide, and an exercise and a scenario of its own."""
-    if not shutil.which('chromium'):
-        pytest.skip('chromium is missing')
     from pyodide_folder import pyodide_folder
 
     folder = tmp_path_factory.mktemp('site')
@@ -327,9 +324,7 @@ def test_it_fits_a_phone(page):
         page.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
 
-def test_without_pyodide_the_page_says_so_once(tmp_path):
-    if not shutil.which('chromium'):
-        pytest.skip('chromium is missing')
+def test_without_pyodide_the_page_says_so_once(needs_chromium, tmp_path):
     write(site(['consensus'], [], 'http://127.0.0.1:9/'), tmp_path)
     with served(tmp_path) as address, open_browser(1280, 900) as browser:
         page = Page(browser, address, tmp_path, []).open()

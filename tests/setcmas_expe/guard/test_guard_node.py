@@ -17,10 +17,11 @@ from ros_peer import Peer
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
+from setcmas_ctrl.pause_reason import PauseCause, PauseReason
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardState
 from setcmas_expe.guard.guard_node import CmdVelGuard
 from setcmas_expe.guard.guard_watch import reported
-from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import NAMELESS, velocities
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node']
@@ -211,30 +212,47 @@ def test_no_node_that_joins_moves_the_robot_whatever_its_name(start, peer, opera
     peer.wait_for(lambda: robot.motors[-1] is True)
 
 
-def test_who_also_commands_a_robot_is_said_once_its_name_may_be_known(peer, monkeypatch):
-    commanders = ['/tb3_1/cmd_vel_bridge', NAMELESS]
+def test_a_robot_is_held_at_once_and_who_else_commands_it_said_once_that_may_have_a_name(
+    peer, monkeypatch
+):
+    commanders, paused = ['/tb3_1/cmd_vel_bridge'], [PauseReason(PauseCause.OPERATOR, 'by test')]
 
     def rivals(node, topic, *allowed):
         return list(commanders) if topic == '/tb3_1/cmd_vel' else []
 
     monkeypatch.setattr(cmd_vel_topics, 'rivals', rivals)
     guard = CmdVelGuard(namespace='/tb3_1', context=peer.context)
-    reports = []
-    for seconds in (0.0, 0.1, 0.3):
+    monkeypatch.setattr(guard, '_trouble_of_base', lambda: None)
+    monkeypatch.setattr(guard.pause, 'reason', lambda: next(iter(paused), None))
+    command = TwistStamped()
+    command.twist.linear.x, command.twist.angular.z = COMMAND
+    guard.cmd_vel = lambda: command
+
+    def step(seconds=0.05):
         guard.time.begin_step(guard.time.now + seconds)
+        command.header.stamp = messages.stamp_of(round(1e9 * guard.time.now))
         guard.step()
+        return guard.report.state
+
+    assert step() is GuardState.PAUSED
+    paused.clear()
+    assert step() is GuardState.FOLLOWING
+    assert guard.sent == COMMAND
+
+    commanders.append(NAMELESS)
+    reports = []
+    for seconds in (0.05, 0.1, 0.3):
+        reports.append(step(seconds))
         assert guard.sent == STOP
-        reports.append(guard.report.state)
-    assert reports == [GuardState.IDLE, GuardState.IDLE, GuardState.CONTESTED]
+    assert reports == [GuardState.FOLLOWING, GuardState.FOLLOWING, GuardState.CONTESTED]
     assert NAMELESS in guard.report.reason
 
     commanders[:] = ['/tb3_1/cmd_vel_bridge', '/other']
-    guard.step()
+    step()
     assert '/other' in guard.report.reason
     commanders[:] = ['/tb3_1/cmd_vel_bridge', NAMELESS]  # another one has its time, too
     guard.report = GuardDecision(GuardState.IDLE)
-    guard.step()
-    assert guard.report.state is GuardState.IDLE
+    assert step() is GuardState.IDLE
     guard.destroy_node()
 
 

@@ -3,7 +3,6 @@
 import csv
 import io
 import re
-import shutil
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -83,7 +82,7 @@ def test_pages_name_the_file_within_the_submission_not_its_folder_again():
 
 
 @pytest.mark.nightly
-@pytest.mark.skipif(not shutil.which('chromium'), reason='chromium is missing')
+@pytest.mark.usefixtures('needs_chromium')
 @pytest.mark.parametrize('width', [390, 1366])
 def test_pages_fit_their_window_and_run_no_script(tmp_path, width):
     from browser import open_browser

@@ -2,7 +2,6 @@
 
 import json
 import math
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -144,10 +143,8 @@ def test_output_is_limited(page):
 
 
 @pytest.fixture(scope='module')
-def chromium():
+def chromium(needs_chromium):
     """Chromium with Pyodide, in which `site_worker` is imported, but not matplotlib."""
-    if not shutil.which('chromium'):
-        pytest.skip('chromium is missing')
     from pyodide_browser import pyodide_browser
 
     with pyodide_browser() as browser:

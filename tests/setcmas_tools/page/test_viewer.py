@@ -1,7 +1,6 @@
 """The live page, in a real browser."""
 
 import re
-import shutil
 
 import pytest
 from processes import CTRL, NO_WINDOWS, PATIENT_LAB, SETCMAS, SIMU
@@ -15,10 +14,6 @@ from visualization_msgs.msg import Marker
 
 from setcmas_simu.ros import qos
 
-NEEDS_CHROMIUM = pytest.mark.skipif(
-    not (shutil.which('chromium') and shutil.which('chromedriver')),
-    reason='chromium and chromium-driver are not installed',
-)
 ADDRESS = r'browser view:\s+(http\S+)\s'
 SHAPES = (
     "return page.shapes.filter(one => one.to === Infinity).map(one => one.kind).sort().join(' ')"
@@ -60,7 +55,7 @@ def all_stand(commands):
     return all(kept and velocity(kept[-1]) == (0.0, 0.0) for kept in commands.values())
 
 
-@NEEDS_CHROMIUM
+@pytest.mark.usefixtures('needs_chromium')
 @pytest.mark.nightly
 def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
     from browser import open_browser, open_window, wait_for
@@ -107,7 +102,7 @@ def test_a_simulation_is_paused_reset_started_and_scrubbed(start, peer):
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
+@pytest.mark.usefixtures('needs_chromium')
 def test_markers_links_broadcasts_and_lost_robots(start, peer):
     from browser import open_browser, wait_for
 
@@ -156,7 +151,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
+@pytest.mark.usefixtures('needs_chromium')
 def test_a_page_stops_an_experiment_and_never_starts_it(domain):
     from browser import open_browser, wait_for
 
@@ -182,7 +177,7 @@ def test_a_page_stops_an_experiment_and_never_starts_it(domain):
 
 
 @pytest.mark.nightly
-@NEEDS_CHROMIUM
+@pytest.mark.usefixtures('needs_chromium')
 def test_a_run_that_ends_stays_on_the_page_until_enter(tmp_path, monkeypatch):
     from browser import open_browser, wait_for
 
