@@ -14,6 +14,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import RobotState
+from setcmas_simu.script_calls import Function
 
 _REPEAT_S = 0.09  # 10 Hz; odometry comes a little early or late
 
@@ -47,7 +48,7 @@ class EventTriggeredComm(RobotNode):
 
     def evaluate(self, state: RobotState) -> None:
         """Decide whether to send a new state of the robot; otherwise repeat the last one."""
-        with self.watch.condition(self.robot, self.broadcast.path):
+        with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))
         now = self.time.clock.now()

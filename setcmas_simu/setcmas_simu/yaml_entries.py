@@ -145,7 +145,7 @@ def entries_of(text: str, path: Path) -> Entry:
         raise SetcmasError(f"'{path}' is not YAML: {' '.join(str(error).split())}") from error
 
 
-_TOO_DEEP = f'lists or mappings nested too deeply; at most  {_DEEPEST} levels are read'
+_TOO_DEEP = f'lists or mappings nested too deeply; at most {_DEEPEST} levels are read'
 
 
 class _Entries:

@@ -128,19 +128,19 @@ class Communication:
     Attributes:
         graph: Which robots receive from which.
         channel: Delay, loss and noise of the links.
-        event_triggered: Whether robots send their state only when a condition triggers.
+        options: What was chosen, with the path of a condition that is a script.
         seed: Seed of the links' random numbers.
-        threshold: Threshold of the default condition in m.
-        own_state: What an event-triggered robot's law sees of its own state, 'held' or 'exact'.
     """
 
     graph: CommunicationGraph
     channel: Channel
-    event_triggered: bool
+    options: CommunicationOptions
     seed: int
-    _condition: Condition = None
-    threshold: float = THRESHOLD_M
-    own_state: str = HELD
+
+    @property
+    def event_triggered(self) -> bool:
+        """Whether robots send their state only when a condition triggers."""
+        return self.options.event_triggered
 
     @property
     def is_ideal(self) -> bool:
@@ -158,26 +158,20 @@ class Communication:
         return self.graph.needs_places or not self.event_triggered
 
     @property
-    def has_default_condition(self) -> bool:
-        """Whether no condition was given."""
-        return self._condition is None
-
-    @property
     def condition_script(self) -> Path | None:
         """Script of the triggering condition; None if it is no script."""
-        condition = self._condition
-        return Path(condition) if isinstance(condition, (str, Path)) else None
+        return self.options.ctc if isinstance(self.options.ctc, Path) else None
 
     def links(self, receivers: Sequence[int]) -> Links:
         """Return the links on which some robots receive the states of the fleet."""
-        holds_own = self.event_triggered and self.own_state == HELD
+        holds_own = self.event_triggered and self.options.own_state == HELD
         return Links(receivers, self.channel, self.seed, holds_own)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return the object that decides when a robot sends its state, or raise SetcmasError."""
         if script := self.condition_script:
             return Broadcast.of_script(robot, script, reports)
-        condition = self._condition or further_than(self.threshold)
+        condition = self.options.ctc or further_than(self.options.threshold)
         if isinstance(condition, Mapping):
             condition = condition[robot]
         return Broadcast(robot, condition, file_of(condition, 'ctc'), reports)
@@ -187,17 +181,14 @@ def chosen_communication(
     nb_robots: int, options: CommunicationOptions | None = None, seed: int = 0
 ) -> Communication:
     """Return the communication of a fleet, ideal by default, or raise SetcmasError."""
-    chosen = options or CommunicationOptions()
+    chosen = (options or CommunicationOptions()).found()
     description = graph_description(chosen.graph)
     reach = math.inf if chosen.range is None else chosen.range
     return Communication(
         CommunicationGraph(description.segments(nb_robots), description.repeat, reach),
         Channel.of(nb_robots, chosen.delay, chosen.loss, chosen.noise, description.links),
-        chosen.event_triggered,
+        chosen,
         seed,
-        chosen.found().ctc,
-        chosen.threshold,
-        chosen.own_state,
     )
 
 

@@ -57,7 +57,6 @@ PARAMETERS = ('vnom', 'komega', 'rate')
 """The options that are parameters of the node of a fleet's process."""
 
 Serve = Callable[[RosProcess, argparse.Namespace], int]
-Make = Callable[[LawOptions, FilterOptions, ControllerOptions], RobotNode]
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -70,23 +69,17 @@ def controller(argv: list[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     if any(word.partition('=')[0] == '--algo' for word in words):
         return main(argv)
-    return _run_node('controller', lambda law, _, own: Controller(None, law, own.experiment), argv)
+    return _run_node('controller', argv)
 
 
 def si_to_uni(argv: list[str] | None = None) -> int:
     """Run the si_to_uni of one robot until a signal arrives; return the exit status."""
-
-    def make(law: LawOptions, safety: FilterOptions, options: ControllerOptions) -> RobotNode:
-        return SiToUni(None, law, safety, options, options.limits or IDEAL)
-
-    return _run_node('si_to_uni', make, argv)
+    return _run_node('si_to_uni', argv)
 
 
 def event_triggered_comm(argv: list[str] | None = None) -> int:
     """Run the event-triggered communication of one robot; return the exit status."""
-    return _run_node(
-        'event_triggered_comm', lambda _, __, own: EventTriggeredComm(None, own.experiment), argv
-    )
+    return _run_node('event_triggered_comm', argv)
 
 
 NODES = {
@@ -123,16 +116,22 @@ def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
     )
 
 
-def _run_node(name: str, make: Make, argv: list[str] | None) -> int:
-    return _run(name, GainOptions, partial(_serve_node, make), argv)
+def _run_node(name: str, argv: list[str] | None) -> int:
+    return _run(name, GainOptions, partial(_serve_node, name), argv)
 
 
-def _serve_node(make: Make, process: RosProcess, args: argparse.Namespace) -> int:
+def _serve_node(name: str, process: RosProcess, args: argparse.Namespace) -> int:
     gains, safety = GainOptions.of(args), FilterOptions.of(args)
     options = ControllerOptions.of(args)
     law = LawOptions(algo=EXTERNAL, **gains.values())
-    node = make(law, safety, options)
-    args.event_triggered |= isinstance(node, EventTriggeredComm)
+    node: RobotNode
+    if name == 'controller':
+        node = Controller(None, law, options.experiment)
+    elif name == 'si_to_uni':
+        node = SiToUni(None, law, safety, options, options.limits or IDEAL)
+    else:
+        node = EventTriggeredComm(None, options.experiment)
+        args.event_triggered = True
     communication = CommunicationOptions.of(args)
     parameters = NodeParameters(node, law, ('rate',), ['rate'] * options.experiment)
     options = replace(_fleet_of_parameters(node, options), robots=(node.robot,))

@@ -87,13 +87,13 @@ class FleetScripts:
         laws = []
         for robot in self.robots:
             script = scripts.script(robot)
-            with self.watch.loading(robot, script):
+            with self.watch.call(robot, script, Function.LOADING):
                 laws.append(ControlLaw(script, robot, self.nb_robots, scripts.settings[script]))
             if not rclpy.ok():
                 raise SetcmasError(
                     f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
                 )
-        with self.watch.loading(laws[0].robot, laws[0].path):
+        with self.watch.call(laws[0].robot, laws[0].path, Function.LOADING):
             self._task.publish(laws)
         return laws
 
@@ -105,7 +105,7 @@ class FleetScripts:
 
     def broadcast(self, robot: int) -> Broadcast:
         """Return a newly loaded condition of a robot, or raise SetcmasError."""
-        with self.watch.loading(robot, self.condition or Path(CTC)):
+        with self.watch.call(robot, self.condition or Path(CTC), Function.LOADING):
             return self.communication.broadcast(robot, self.outcomes.conditions)
 
     def conversions(

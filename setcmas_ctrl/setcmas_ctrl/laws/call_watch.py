@@ -102,14 +102,6 @@ class CallWatch:
             if function is not Function.LOADING and self._counting:
                 self.slow.add(path, robot, time.monotonic() - self._call.since)
 
-    def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
-        """Monitor the code inside as the loading of a script for a robot."""
-        return self.call(robot, path, Function.LOADING)
-
-    def condition(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
-        """Monitor the code inside as a call of the triggering condition of a robot."""
-        return self.call(robot, path, Function.CONDITION)
-
     def begin_period(self) -> None:
         """Count the time of calls from now on."""
         self._counting = True

@@ -108,7 +108,7 @@ def _advice(error: BaseException) -> str:
     if isinstance(error, UnboundLocalError) and (found := re.search(r"'(\w+)'", text)):
         *_, (frame, _) = traceback.walk_tb(error.__traceback__)
         if found[1] in frame.f_globals:
-            return f'; a function that changes {found[1]} must begin with `global  {found[1]}`'
+            return f'; a function that changes {found[1]} must begin with `global {found[1]}`'
         return f'; {found[1]} gets no value on this path through the function'
     for kind, pattern, advice in _ADVICE:
         if isinstance(error, kind) and (found := re.search(pattern, text)):

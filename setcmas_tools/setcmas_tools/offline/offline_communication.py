@@ -49,10 +49,10 @@ class OfflineCommunication:
         self._graph = communication.graph
         self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
         self._event_triggered = communication.event_triggered
-        self._threshold = communication.threshold
+        self._threshold = communication.options.threshold
         self._broadcasts = (
             [communication.broadcast(robot, self.reports) for robot in robots]
-            if communication.event_triggered and not communication.has_default_condition
+            if communication.event_triggered and communication.options.ctc is not None
             else []
         )
         self._nb_robots = nb_robots

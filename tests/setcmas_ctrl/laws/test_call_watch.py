@@ -38,7 +38,7 @@ def test_a_slow_step_is_reported_with_its_calls(watched):
     with watch.call(1, Path(__file__)):  # before the first control period
         threading.Event().wait(0.1)
     watch.begin_period()
-    with watch.loading(1, Path(__file__)):
+    with watch.call(1, Path(__file__), Function.LOADING):
         threading.Event().wait(0.1)
     with watch.call(1, Path(__file__)):
         assert watch.running_s >= 0
@@ -57,7 +57,7 @@ def test_a_slow_step_is_reported_with_its_calls(watched):
 def test_only_functions_of_a_script_hang_not_its_loading(watched):
     watch, said, spoken = watched
 
-    with watch.loading(1, Path(__file__)):
+    with watch.call(1, Path(__file__), Function.LOADING):
         assert spoken.wait(30)
     assert 'test_call_watch.py has been loading for' in said[0]
     assert watch.have_been_stuck == []

@@ -1,5 +1,5 @@
 # run: no_global.py, line 8: UnboundLocalError
-# run: ; a function that changes calls must begin with `global  calls`
+# run: ; a function that changes calls must begin with `global calls`
 # run:     8 | calls = calls + 1
 calls = 0
 
