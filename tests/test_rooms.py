@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 305, 180, 19
+FILES, ARROWS, THIN_ARROWS = 303, 180, 19
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -47,7 +47,7 @@ MAY_IMPORT_ROS = {
         'clocks cmd_vel_topics dds_setup fleet_node fleet_topic messages parameters polling '
         'process qos robot_state'
     ),
-    'setcmas_tools.bags': 'player recorded_topic recorder',
+    'setcmas_tools.bags': 'player recorder',
     'setcmas_tools.page': 'live_topics',
 }
 """The modules by their rooms."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +18,14 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.bags.bag_files import one_line
-
 _IDL_SEPARATOR = '=' * 80 + '\n'
+_LONGEST_REASON = 120
+
+
+def one_line(error: Exception) -> str:
+    """Return the message of a library's error in one line that fits a terminal."""
+    text = ' '.join(str(error).split()) or 'inconsistent content'
+    return text if len(text) <= _LONGEST_REASON else f'{text[:_LONGEST_REASON]} ...'
 
 
 class UnknownDefinitionError(Exception):
@@ -72,14 +76,6 @@ def _parsed(connection: Connection) -> dict[str, Any]:
     return definitions
 
 
-@dataclass(frozen=True)
-class Definition:
-    """Definition of a type and its parts, as a bag stores it, and its hash, RIHS01_...."""
-
-    text: str
-    digest: str
-
-
 class MessageDefinitions:
     """Finds definitions: those of ROS 2 Jazzy are built in, others are installed .msg files.
 
@@ -97,8 +93,8 @@ class MessageDefinitions:
         self._prefixes = _installed_prefixes() if prefixes is None else prefixes
         self.store = get_typestore(Stores.ROS2_JAZZY)
 
-    def of(self, msgtype: str) -> Definition:
-        """Return the definition of a type such as `nav_msgs/msg/Odometry`.
+    def add(self, msgtype: str) -> None:
+        """Find the definition of a type such as `nav_msgs/msg/Odometry`, unless it is known.
 
         Raises:
             UnknownDefinitionError: It is neither built in nor installed, or is malformed.
@@ -108,8 +104,8 @@ class MessageDefinitions:
             if msgtype not in known:
                 find = self._installed
                 self.store.register(_with_parts(msgtype, lambda n: known.get(n) or find(n)))
-            text, _ = self.store.generate_msgdef(msgtype, ros_version=2)
-            return Definition(text, self.store.hash_rihs01(msgtype))
+            self.store.generate_msgdef(msgtype, ros_version=2)
+            self.store.hash_rihs01(msgtype)
         except (TypesysError, KeyError) as error:
             raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
 

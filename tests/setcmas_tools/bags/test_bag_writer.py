@@ -38,7 +38,7 @@ def data(store, make):
 
 
 def add_points(writer):
-    return writer.add_topic('/points', POINT, MessageDefinitions([]).of(POINT), [LATCHED])
+    return writer.add_topic('/points', POINT, MessageDefinitions([]).store, [LATCHED])
 
 
 def count(path):
@@ -80,7 +80,7 @@ def test_a_recorder_that_is_killed_while_it_writes_the_index_has_lost_nothing(
     tmp_path, data, monkeypatch
 ):
     writer = BagWriter(tmp_path / 'bag')
-    monkeypatch.setattr(writer._writer, 'close', lambda: None)
+    monkeypatch.setattr(writer, 'close', lambda: None)
     with writer:
         writer.write(add_points(writer), 1, data[0])
 

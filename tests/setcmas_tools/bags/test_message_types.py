@@ -16,12 +16,13 @@ def install(prefix, files):
 
 
 def test_built_in_definition_with_its_parts():
-    definition = MessageDefinitions([]).of('nav_msgs/msg/Odometry')
+    store = MessageDefinitions([]).store
 
-    types = get_types_from_msg(definition.text, 'nav_msgs/msg/Odometry')
+    text, _ = store.generate_msgdef('nav_msgs/msg/Odometry', ros_version=2)
+    types = get_types_from_msg(text, 'nav_msgs/msg/Odometry')
     assert {'geometry_msgs/msg/Quaternion', 'std_msgs/msg/Header'} < set(types)
     # The hash that ros2 topic info --verbose shows on Jazzy.
-    assert definition.digest == (
+    assert store.hash_rihs01('nav_msgs/msg/Odometry') == (
         'RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0'
     )
 
@@ -35,11 +36,13 @@ def test_installed_definitions_and_what_they_are_made_of(tmp_path):
             'lab_msgs/msg/SensorKind': 'uint8 kind',
         },
     )
-    definition = MessageDefinitions(prefixes).of('lab_msgs/msg/Probe')
+    found = MessageDefinitions(prefixes)
+    found.add('lab_msgs/msg/Probe')
 
+    text, _ = found.store.generate_msgdef('lab_msgs/msg/Probe', ros_version=2)
     store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(definition.text, 'lab_msgs/msg/Probe'))
-    assert store.hash_rihs01('lab_msgs/msg/Probe') == definition.digest
+    store.register(get_types_from_msg(text, 'lab_msgs/msg/Probe'))
+    assert store.hash_rihs01('lab_msgs/msg/Probe') == found.store.hash_rihs01('lab_msgs/msg/Probe')
     assert store.types['lab_msgs/msg/Probe'].GOOD == 1
     assert 'lab_msgs/msg/SensorKind' in store.types
 
@@ -51,4 +54,4 @@ def test_unknown_and_malformed_definitions(tmp_path, text):
     prefixes = install(tmp_path, {'lab_msgs/msg/Probe': text} if text else {})
 
     with pytest.raises(UnknownDefinitionError, match=r'is installed|malformed'):
-        MessageDefinitions(prefixes).of('lab_msgs/msg/Probe')
+        MessageDefinitions(prefixes).add('lab_msgs/msg/Probe')

@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros import qos
 from setcmas_tools.bags.bag_reader import open_bag
 from setcmas_tools.bags.player import is_command, played_topics, restored_qos, robots_in_use
-from setcmas_tools.bags.recorded_topic import stored_qos
+from setcmas_tools.bags.recorder import stored_qos
 
 PLAYER = [sys.executable, '-m', 'setcmas_tools.bags.player']
 START_NS = 1_700_000_000_000_000_000

@@ -1,22 +1,30 @@
 import signal
 import sys
+from types import SimpleNamespace
 
 import pytest
-from recordings import RECORDER, recorded, wait_until_on_disk
+from recordings import RECORDER, offered, recorded, wait_until_on_disk
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag_reader import open_bag
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Point32
+from geometry_msgs.msg import Point32, Twist
+from nav_msgs.msg import Goals
 from rcl_interfaces.srv import ListParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
+from stereo_msgs.msg import DisparityImage
 
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_tools.bags.recorder import ArrivalTimes, Received
+
+LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 def test_every_topic_and_those_that_appear_later(record, peer, bag):
@@ -144,3 +152,158 @@ def test_robots_with_another_real_time_factor_are_told_of(record, peer, bag):
     peer.wait_for(lambda: 'record with the same option' in recorder.output())
 
     assert recorder.end() == 0
+
+
+def test_publishers_that_guarantee_nothing(record, peer, bag):
+    recorder = record()
+    publisher = peer.publisher(UInt16, '/number', qos=BEST_EFFORT)
+    publisher.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/number')
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/number')] == [7]
+    assert offered(bag, '/number')[0]['reliability'] == 'best_effort'
+
+
+def test_first_message_of_a_publisher_that_is_awaited(record, peer, bag):
+    recorder = record()
+    for topic in ('/command', '/latched'):
+        peer.listen(UInt16, topic)
+        peer.wait_for(lambda topic=topic: peer.node.count_subscribers(topic) == 2)
+    command = peer.publisher(UInt16, '/command', listeners=2)
+    command.publish(UInt16(data=1))
+    latched = peer.publisher(UInt16, '/latched', listeners=2, qos=LATCHED)
+    for i in range(10):
+        latched.publish(UInt16(data=i))
+    peer.wait_for(
+        lambda: any(
+            info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            for info in peer.node.get_subscriptions_info_by_topic('/latched')
+        )
+    )
+    marker = peer.publisher(UInt16, '/marker')
+    marker.publish(UInt16())
+    for topic, count in (('/command', 1), ('/latched', 10), ('/marker', 1)):
+        wait_until_on_disk(peer, bag, topic, count)
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/command')] == [1]
+    assert [message.data for message in recorded(bag, '/latched')] == list(range(10))
+
+
+def test_a_publisher_of_another_type_than_expected(record, start, peer, bag):
+    recorder = record()
+    peer.listen(Twist, '/tb3_1/cmd_vel')
+    peer.wait_for(lambda: peer.node.count_subscribers('/tb3_1/cmd_vel') == 2)
+    # Of a node in another participant: one participant has one type for a name.
+    code = (
+        'import rclpy; from geometry_msgs.msg import TwistStamped; rclpy.init()\n'
+        'node = rclpy.create_node("other")\n'
+        'publisher = node.create_publisher(TwistStamped, "/tb3_1/cmd_vel", 10)\n'
+        'while not publisher.get_subscription_count(): rclpy.spin_once(node, timeout_sec=0.05)\n'
+        'message = TwistStamped(); message.twist.linear.x = 0.25\n'
+        'publisher.publish(message)\n'
+        'print("published"); rclpy.spin(node)\n'
+    )
+    start(sys.executable, '-c', code).wait_for_output('published')
+    wait_until_on_disk(peer, bag, '/tb3_1/cmd_vel')
+    recorder.end()
+
+    (message,) = recorded(bag, '/tb3_1/cmd_vel')
+    assert message.__msgtype__ == 'geometry_msgs/msg/TwistStamped'
+    assert message.twist.linear.x == 0.25
+
+
+def test_type_that_only_its_package_knows(record, peer, bag):
+    recorder = record()
+    publisher = peer.publisher(Goals, '/goals')
+    publisher.publish(Goals())
+    wait_until_on_disk(peer, bag, '/goals')
+    recorder.end()
+
+    assert len(recorded(bag, '/goals')) == 1
+    (info,) = peer.node.get_publishers_info_by_topic('/goals')
+    with AnyReader([bag]) as reader:
+        (connection,) = (c for c in reader.connections if c.topic == '/goals')
+    assert connection.digest == str(info.topic_type_hash)
+
+
+def test_type_without_a_python_package_is_reported_once(record, peer, bag, tmp_path):
+    package = tmp_path / 'hidden' / 'stereo_msgs'
+    package.mkdir(parents=True)
+    (package / '__init__.py').write_text('raise ImportError')
+    path = ':'.join([str(package.parent), *sys.path])
+    publisher = peer.node.create_publisher(DisparityImage, '/stereo', 10)
+    recorder = record(env={'PYTHONPATH': path})
+    number = peer.publisher(UInt16, '/number')
+    number.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/number')
+    peer.node.destroy_publisher(publisher)
+    peer.node.create_publisher(DisparityImage, '/stereo', 10)
+    peer.wait_for(lambda: peer.node.count_publishers('/stereo') == 1)
+    peer.spin(0.5)
+
+    assert recorder.end() == 0
+    line = (
+        '/stereo (stereo_msgs/msg/DisparityImage) is not recorded: '
+        'no Python package stereo_msgs with it is installed'
+    )
+    assert recorder.output().splitlines().count(line) == 1
+    assert len(recorded(bag, '/number')) == 1
+
+
+S = 1_000_000_000
+
+
+def message(name, time_ns):
+    return Received(time_ns, SimpleNamespace(name=name), b'')
+
+
+def timed(times, messages):
+    return [(t, one.topic.name) for t, one in times.of(messages)]
+
+
+def test_times_go_as_fast_as_those_of_the_robots():
+    times = ArrivalTimes(5.0, lambda: 100 * S, lambda: 0)
+
+    read = timed(times, [message('/a', 102 * S), message('/b', 101 * S)])
+
+    assert read == [(105 * S, '/b'), (110 * S, '/a')]
+
+
+class Clocks:
+    """A system clock that is set, and a steady one."""
+
+    def __init__(self):
+        self.system = 1_000_000
+        self.steady = 500
+
+    def pass_time(self, duration):
+        self.system += duration
+        self.steady += duration
+
+    def times(self, *received):
+        times = ArrivalTimes(1.0, lambda: self.system, lambda: self.steady)
+        yield
+        for time_ns in received:
+            yield next(times.of([message('/a', time_ns)]))[0]
+
+
+def test_times_of_arrival_are_kept_and_never_go_back():
+    clocks = Clocks()
+    times = clocks.times(1_000_020, 1_000_010, 1_000_050)
+    next(times)
+    clocks.pass_time(100)
+
+    assert list(times) == [1_000_020, 1_000_020, 1_000_050]
+
+
+@pytest.mark.parametrize('jump', [3600, -3600])
+def test_setting_the_clock_does_not_move_the_recording(jump):
+    clocks = Clocks()
+    times = clocks.times(clocks.system + 100 + jump)
+    next(times)
+    clocks.pass_time(100)
+    clocks.system += jump
+
+    assert next(times) == 1_000_100
