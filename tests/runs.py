@@ -3,7 +3,7 @@
 from setcmas_tools.measures.metrics import measure as measure_run
 from setcmas_tools.plots import film
 from setcmas_tools.plots.plot import plot as plot_run
-from setcmas_tools.plots.plot_settings import FilmSettings, PlotSettings
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_info import RunInfo
@@ -19,8 +19,8 @@ def measure(table, record=None, references=None, **parameters):
 
 
 def plot(path, output=None, **look):
-    return plot_run(Run.load(path), output or find_run(path).plots, PlotSettings(**look))
+    return plot_run(Run.load(path), output or find_run(path).plots, PlotOptions(**look))
 
 
 def animate(path, output=None, kind=None, **look):
-    return film.animate(Run.load(path), output or find_run(path).plots, kind, FilmSettings(**look))
+    return film.animate(Run.load(path), output or find_run(path).plots, kind, **look)

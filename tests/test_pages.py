@@ -146,4 +146,4 @@ def test_the_predictions_on_the_page_of_control_scripts_are_those_of_the_run():
     law, robots, graph, duration = re.search(options, page).groups()
     metrics = simulate(law, int(robots), float(duration), graph=graph).metrics()
 
-    assert '\n'.join(metrics['prediction'].lines()) in page
+    assert '\n'.join(metrics['prediction'].lines) in page

@@ -13,7 +13,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from setcmas_simu.errors import SetcmasError, it_must_be
 
@@ -168,6 +168,17 @@ def instance_of(kind: type[T]) -> Callable[[object], T]:
             raise InvalidPluginError(
                 f'it is a {type(thing).__name__}; it must be a {kind.__name__}'
             )
+        return thing
+
+    return check
+
+
+def a_function(form: str) -> Callable[[object], Callable[..., Any]]:
+    """Return a check that objects can be called; `form` is what they must be, in words."""
+
+    def check(thing: object) -> Callable[..., Any]:
+        if not callable(thing):
+            raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be {form}')
         return thing
 
     return check

@@ -14,9 +14,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.plots.plot_options import PlotOptions
 
 _warn = warner('compare')
 
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o', '--output', type=Path, default='comparison', metavar='DIR', help=folder
     )
-    FormatOptions.add_to(parser)
+    PlotOptions.add_to(parser, without=('show',))
 
 
 def main(args: argparse.Namespace) -> int:
@@ -37,7 +37,6 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.measures.comparison import best_shift, differences, metrics_table
     from setcmas_tools.measures.metrics import measure
     from setcmas_tools.plots.comparison_plots import write_pictures
-    from setcmas_tools.plots.plot_settings import PlotSettings
     from setcmas_tools.run.run import Run
 
     if len(args.runs) < 2:
@@ -50,6 +49,6 @@ def main(args: argparse.Namespace) -> int:
     for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
         found = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
-    look = PlotSettings(tuple(args.format), args.palette)
+    look = PlotOptions.of(args)
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0

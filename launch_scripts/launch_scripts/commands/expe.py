@@ -24,7 +24,6 @@ from launch_scripts.command_scenario import (
     scenario_of,
     typed_values,
 )
-from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.commands.run import concluded, new_run
 from launch_scripts.commands.view import NONE, ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
@@ -51,6 +50,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_lab import bounded_lab_options, check_emulated, in_lab
@@ -63,7 +63,7 @@ _OF_SIMULATED_ROBOTS = ('cmd_timeout', 'robot_rate', 'rtf')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
-    FormatOptions.add_to(parser)
+    PlotOptions.add_to(parser, without=('show',))
     parts = ('time', 'law', 'communication', 'safety', 'robots', 'lab')
     add_scenario_arguments(parser, without=_OF_SIMULATED_ROBOTS, parts=parts)
     WatchOptions.add_to(parser)

@@ -28,10 +28,11 @@ from launch_scripts.command_scenario import (
     output_folder,
     scenario_of,
 )
-from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
+from launch_scripts.commands.csv_to_plot import print_evaluation
 from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import INFO_FILE, RunState, origin_changes, read_info
@@ -47,7 +48,7 @@ _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
-    FormatOptions.add_to(parser)
+    PlotOptions.add_to(parser, without=('show',))
     add_scenario_arguments(parser, without=('cmd_timeout', 'rtf'))
     add_from_argument(parser)
     OfflineOptions.add_to(parser)

@@ -16,10 +16,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands.csv_to_plot import PaletteOptions
 from launch_scripts.terminal import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import palette
+from setcmas_tools.plots.plot_options import PaletteOptions
 
 _warn = warner('report')
 

@@ -24,7 +24,7 @@ from launch_scripts.command_scenario import (
     output_folder,
     scenario_of,
 )
-from launch_scripts.commands.csv_to_plot import FormatOptions, print_evaluation
+from launch_scripts.commands.csv_to_plot import print_evaluation
 from launch_scripts.commands.offline import add_from_argument, earlier_run, earlier_scenario
 from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
@@ -34,6 +34,7 @@ from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import take_values
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
@@ -46,7 +47,7 @@ _ENDED = (RunState.COMPLETE, RunState.FAILED)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
-    FormatOptions.add_to(parser)
+    PlotOptions.add_to(parser, without=('show',))
     add_scenario_arguments(parser, parts=_PARTS)
     add_from_argument(parser)
     ViewOptions.add_to(parser)

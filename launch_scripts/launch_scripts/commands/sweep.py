@@ -21,10 +21,10 @@ from launch_scripts.command_scenario import (
     output_folder,
     scenario_of,
 )
-from launch_scripts.commands.csv_to_plot import FormatOptions
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.study.study_options import SweepOptions
 
@@ -32,7 +32,7 @@ from setcmas_tools.study.study_options import SweepOptions
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     RunOptions.add_to(parser)
-    FormatOptions.add_to(parser)
+    PlotOptions.add_to(parser, without=('show',))
     SweepOptions.add_to(parser)
     add_scenario_arguments(parser, without=('cmd_timeout', 'rtf'))
 
@@ -58,11 +58,9 @@ def main(args: argparse.Namespace) -> int:
     print(study.summary)
     drawn = []
     if args.plots:
-        from setcmas_tools.plots.plot_settings import PlotSettings
         from setcmas_tools.study.study_plots import plot
 
-        look = PlotSettings(tuple(args.format), args.palette)
-        drawn = plot(study, folder / 'plots', options.metric, look)
+        drawn = plot(study, folder / 'plots', options.metric, PlotOptions.of(args))
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
     print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')
     return SCRIPT_FAILED if _failures(study) else 0

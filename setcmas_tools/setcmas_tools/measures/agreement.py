@@ -7,7 +7,6 @@ every run.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,68 +30,43 @@ CONSENSUS = 'consensus'
 """Name of the task."""
 
 
-@dataclass(frozen=True)
-class ConsensusMetrics(Measured):
-    """Agreement on the position, from the first to the last time with all poses known.
-
-    Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement hardly falls below 20 % before all robots rest. `must_meet` says whether
-    robots are meant to meet, or met without a task; it is not in metrics.yaml.
-    """
-
-    start_time_s: float
-    end_time_s: float
-    disagreement_at_start_m: float
-    disagreement_at_end_m: float
-    disagreement_rms_second_half_m: float
-    settling_time_2_percent_s: float | None
-    settling_time_5_percent_s: float | None
-    convergence_rate_1_s: float | None
-    final_centre_x_m: float
-    final_centre_y_m: float
-    must_meet: bool = False
-
-    @property
-    def have_met(self) -> bool:
-        """Whether the disagreement has settled within 5 %."""
-        return self.settling_time_5_percent_s is not None
-
-    def lines(self) -> list[str]:
-        """Return the agreement at the start and at the end, the settling times and the centre."""
-        if not self.must_meet:
-            return []
-        x, y = (round(place, 2) + 0.0 for place in (self.final_centre_x_m, self.final_centre_y_m))
-        return [
-            f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
-            f'{self.disagreement_at_end_m:.3f} m at the end; '
-            f'below 5 % {_when(self.settling_time_5_percent_s)}, '
-            f'below 2 % {_when(self.settling_time_2_percent_s)}',
-            f'centre at the end: ({x:.2f}, {y:.2f}) m',
-        ]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the values by name, without `must_meet`."""
-        return {name: value for name, value in super().as_dict().items() if name != 'must_meet'}
-
-
-def _when(time: float | None) -> str:
-    return 'not reached' if time is None else f'from {time:.1f} s on'
-
-
 def is_agreement(run: Run) -> bool:
     """Return whether a run may be about agreement: robots with another task need not meet."""
     return run.references is None or run.references.task == CONSENSUS
 
 
-def fleet_consensus(run: Run) -> ConsensusMetrics | None:
-    """Return the agreement of a run's fleet on the position; None for one robot."""
+def fleet_consensus(run: Run) -> Measured | None:
+    """Return the agreement of a run's fleet on the position; None for one robot.
+
+    It has lines if the robots are meant to meet, or met without a task.
+    """
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
     found = consensus(grid, np.where(free, 0.0, SLOW))
     if not found:
         return None
-    must_meet = is_agreement(run) and (run.references is not None or found.have_met)
-    return replace(found, must_meet=must_meet)
+    must_meet = is_agreement(run) and (run.references is not None or have_met(found))
+    return Measured(found, _lines(found) if must_meet else [])
+
+
+def have_met(agreement: Mapping[str, Any]) -> bool:
+    """Return whether the disagreement has settled within 5 %."""
+    return agreement['settling_time_5_percent_s'] is not None
+
+
+def _lines(found: Mapping[str, Any]) -> list[str]:
+    x, y = (round(found[f'final_centre_{axis}_m'], 2) + 0.0 for axis in 'xy')
+    return [
+        f'disagreement: {found["disagreement_at_start_m"]:.3f} m at the start, '
+        f'{found["disagreement_at_end_m"]:.3f} m at the end; '
+        f'below 5 % {_when(found["settling_time_5_percent_s"])}, '
+        f'below 2 % {_when(found["settling_time_2_percent_s"])}',
+        f'centre at the end: ({x:.2f}, {y:.2f}) m',
+    ]
+
+
+def _when(time: float | None) -> str:
+    return 'not reached' if time is None else f'from {time:.1f} s on'
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:
@@ -146,54 +120,42 @@ def _resting(t: Floats, x: Floats, y: Floats, dead_bands: Floats) -> NDArray[np.
     return np.append((speeds <= dead_bands[:, None] + _STILL).all(axis=0), False)
 
 
-def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
+def consensus(grid: FleetGrid, dead_bands: Floats) -> dict[str, float | None] | None:
     """Return the agreement of a fleet; None for one robot, or if not all are known at once.
 
-    `dead_bands` (N,) are the speeds in m/s up to which each robot does not follow its law.
+    It is measured from the first to the last time with all poses known. Settling times are None if
+    the disagreement is above its bound at the end; the rate is None if the disagreement hardly
+    falls below 20 % before all robots rest. `dead_bands` (N,) are the speeds in m/s up to which
+    each robot does not follow its law.
     """
     known = np.isfinite(grid.x).all(axis=0)
     if len(grid.robots) < 2 or not known.any():
         return None
     t, x, y = grid.t[known], grid.x[:, known], grid.y[:, known]
     values = disagreement(x, y)
-    return ConsensusMetrics(
-        start_time_s=float(t[0]),
-        end_time_s=float(t[-1]),
-        disagreement_at_start_m=float(values[0]),
-        disagreement_at_end_m=float(values[-1]),
-        disagreement_rms_second_half_m=rms(values[from_share(t, 0.5)]),
-        settling_time_2_percent_s=settling_time(t, values, 0.02),
-        settling_time_5_percent_s=settling_time(t, values, 0.05),
-        convergence_rate_1_s=convergence_rate(t, values, _resting(t, x, y, dead_bands)),
-        final_centre_x_m=float(x[:, -1].mean()),
-        final_centre_y_m=float(y[:, -1].mean()),
-    )
+    return {
+        'start_time_s': float(t[0]),
+        'end_time_s': float(t[-1]),
+        'disagreement_at_start_m': float(values[0]),
+        'disagreement_at_end_m': float(values[-1]),
+        'disagreement_rms_second_half_m': rms(values[from_share(t, 0.5)]),
+        'settling_time_2_percent_s': settling_time(t, values, 0.02),
+        'settling_time_5_percent_s': settling_time(t, values, 0.05),
+        'convergence_rate_1_s': convergence_rate(t, values, _resting(t, x, y, dead_bands)),
+        'final_centre_x_m': float(x[:, -1].mean()),
+        'final_centre_y_m': float(y[:, -1].mean()),
+    }
 
 
 CONSENSUS_TASK = Task()
 """The task `consensus`, which has only the metrics of every run."""
 
 
-@dataclass(frozen=True)
-class HonestMetrics(Measured):
-    """Agreement of the honest robots, those that are not rebels.
+def honest(grid: FleetGrid, rebels: list[int]) -> Measured | None:
+    """Return the agreement of all robots but rebels, at times when all their poses are known.
 
     The largest exit is the largest distance of a coordinate from the interval of their starts.
     """
-
-    disagreement_at_end_m: float
-    largest_exit_m: float
-
-    def lines(self) -> list[str]:
-        """Return the disagreement and the largest exit."""
-        return [
-            f'honest robots: disagreement {self.disagreement_at_end_m:.3f} m at the end; '
-            f'at most {self.largest_exit_m:.3f} m outside the interval of their starts'
-        ]
-
-
-def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
-    """Return the agreement of all robots but rebels, at times when all their poses are known."""
     places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
     places = places[..., np.isfinite(places[0]).all(axis=0)]
     if not places.size:
@@ -202,7 +164,12 @@ def honest(grid: FleetGrid, rebels: list[int]) -> HonestMetrics | None:
     above = places - starts.max(axis=1, keepdims=True)
     below = starts.min(axis=1, keepdims=True) - places
     exit_m = float(max(above.max(), below.max(), 0.0))
-    return HonestMetrics(float(disagreement(*places)[-1]), exit_m)
+    apart = float(disagreement(*places)[-1])
+    line = (
+        f'honest robots: disagreement {apart:.3f} m at the end; '
+        f'at most {exit_m:.3f} m outside the interval of their starts'
+    )
+    return Measured({'disagreement_at_end_m': apart, 'largest_exit_m': exit_m}, [line])
 
 
 class _Resilience(Task):
@@ -212,34 +179,6 @@ class _Resilience(Task):
 
 RESILIENCE = _Resilience({'REBELS': robots})
 """The task `resilience`: robots agree in spite of rebels among them."""
-
-
-@dataclass(frozen=True)
-class AlignmentMetrics(Measured):
-    """Agreement on the velocities that the laws command.
-
-    The disagreement is the root mean square distance to the mean velocity, the spread of
-    directions the angle of the smallest sector with those of all moving robots.
-    """
-
-    disagreement_at_start_m_s: float
-    disagreement_at_end_m_s: float
-    convergence_rate_1_s: float | None
-    final_mean_vx_m_s: float
-    final_mean_vy_m_s: float
-    spread_of_directions_at_end_rad: float
-
-    def lines(self) -> list[str]:
-        """Return the agreement at the start and at the end, and the rate."""
-        rate = self.convergence_rate_1_s
-        return [
-            f'disagreement of velocities: {self.disagreement_at_start_m_s:.3f} m/s at the start, '
-            f'{self.disagreement_at_end_m_s:.3f} m/s at the end',
-            f'convergence rate: {"unknown" if rate is None else f"{rate:.3g} 1/s"}',
-            f'mean velocity at the end: ({self.final_mean_vx_m_s:.3f}, '
-            f'{self.final_mean_vy_m_s:.3f}) m/s; directions within '
-            f'{self.spread_of_directions_at_end_rad:.3f} rad',
-        ]
 
 
 def velocities(run: Run) -> Floats | None:
@@ -263,16 +202,32 @@ def spread(vx: Floats, vy: Floats) -> float:
     return float(2 * np.pi - gaps.max()) if len(gaps) else 0.0
 
 
-def alignment(t: Floats, vx: Floats, vy: Floats) -> AlignmentMetrics:
-    """Return the agreement of velocities in m/s, shape (N, K), at times in s, shape (K,)."""
+def alignment(t: Floats, vx: Floats, vy: Floats) -> Measured:
+    """Return the agreement of velocities in m/s, shape (N, K), at times in s, shape (K,).
+
+    The disagreement is the root mean square distance to the mean velocity, the spread of
+    directions the angle of the smallest sector with those of all moving robots.
+    """
     values = disagreement(vx, vy)
-    return AlignmentMetrics(
-        disagreement_at_start_m_s=float(values[0]),
-        disagreement_at_end_m_s=float(values[-1]),
-        convergence_rate_1_s=convergence_rate(t, values, np.zeros(len(t), bool)),
-        final_mean_vx_m_s=float(vx[:, -1].mean()),
-        final_mean_vy_m_s=float(vy[:, -1].mean()),
-        spread_of_directions_at_end_rad=spread(vx[:, -1], vy[:, -1]),
+    start, end = float(values[0]), float(values[-1])
+    rate = convergence_rate(t, values, np.zeros(len(t), bool))
+    x, y = float(vx[:, -1].mean()), float(vy[:, -1].mean())
+    sector = spread(vx[:, -1], vy[:, -1])
+    return Measured(
+        {
+            'disagreement_at_start_m_s': start,
+            'disagreement_at_end_m_s': end,
+            'convergence_rate_1_s': rate,
+            'final_mean_vx_m_s': x,
+            'final_mean_vy_m_s': y,
+            'spread_of_directions_at_end_rad': sector,
+        },
+        [
+            f'disagreement of velocities: {start:.3f} m/s at the start, {end:.3f} m/s at the end',
+            f'convergence rate: {"unknown" if rate is None else f"{rate:.3g} 1/s"}',
+            f'mean velocity at the end: ({x:.3f}, {y:.3f}) m/s; directions within '
+            f'{sector:.3f} rad',
+        ],
     )
 
 

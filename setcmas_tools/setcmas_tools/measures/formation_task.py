@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +11,9 @@ import numpy as np
 
 from setcmas_ctrl.laws.references import number, points
 from setcmas_simu.arrays import Floats
-from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.measures.metric import Measured
+from setcmas_tools.measures.place_tasks import REACHED_M, draw_waypoints, waypoints
 from setcmas_tools.measures.task import Errors, Task, from_share, hollow_marker, rms, rms_by_robot
-from setcmas_tools.measures.tracking_task import REACHED_M, draw_waypoints, waypoints
 from setcmas_tools.run.fleet_motion import FleetGrid
 
 if TYPE_CHECKING:
@@ -26,27 +25,6 @@ if TYPE_CHECKING:
 
 LEADER = 1
 """Number of the leader of a formation."""
-
-
-@dataclass(frozen=True)
-class FormationMetrics(Measured):
-    """Position errors |p_i - p_1 - d_i| of followers; the last value is over all followers."""
-
-    position_error_final_m: dict[int, float]
-    position_error_rms_last_quarter_m: dict[int, float]
-    fleet_position_error_rms_last_quarter_m: float
-
-    def columns(self) -> Columns:
-        """Return the errors of each follower."""
-        return {
-            'error at\nend (m)': ('.3f', self.position_error_final_m),
-            'RMS last\n25 % (m)': ('.3f', self.position_error_rms_last_quarter_m),
-        }
-
-    def lines(self) -> list[str]:
-        """Return the error of the formation."""
-        error = self.fleet_position_error_rms_last_quarter_m
-        return [f'formation: RMS position error over the last 25 %: {error:.3f} m']
 
 
 def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:
@@ -62,9 +40,10 @@ def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:
     return errors
 
 
-def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
+def formation(grid: FleetGrid, places: Floats) -> Measured | None:
     """Return the errors of a formation by places: those of robots 2, 3, ... in m, shape (M, 2).
 
+    Errors |p_i - p_1 - d_i| are those of each follower, and over all followers.
     Places are relative to the leader; further followers have none. None without a leader, or
     without a follower known at the same time. Source: Oh, Park and Ahn, A survey of multi-agent
     formation control, Automatica 53, 2015 (displacement-based control).
@@ -72,7 +51,17 @@ def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
     errors = place_errors(grid, places)
     late = rms_by_robot(grid.t, errors, 0.75)
     final = {robot: float(errors[robot][np.isfinite(errors[robot])][-1]) for robot in late}
-    return FormationMetrics(final, late, rms(list(late.values()))) if late else None
+    if not late:
+        return None
+    of_fleet = rms([*late.values()])
+    values = {
+        'position_error_final_m': final,
+        'position_error_rms_last_quarter_m': late,
+        'fleet_position_error_rms_last_quarter_m': of_fleet,
+    }
+    line = f'formation: RMS position error over the last 25 %: {of_fleet:.3f} m'
+    columns = {'error at\nend (m)': ('.3f', final), 'RMS last\n25 % (m)': ('.3f', late)}
+    return Measured(values, [line], columns)
 
 
 class _LedTask(Task):
@@ -140,27 +129,6 @@ def distance_or_shape(value: Any) -> Wanted:
     return points(value) if isinstance(value, (list, tuple, np.ndarray)) else number(value)
 
 
-@dataclass(frozen=True)
-class DistanceMetrics(Measured):
-    """Distance errors |p_i - p_j| - D over pairs of robots.
-
-    `distance_errors_final_m` has a signed error per pair, such as '1-2', for small fleets.
-    """
-
-    distance_error_final_rms_m: float
-    distance_error_final_largest_m: float
-    distance_error_rms_last_quarter_m: float
-    distance_errors_final_m: dict[str, float] | None
-
-    def lines(self) -> list[str]:
-        """Return the errors of the fleet."""
-        return [
-            f'distances: RMS error {self.distance_error_final_rms_m:.3f} m at the end '
-            f'(largest {self.distance_error_final_largest_m:.3f} m), '
-            f'{self.distance_error_rms_last_quarter_m:.3f} m over the last 25 %'
-        ]
-
-
 def _placed(grid: FleetGrid, wanted: Wanted) -> FleetGrid:
     """Return a grid without the robots that have no point in the wanted shape."""
     most = len(wanted) if isinstance(wanted, list) else math.inf
@@ -177,12 +145,13 @@ def _matrix(robots: list[int], wanted: Wanted) -> Floats:
     return np.full((len(robots), len(robots)), wanted)
 
 
-def distances(grid: FleetGrid, wanted: Wanted) -> DistanceMetrics | None:
-    """Return the errors of a formation by distances (m), at times with all robots known.
+def distances(grid: FleetGrid, wanted: Wanted) -> Measured | None:
+    """Return the errors |p_i - p_j| - D of pairs of robots (m), at times with all robots known.
 
-    Robots without a point in the wanted shape are left out. None for one robot, or if the robots
-    are never all known in the last quarter.
-    Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
+    Of small fleets each pair, such as '1-2', has its signed error at the end. Robots without a
+    point in the wanted shape are left out. None for one robot, or if the robots are never all
+    known in the last quarter. Source: Krick, Broucke and Francis, International Journal of Control
+    82(3), 2009.
     """
     grid = _placed(grid, wanted)
     known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
@@ -200,7 +169,18 @@ def distances(grid: FleetGrid, wanted: Wanted) -> DistanceMetrics | None:
         names = [f'{i}-{j}' for i, j in combinations(grid.robots, 2)]
         pairs = dict(zip(names, final, strict=True))
     late = float(np.sqrt(squares / (len(final) * x.shape[1])))
-    return DistanceMetrics(rms(final), float(np.abs(final).max()), late, pairs)
+    end, largest = rms(final), float(np.abs(final).max())
+    values = {
+        'distance_error_final_rms_m': end,
+        'distance_error_final_largest_m': largest,
+        'distance_error_rms_last_quarter_m': late,
+        'distance_errors_final_m': pairs,
+    }
+    line = (
+        f'distances: RMS error {end:.3f} m at the end (largest {largest:.3f} m), {late:.3f} m '
+        'over the last 25 %'
+    )
+    return Measured(values, [line])
 
 
 def distance_errors(grid: FleetGrid, wanted: Wanted) -> dict[int, Floats]:

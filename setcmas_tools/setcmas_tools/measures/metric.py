@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from setcmas_simu.plugins import InvalidPluginError, PluginGroup
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup, a_function
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
@@ -28,53 +28,53 @@ def words_and_unit(field: str) -> tuple[str, str]:
 
 
 class Measured:
-    """One kind of measurement of a run: a dataclass whose field names end with their units."""
+    """What a metric says of a run, and how the table shows it.
 
-    def columns(self) -> Columns:
-        """Return the table's columns with a value per robot."""
-        return {}
+    `measured['NAME']` and `measured.NAME` are short for `measured.values['NAME']`.
 
-    def lines(self) -> list[str]:
-        """Return the lines below the table."""
-        return []
+    Attributes:
+        values: Values by name, for metrics.yaml; names end with their units.
+        lines: Lines below the table.
+        columns: Columns of the table with a value per robot.
+    """
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the values by name, for metrics.yaml."""
-        return asdict(self)  # type: ignore[call-overload, no-any-return]
+    def __init__(
+        self,
+        values: Mapping[Any, Any],
+        lines: Sequence[str] = (),
+        columns: Columns = MappingProxyType({}),
+    ) -> None:
+        self.values, self.lines, self.columns = values, lines, columns
+
+    def __getattr__(self, name: str) -> Any:
+        if name in vars(self).get('values', ()):
+            return self.values[name]
+        raise AttributeError(f'{type(self).__name__!r} has no value {name!r}')
+
+    def __getitem__(self, name: Any) -> Any:
+        return self.values[name]
+
+    def __repr__(self) -> str:
+        return f'{type(self).__name__}({self.values})'
 
 
-@dataclass(frozen=True)
 class Value(Measured):
     """A number of the fleet or of each robot; `digits` decimals of it are in the table."""
 
-    name: str
-    value: float | Mapping[int, float]
-    unit: str = ''
-    digits: int = 2
-
-    def __post_init__(self) -> None:
-        """Check that a number can be shown; ValueError or TypeError otherwise."""
-        values = self.value.values() if isinstance(self.value, Mapping) else [self.value]
-        for value in values:
-            format(value, f'.{self.digits}f')
-
-    def columns(self) -> Columns:
-        """Return a column if there is a number for each robot."""
-        if not isinstance(self.value, Mapping):
-            return {}
-        unit = f'\n({self.unit})' if self.unit else ''
-        return {f'{self.name}{unit}': (f'.{self.digits}f', self.value)}
-
-    def lines(self) -> list[str]:
-        """Return a line if there is a single number."""
-        if isinstance(self.value, Mapping):
-            return []
-        return [f'{self.name}: {self.value:.{self.digits}f} {self.unit}'.rstrip()]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the number, or the numbers by robot."""
-        value = dict(self.value) if isinstance(self.value, Mapping) else self.value
-        return {'value': value, 'unit': self.unit}
+    def __init__(
+        self, name: str, value: float | Mapping[int, float], unit: str = '', digits: int = 2
+    ) -> None:
+        """Take a number; raise ValueError or TypeError if it cannot be shown."""
+        form = f'.{digits}f'
+        if isinstance(value, Mapping):
+            for number in value.values():
+                format(number, form)
+            value = dict(value)
+            columns = {f'{name}\n({unit})' if unit else name: (form, value)}
+            super().__init__({'value': value, 'unit': unit}, columns=columns)
+        else:
+            line = f'{name}: {value:{form}} {unit}'.rstrip()
+            super().__init__({'value': value, 'unit': unit}, [line])
 
 
 Metric = Callable[['Run'], Measured | float | None]
@@ -97,11 +97,7 @@ def measured(name: str, result: object) -> Measured | None:
     )
 
 
-def _metric(thing: object) -> Metric:
-    if not callable(thing):
-        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a function of a run')
-    return thing
-
-
-METRICS = PluginGroup('setcmas.metrics', 'metric', _metric)
+METRICS: PluginGroup[Metric] = PluginGroup(
+    'setcmas.metrics', 'metric', a_function('a function of a run')
+)
 """Installed metrics."""

@@ -18,11 +18,10 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
-from setcmas_tools.measures.agreement import ConsensusMetrics
+from setcmas_tools.measures.agreement import have_met
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.predicted_metrics import Comparison, compared
 from setcmas_tools.measures.robot_metrics import largest_speed
-from setcmas_tools.measures.safety_metrics import Separation
 from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
 
@@ -38,7 +37,7 @@ def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
 
     Robots that are meant to meet do not collide, unless in an experiment or with a filter.
     """
-    lines = {name: part.lines() for name, part in parts.items() if name != PREDICTION}
+    lines = {name: part.lines for name, part in parts.items() if name != PREDICTION}
     if not (sentence := meeting(parts)):
         return [*chain(*lines.values())]
     if not {'safety', 'filter'} & parts.keys():
@@ -49,7 +48,7 @@ def fleet_lines(parts: Mapping[str, Measured]) -> list[str]:
 def theory_lines(parts: Mapping[str, Measured]) -> list[str]:
     """Return what theory says of a run as lines of text."""
     theory = parts.get(PREDICTION)
-    return theory.lines() if theory else ['theory: nothing is predicted for this law']
+    return [*theory.lines] if theory else ['theory: nothing is predicted for this law']
 
 
 _RATE = 'consensus.convergence_rate_1_s'
@@ -59,10 +58,10 @@ _RATES_DIFFER = 0.05
 def meeting(parts: Mapping[str, Measured]) -> str:
     """Return the sentence from the metrics of a run by name; '' if its robots need not meet."""
     agreement, separation, theory = map(parts.get, ('consensus', 'separation', PREDICTION))
-    if not isinstance(agreement, ConsensusMetrics) or not agreement.must_meet:
+    if not agreement or not agreement.lines:
         return ''
-    text = f'The robots {"met" if agreement.have_met else "did not meet"}'
-    if isinstance(separation, Separation) and separation.largest_distance_at_end_m is not None:
+    text = f'The robots {"met" if have_met(agreement.values) else "did not meet"}'
+    if separation and separation.largest_distance_at_end_m is not None:
         text += f': at most {separation.largest_distance_at_end_m:.2f} m apart at the end'
     rate = agreement.convergence_rate_1_s
     if rate is None:
@@ -90,7 +89,7 @@ def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
 
 def robots_rows(parts: Mapping[str, Measured]) -> list[list[str]]:
     """Return heads and a row for each robot; nothing if no metric is of robots."""
-    columns: Columns = {k: c for part in parts.values() for k, c in part.columns().items()}
+    columns: Columns = {k: c for part in parts.values() for k, c in part.columns.items()}
     if not columns:
         return []
     robots = sorted({robot for _, values in columns.values() for robot in values})
@@ -243,7 +242,7 @@ def as_dict(metrics: Metrics) -> dict[str, Any]:
         'vnom_m_s': metrics.vnom_m_s,
         'communication': metrics.communication,
     }
-    parts = {name: part.as_dict() for name, part in metrics.items()}
+    parts = {name: part.values for name, part in metrics.items()}
     return {name: _rounded(value) for name, value in (head | parts).items() if value is not None}
 
 

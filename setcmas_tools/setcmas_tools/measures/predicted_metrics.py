@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -44,17 +43,32 @@ class Figure:
         return f'theory: {words} {value} ({self.formula}){measured}'
 
 
-@dataclass(frozen=True)
 class Comparison(Measured):
     """What theory says of a run.
 
     Attributes:
         figures: The predicted figures; the last one of a metric is the closest to the run.
         departures: What the theory leaves out and this run has, with a detail or ''.
+        differs: The same as texts.
     """
 
-    figures: tuple[Figure, ...]
-    departures: Mapping[Departure, str]
+    def __init__(self, figures: Sequence[Figure], departures: Mapping[Departure, str]) -> None:
+        self.figures, self.departures = figures, departures
+        self.differs = [
+            f'{one.value} ({detail})' if detail else one.value
+            for one, detail in departures.items()
+        ]
+        lines = [one.line() for one in figures]
+        if lines and self.differs:
+            lines.append(f'the theory leaves out: {"; ".join(self.differs)}')
+        values = {
+            **{one.metric.replace('.', '_'): _rounded(one.predicted) for one in figures},
+            'formulas': list(dict.fromkeys(one.formula for one in figures)),
+            'left_out': self.differs,
+        }
+        super().__init__(
+            values, lines or ['theory: the law predicts nothing for these conditions']
+        )
 
     def __contains__(self, metric: str) -> bool:
         return any(one.metric == metric for one in self.figures)
@@ -62,30 +76,6 @@ class Comparison(Measured):
     def __getitem__(self, metric: str) -> Figure:
         """Return the last figure of a metric; KeyError if there is none."""
         return {one.metric: one for one in self.figures}[metric]
-
-    @property
-    def differs(self) -> list[str]:
-        """What the theory leaves out, as texts."""
-        return [
-            f'{one.value} ({detail})' if detail else one.value
-            for one, detail in self.departures.items()
-        ]
-
-    def lines(self) -> list[str]:
-        """Return the figures, and what the theory leaves out."""
-        lines = [one.line() for one in self.figures]
-        if not lines:
-            return ['theory: the law predicts nothing for these conditions']
-        left_out = [f'the theory leaves out: {"; ".join(self.differs)}'] if self.differs else []
-        return lines + left_out
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the predicted values, and what the theory leaves out."""
-        return {
-            **{one.metric.replace('.', '_'): _rounded(one.predicted) for one in self.figures},
-            'formulas': list(dict.fromkeys(one.formula for one in self.figures)),
-            'left_out': self.differs,
-        }
 
 
 def _number(value: float) -> str:
@@ -121,7 +111,7 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         for one in theorems
         if not one.excludes & left_out.keys()
     ]
-    return Comparison(tuple(figures), left_out)
+    return Comparison(figures, left_out)
 
 
 def conditions_of(run: Run) -> Conditions | None:
@@ -151,7 +141,7 @@ def conditions_of(run: Run) -> Conditions | None:
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
     metric, _, field = name.partition('.')
-    value = parts[metric].as_dict().get(field) if metric in parts else None
+    value = parts[metric].values.get(field) if metric in parts else None
     return None if value is None else float(value)
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,53 +22,20 @@ SATURATION_TOLERANCE = 1e-3
 """A robot is saturated above (1 - this) vnom."""
 
 
-@dataclass(frozen=True)
-class RobotMotion:
-    """Motion of one robot from t = 0 on; None for unknown values."""
-
-    path_length_m: float
-    mean_speed_m_s: float | None
-    largest_speed_m_s: float | None
-    time_in_saturation_s: float
-    time_in_dead_band_s: float
-    end_x_m: float | None
-    end_y_m: float | None
-    communications: int
+_COLUMNS = {
+    'path\n(m)': ('.2f', 'path_length_m'),
+    'mean v\n(m/s)': ('.3f', 'mean_speed_m_s'),
+    'max v\n(m/s)': ('.3f', 'largest_speed_m_s'),
+    'saturated\n(s)': ('.1f', 'time_in_saturation_s'),
+    'dead\nband (s)': ('.1f', 'time_in_dead_band_s'),
+    'sent': ('.0f', 'communications'),
+    'end x\n(m)': ('.2f', 'end_x_m'),
+    'end y\n(m)': ('.2f', 'end_y_m'),
+}
 
 
-@dataclass(frozen=True)
-class FleetMotion(Measured):
-    """The motion of each robot, by its number."""
-
-    robots: dict[int, RobotMotion]
-
-    def __getitem__(self, robot: int) -> RobotMotion:
-        return self.robots[robot]
-
-    def columns(self) -> Columns:
-        """Return the motion of each robot."""
-
-        def values(name: str) -> dict[int, float | None]:
-            return {robot: getattr(motion, name) for robot, motion in self.robots.items()}
-
-        return {
-            'path\n(m)': ('.2f', values('path_length_m')),
-            'mean v\n(m/s)': ('.3f', values('mean_speed_m_s')),
-            'max v\n(m/s)': ('.3f', values('largest_speed_m_s')),
-            'saturated\n(s)': ('.1f', values('time_in_saturation_s')),
-            'dead\nband (s)': ('.1f', values('time_in_dead_band_s')),
-            'sent': ('.0f', values('communications')),
-            'end x\n(m)': ('.2f', values('end_x_m')),
-            'end y\n(m)': ('.2f', values('end_y_m')),
-        }
-
-    def as_dict(self) -> dict[Any, Any]:
-        """Return the motion of each robot by its number."""
-        return {robot: asdict(motion) for robot, motion in self.robots.items()}
-
-
-def fleet_motion(run: Run) -> FleetMotion:
-    """Return the motion of each robot of a run.
+def fleet_motion(run: Run) -> Measured:
+    """Return `robot_motion` of each robot of a run, by its number.
 
     Without a record of the communication, each odometry counts as a state sent.
     """
@@ -82,9 +48,12 @@ def fleet_motion(run: Run) -> FleetMotion:
     tracks = {robot: run.table.of(robot) for robot in robots}
     for robot in free & tracks.keys():
         tracks[robot] = replace(tracks[robot], v=_speeds(tracks[robot]))
-    return FleetMotion(
-        {robot: robot_motion(track, vnom, sent.get(robot, 0)) for robot, track in tracks.items()}
-    )
+    motions = {i: robot_motion(track, vnom, sent.get(i, 0)) for i, track in tracks.items()}
+    columns = {
+        head: (form, {robot: motion[name] for robot, motion in motions.items()})
+        for head, (form, name) in _COLUMNS.items()
+    }
+    return Measured(motions, columns=columns)
 
 
 def _speeds(track: FleetTable) -> Floats:
@@ -108,8 +77,8 @@ def largest_speed(run: Run) -> float:
     return vnom if own is None else min(vnom, float(own))
 
 
-def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
-    """Return the motion of a robot from its rows, at least one of them at t >= 0.
+def robot_motion(track: FleetTable, vnom: float, communications: int) -> dict[str, float | None]:
+    """Return the motion of a robot from its rows, at least one at t >= 0; None where unknown.
 
     The path length is the sum of the steps between poses, except resets; the mean speed is this
     length over the time from the first to the last pose. The largest speed, the saturation (at
@@ -121,16 +90,16 @@ def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMo
     length = float(np.hypot(np.diff(counted.x), np.diff(counted.y))[driven].sum())
     duration = float(counted.t[-1] - counted.t[0]) if len(counted.t) else 0.0
     speeds = np.abs(track.v[(track.t >= 0) & np.isfinite(track.v)])
-    return RobotMotion(
-        path_length_m=length,
-        mean_speed_m_s=length / duration if duration > 0 else None,
-        largest_speed_m_s=float(speeds.max()) if len(speeds) else None,
-        time_in_saturation_s=_time(track, np.abs(track.v) >= vnom * (1 - SATURATION_TOLERANCE)),
-        time_in_dead_band_s=_time(track, np.abs(track.v) < SLOW),
-        end_x_m=float(counted.x[-1]) if len(counted.t) else None,
-        end_y_m=float(counted.y[-1]) if len(counted.t) else None,
-        communications=communications,
-    )
+    return {
+        'path_length_m': length,
+        'mean_speed_m_s': length / duration if duration > 0 else None,
+        'largest_speed_m_s': float(speeds.max()) if len(speeds) else None,
+        'time_in_saturation_s': _time(track, np.abs(track.v) >= vnom * (1 - SATURATION_TOLERANCE)),
+        'time_in_dead_band_s': _time(track, np.abs(track.v) < SLOW),
+        'end_x_m': float(counted.x[-1]) if len(counted.t) else None,
+        'end_y_m': float(counted.y[-1]) if len(counted.t) else None,
+        'communications': communications,
+    }
 
 
 def _time(track: FleetTable, holds: NDArray[np.bool_]) -> float:
@@ -140,65 +109,15 @@ def _time(track: FleetTable, holds: NDArray[np.bool_]) -> float:
     return float(durations[holds[1:] & known].sum())
 
 
-@dataclass(frozen=True)
-class CommunicationMetrics(Measured):
-    """Messages of a run; those of a robot are the ones it sent.
+def fleet_communication(run: Run) -> Measured | None:
+    """Return how much the robots of a run communicated; None without a record.
 
-    Attributes:
-        evaluations: Evaluations of triggering conditions; None if communication was periodic.
-        triggered_share: Share of the evaluations that triggered; None if it was periodic.
-        least_interval_s: Shortest time between two states of a robot; None if it was periodic, or
-            if no robot sent two.
-        sent: States that robots broadcast.
-        received: Messages that arrived, over all links; None if not counted, as in ROS 1.
-        lost: Messages that were lost, over all links; None likewise.
-        loss_ratio: lost / (received + lost); None without messages.
-        broken_links: Number of times that a link ended.
-        agreement_time_s: Time from which all laws send the same value; None if they do not.
-        received_by_others: Messages of each robot that arrived; empty if not counted.
-        lost_on_the_way: Messages of each robot that were lost; empty if not counted.
-        mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
+    A robot's messages are those that it sent. What was `received` and `lost`, over all links, is
+    None if it was not counted, as in ROS 1; `agreement_time_s`, from which all laws send the same
+    value, if they do not; evaluations of triggering conditions, the share that triggered and the
+    shortest time between two states of a robot if communication was periodic, and times between
+    states of robots that sent fewer than two.
     """
-
-    evaluations: int | None
-    triggered_share: float | None
-    least_interval_s: float | None
-    sent: int
-    received: int | None
-    lost: int | None
-    loss_ratio: float | None
-    broken_links: int
-    agreement_time_s: float | None
-    received_by_others: dict[int, int]
-    lost_on_the_way: dict[int, int]
-    mean_interval_s: dict[int, float | None]
-
-    def columns(self) -> Columns:
-        """Return the messages of each robot."""
-        return {
-            'every\n(s)': ('.2f', self.mean_interval_s),
-            'arrived': ('.0f', self.received_by_others),
-            'lost': ('.0f', self.lost_on_the_way),
-        }
-
-    def lines(self) -> list[str]:
-        """Return the messages of the fleet."""
-        sent = f'{self.sent:,} states sent'
-        if self.evaluations and self.triggered_share is not None:
-            share = f'{100 * self.triggered_share:.1f} % of {self.evaluations:,} evaluations'
-            sent += f' ({share} triggered)'
-        if self.least_interval_s is not None:
-            sent += f', those of a robot at least {self.least_interval_s:.2f} s apart'
-        if self.received is None:
-            return [f'communication: {sent}']
-        loss = '' if self.loss_ratio is None else f' ({100 * self.loss_ratio:.1f} %)'
-        return [
-            f'communication: {sent}, {self.received:,} messages received, {self.lost:,} lost{loss}'
-        ]
-
-
-def fleet_communication(run: Run) -> CommunicationMetrics | None:
-    """Return how much the robots of a run communicated; None without a record."""
     record = run.record
     if not record:
         return None
@@ -207,21 +126,42 @@ def fleet_communication(run: Run) -> CommunicationMetrics | None:
     received = sum(counts.received for counts in robots.values())
     lost = sum(counts.lost for counts in robots.values())
     evaluations = len(record.triggers) or None
+    share = sent / evaluations if evaluations else None
     intervals = np.concatenate([np.empty(0), *record.intervals.values()])
-    return CommunicationMetrics(
-        evaluations=evaluations,
-        triggered_share=sent / evaluations if evaluations else None,
-        least_interval_s=float(intervals.min()) if len(intervals) else None,
-        sent=sent,
-        received=received if record.links else None,
-        lost=lost if record.links else None,
-        loss_ratio=lost / (received + lost) if received + lost else None,
-        broken_links=int(np.sum(record.changes[:, 3] == 0.0)),
-        agreement_time_s=agreement_time(run.messages, len(run.robots)),
-        received_by_others={i: counts.received for i, counts in robots.items() if record.links},
-        lost_on_the_way={i: counts.lost for i, counts in robots.items() if record.links},
-        mean_interval_s={
-            robot: counts.mean_interval if math.isfinite(counts.mean_interval) else None
-            for robot, counts in robots.items()
-        },
-    )
+    least = float(intervals.min()) if len(intervals) else None
+    loss = lost / (received + lost) if received + lost else None
+    counted = robots if record.links else {}
+    arrived = {robot: counts.received for robot, counts in counted.items()}
+    missing = {robot: counts.lost for robot, counts in counted.items()}
+    every = {
+        robot: counts.mean_interval if math.isfinite(counts.mean_interval) else None
+        for robot, counts in robots.items()
+    }
+    columns: Columns = {
+        'every\n(s)': ('.2f', every),
+        'arrived': ('.0f', arrived),
+        'lost': ('.0f', missing),
+    }
+    values = {
+        'evaluations': evaluations,
+        'triggered_share': share,
+        'least_interval_s': least,
+        'sent': sent,
+        'received': received if record.links else None,
+        'lost': lost if record.links else None,
+        'loss_ratio': loss,
+        'broken_links': int(np.sum(record.changes[:, 3] == 0.0)),
+        'agreement_time_s': agreement_time(run.messages, len(run.robots)),
+        'received_by_others': arrived,
+        'lost_on_the_way': missing,
+        'mean_interval_s': every,
+    }
+    line = f'communication: {sent:,} states sent'
+    if evaluations and share is not None:
+        line += f' ({100 * share:.1f} % of {evaluations:,} evaluations triggered)'
+    if least is not None:
+        line += f', those of a robot at least {least:.2f} s apart'
+    if record.links:
+        line += f', {received:,} messages received, {lost:,} lost'
+        line += '' if loss is None else f' ({100 * loss:.1f} %)'
+    return Measured(values, [line], columns)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.models_by_name import UNICYCLE, shape_of
-from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.measures.metric import Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
@@ -23,51 +22,15 @@ _MOST_TOUCHES = 3
 """Collisions that are listed; further ones are counted."""
 
 
-@dataclass(frozen=True)
-class Separation(Measured):
-    """Smallest and largest distances between robots of a fleet; None if unknown.
-
-    `first_collisions` has the two robots and the time in s of the first pairs that touched.
-    """
-
-    least_separation_m: float
-    least_separation_time_s: float
-    least_separation_robots: tuple[int, int]
-    largest_distance_at_end_m: float | None
-    pairs_that_touched: int
-    first_collisions: list[tuple[int, int, float]]
-
-    def lines(self) -> list[str]:
-        """Return the least and the largest distance, and the first collisions."""
-        first, second = self.least_separation_robots
-        largest = self.largest_distance_at_end_m
-        return [
-            f'least separation: {self.least_separation_m:.2f} m at '
-            f'{self.least_separation_time_s:.1f} s between robots {first} and {second}',
-            'largest distance between two robots at the end: '
-            f'{"-" if largest is None else format(largest, ".2f")} m',
-            *self._collisions(),
-        ]
-
-    def _collisions(self) -> Iterator[str]:
-        if not self.first_collisions:
-            return
-        (i, j, t), *others = self.first_collisions
-        listed = [f'robots {i} and {j} touched at {t:.1f} s']
-        listed += [f'{i} and {j} at {t:.1f} s' for i, j, t in others]
-        if more := self.pairs_that_touched - len(listed):
-            listed.append(f'{more} more pair{"s" * (more > 1)} later')
-        yield f'collisions: {", ".join(listed)}'
-
-
-def fleet_separation(run: Run) -> Separation | None:
+def fleet_separation(run: Run) -> Measured | None:
     """Return distances between the robots of a run; None for one robot."""
     return separation(run.counted_grid, models_of(run))
 
 
-def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Separation | None:
+def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Measured | None:
     """Return the smallest distance of two robots, their collisions, and the distance at the end.
 
+    `first_collisions` has the two robots and the time in s of the first pairs that touched.
     Between two samples of the grid, motion is taken as straight, at constant speed. Robots touch
     as discs that are as large as the bodies of their models, unicycles by default. The end is the
     last sample with all robots known. None if no two robots are known at the same time.
@@ -93,8 +56,32 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Sepa
             touched.append((robot, others[j], round(t, 3)))
     if not np.isfinite(least):
         return None
-    first = sorted(touched, key=lambda one: one[2])[:_MOST_TOUCHES]
-    return Separation(least, when, pair, _largest_distance_at_end(grid), len(touched), first)
+    first, largest = sorted(touched, key=lambda one: one[2]), _largest_distance_at_end(grid)
+    values = {
+        'least_separation_m': least,
+        'least_separation_time_s': when,
+        'least_separation_robots': pair,
+        'largest_distance_at_end_m': largest,
+        'pairs_that_touched': len(touched),
+        'first_collisions': first[:_MOST_TOUCHES],
+    }
+    lines = [
+        f'least separation: {least:.2f} m at {when:.1f} s between robots {pair[0]} and {pair[1]}',
+        'largest distance between two robots at the end: '
+        f'{"-" if largest is None else format(largest, ".2f")} m',
+    ]
+    return Measured(values, lines + _collisions(first))
+
+
+def _collisions(touched: list[tuple[int, int, float]]) -> list[str]:
+    """Return a line on the first pairs that touched, if there are any."""
+    if not touched:
+        return []
+    listed = [f'{i} and {j} at {t:.1f} s' for i, j, t in touched[1:_MOST_TOUCHES]]
+    if more := len(touched) - 1 - len(listed):
+        listed.append(f'{more} more pair{"s" * (more > 1)} later')
+    i, j, t = touched[0]
+    return [f'collisions: {", ".join([f"robots {i} and {j} touched at {t:.1f} s", *listed])}']
 
 
 def _radius(model: str) -> float:
@@ -160,25 +147,11 @@ def _largest_distance_at_end(grid: FleetGrid) -> float | None:
     return float(np.hypot(x[:, None] - x, y[:, None] - y).max())
 
 
-@dataclass(frozen=True)
-class ObstacleDistance(Measured):
-    """The least distance of a robot's centre from an obstacle; 0 inside."""
+def obstacle_distance(run: Run) -> Measured | None:
+    """Return the least distance of a robot's centre from the obstacles of a run, 0 inside.
 
-    least_obstacle_distance_m: float
-    least_obstacle_distance_robot: int
-    touched: bool
-
-    def lines(self) -> list[str]:
-        """Return the distance, and whether the robot touched the obstacle."""
-        touched = ', which touched it' if self.touched else ''
-        return [
-            f'least distance to an obstacle: {self.least_obstacle_distance_m:.2f} m from the '
-            f'centre of robot {self.least_obstacle_distance_robot}{touched}'
-        ]
-
-
-def obstacle_distance(run: Run) -> ObstacleDistance | None:
-    """Return the least distance from the obstacles of a run; None without any."""
+    None without obstacles.
+    """
     obstacles, table, models = obstacles_of(run), run.counted, models_of(run)
     known = table.rows(np.isfinite(table.x + table.y))
     points = np.stack([known.x, known.y])
@@ -194,37 +167,21 @@ def obstacle_distance(run: Run) -> ObstacleDistance | None:
         return None
     nearest = int(np.argmin(distances))
     least, robot = float(distances[nearest]), int(known.robot[nearest])
-    return ObstacleDistance(least, robot, least < _radius(models[robot]))
+    touched = least < _radius(models[robot])
+    values = {
+        'least_obstacle_distance_m': least,
+        'least_obstacle_distance_robot': robot,
+        'touched': touched,
+    }
+    line = f'least distance to an obstacle: {least:.2f} m from the centre of robot {robot}'
+    return Measured(values, [f'{line}, which touched it' if touched else line])
 
 
-@dataclass(frozen=True)
-class Safety(Measured):
-    """Safety events from the start to the end of an experiment.
+def fleet_safety(run: Run) -> Measured | None:
+    """Return the safety events from start to end of an experiment; None if the run was none.
 
-    Times are sums over robots; None without the lab's arena or distance.
+    Times are sums over robots; those of the lab's arena and distance are None without these.
     """
-
-    stops: int
-    stopped_s: float
-    overruled_s: float
-    outside_arena_s: float | None
-    too_near_s: float | None
-
-    def lines(self) -> list[str]:
-        """Return a line."""
-        stops = f'{self.stops} stop{"s" if self.stops != 1 else ""}'
-        times = {
-            'stopped': self.stopped_s,
-            'limited or paused': self.overruled_s,
-            'outside the arena': self.outside_arena_s,
-            'too near': self.too_near_s,
-        }
-        shown = [f'{name} {time:.1f} s' for name, time in times.items() if time is not None]
-        return [f'safety: {", ".join([stops, *shown])}']
-
-
-def fleet_safety(run: Run) -> Safety | None:
-    """Return the safety events of a run; None if it was no experiment."""
     record = run.safety
     if record is None:
         return None
@@ -232,13 +189,18 @@ def fleet_safety(run: Run) -> Safety | None:
     robots = [held(record, robot, end) for robot in np.unique(record.robot).tolist()]
     stops, stopped, overruled = (sum(column) for column in zip(*robots, strict=True))
     arena, least = arena_of(run), run.parameters.get('min_separation')
-    return Safety(
-        int(stops),
-        round(stopped, 3),
-        round(overruled, 3),
-        _time_outside(grid, arena) if arena else None,
-        _time_too_near(grid, float(least)) if least else None,
-    )
+    values = {
+        'stops': int(stops),
+        'stopped_s': round(stopped, 3),
+        'overruled_s': round(overruled, 3),
+        'outside_arena_s': _time_outside(grid, arena) if arena else None,
+        'too_near_s': _time_too_near(grid, float(least)) if least else None,
+    }
+    names = ('stopped', 'limited or paused', 'outside the arena', 'too near')
+    times = dict(zip(names, [*values.values()][1:], strict=True))
+    shown = [f'{name} {time:.1f} s' for name, time in times.items() if time is not None]
+    events = ', '.join([f'{stops} stop{"s" if stops != 1 else ""}', *shown])
+    return Measured(values, [f'safety: {events}'])
 
 
 def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, float]:
@@ -272,34 +234,20 @@ def _time(t: Floats, counts: Floats) -> float:
     return round(float((counts[:-1] * np.diff(t)).sum()), 3)
 
 
-@dataclass(frozen=True)
-class Filtering(Measured):
-    """Effects of the safety filter, by robot."""
-
-    overruled_s: dict[int, float]
-    steps_without_solution: int
-
-    def columns(self) -> Columns:
-        """Return the times of each robot."""
-        return {'overruled\n(s)': ('.1f', self.overruled_s)}
-
-    def lines(self) -> list[str]:
-        """Return the number of steps without solution, if any."""
-        count = self.steps_without_solution
-        steps = f'{count} step{"s" if count != 1 else ""}'
-        return [f'safety filter: no solution in {steps}, robots stopped'] if count else []
-
-
-def fleet_filtering(run: Run) -> Filtering | None:
-    """Return the effects of a run's filter; None without one."""
+def fleet_filtering(run: Run) -> Measured | None:
+    """Return the effects of a run's safety filter; None without one."""
     commands = run.commands
     if commands is None or commands.allowed is None:
         return None
-    robots = {int(robot): commands.of(int(robot)) for robot in np.unique(commands.robot)}
+    robots = np.unique(commands.robot).tolist()
+    overruled = {robot: _overruled_s(commands.of(robot)) for robot in robots}
     unsolved = commands.t[commands.allowed.verdict == Verdict.NO_SOLUTION]
-    return Filtering(
-        {robot: _overruled_s(own) for robot, own in robots.items()},
-        len(np.unique(unsolved)),
+    count = len(np.unique(unsolved))
+    steps = f'{count} step{"s" if count != 1 else ""}'
+    return Measured(
+        {'overruled_s': overruled, 'steps_without_solution': count},
+        [f'safety filter: no solution in {steps}, robots stopped'] if count else [],
+        {'overruled\n(s)': ('.1f', overruled)},
     )
 
 

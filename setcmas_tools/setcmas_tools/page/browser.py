@@ -9,11 +9,11 @@ import time
 import webbrowser
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.option_groups import Options, flag, option
-from setcmas_simu.option_kinds import Kind, OneOf, Whole
+from setcmas_simu.option_kinds import Kind, Whole
+from setcmas_tools.plots.plot_options import palette_option
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""
@@ -31,12 +31,6 @@ def own_address() -> str:
             return str(probe.getsockname()[0])
         except OSError:
             return ''
-
-
-def palette_option() -> Any:
-    """Return an option: the palette of pages, plots and films."""
-    purpose = 'colours of the robots, for colour-blind readers or as in ROS 1'
-    return option(OneOf(PALETTES), purpose, default=PALETTES[0])
 
 
 @dataclass(frozen=True, kw_only=True)

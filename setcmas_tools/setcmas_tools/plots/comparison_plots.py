@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from setcmas_simu.errors import file_errors
 from setcmas_tools.measures.comparison import Shifted
 from setcmas_tools.plots import trajectories
-from setcmas_tools.plots.plot_settings import PlotSettings
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import (
     as_written,
     drawn_robots,
@@ -35,13 +35,12 @@ def write_pictures(
     runs: Sequence[Run],
     shifted: Sequence[Shifted],
     folder: Path,
-    look: PlotSettings,
+    look: PlotOptions,
 ) -> list[Path]:
     """Write the pictures of runs, or raise SetcmasError; return the files.
 
     The first run is the reference; `shifted` has the others, compared with it.
     """
-    look.check()
     paths: list[Path] = []
     with file_errors(f"'{folder}' cannot be written"):
         folder.mkdir(parents=True, exist_ok=True)

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError, file_errors
-from setcmas_tools.plots.plot_settings import FILMS, FilmSettings, check_style
+from setcmas_simu.fleet.palettes import PALETTES
+from setcmas_tools.plots.plot_options import FILMS, PaletteOptions
 from setcmas_tools.plots.style import as_written, legend, line_look, plot_style, robot_handles
 from setcmas_tools.plots.trajectories import (
     MOST_NUMBERS,
@@ -55,19 +56,22 @@ class FilmFrames:
     so that each frame takes equally long, even at the end of a long run.
     """
 
-    def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmSettings) -> None:
-        """Draw the static parts; call within `plot_style`.
+    def __init__(
+        self, figure: Figure, grid: FleetGrid, trails: FleetGrid, run: Run, speed: float
+    ) -> None:
+        """Draw the static parts into an empty figure; call within `plot_style`.
 
-        `grid` has the poses at the times of the frames, `trails` these and further ones between.
+        The film plays `speed` times as fast as real time. `grid` has the poses at the times of the
+        frames, `trails` these and further ones between.
         """
         self._grid = grid
-        self._speed = look.speed
+        self._speed = speed
         self._positions = np.stack([grid.x, grid.y], axis=2)
         self._trail_t = trails.t
         self._trail_positions = np.stack([trails.x, trails.y], axis=2)
-        self._figure = Figure(figsize=look.inches, dpi=look.dpi)
-        self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
-        self._axes = self._figure.add_subplot()
+        self.figure = figure
+        self._canvas: Any = FigureCanvasAgg(figure)  # untyped in matplotlib
+        self._axes = figure.add_subplot()
         self._drawn = DrawnPlane(self._axes, run)
         marks = draw_world(self._axes, run) + draw_references('film', self._axes, run)
         marks += self._drawn.handles
@@ -75,7 +79,7 @@ class FilmFrames:
         self._axes.set_title(as_written(run.title))
         legend(self._axes, [*robot_handles(grid.robots), *marks])
         self._add_moving_artists()
-        self._figure.draw_without_rendering()
+        self.figure.draw_without_rendering()
         width = np.ptp(self._axes.get_xlim())
         size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
         found = symbols(run)
@@ -86,11 +90,11 @@ class FilmFrames:
 
     def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         self._canvas.draw()
-        background = self._canvas.copy_from_bbox(self._figure.bbox)
+        background = self._canvas.copy_from_bbox(self.figure.bbox)
         for k in range(len(self)):
             self._canvas.restore_region(background)
             self._draw_trails(k)
-            background = self._canvas.copy_from_bbox(self._figure.bbox)
+            background = self._canvas.copy_from_bbox(self.figure.bbox)
             self._draw_robots(k)
             yield np.asarray(self._canvas.buffer_rgba())
 
@@ -166,7 +170,6 @@ def from_first_command(table: FleetTable) -> FleetTable:
 
 
 _NAME = 'film'
-_LOOK = FilmSettings()
 
 
 @dataclass(frozen=True, repr=False)
@@ -192,9 +195,9 @@ class Film:
 
 
 def film(run: Run, kind: str | None = None, **look: Any) -> Film:
-    """Return a film; `kind` as for `animate`, `look` as for `FilmSettings`."""
+    """Return a film; arguments as for `animate`."""
     with tempfile.TemporaryDirectory(prefix='setcmas-film-') as folder:
-        path = animate(run, Path(folder), kind, FilmSettings(**look), progress=False)
+        path = animate(run, Path(folder), kind, **look, progress=False)
         return Film(path.read_bytes(), path.suffix.removeprefix('.'))
 
 
@@ -202,7 +205,10 @@ def animate(
     run: Run,
     folder: Path,
     kind: str | None = None,
-    look: FilmSettings = _LOOK,
+    speed: float = 1.0,
+    palette: str = PALETTES[0],
+    size: tuple[int, int] = (640, 540),
+    dpi: float = 100.0,
     progress: bool = True,
 ) -> Path:
     """Write a film of the fleet in the plane, with trails, drawings and the time.
@@ -210,8 +216,11 @@ def animate(
     Args:
         run: The run.
         folder: Folder of the film.
-        kind: One of `look.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
-        look: Appearance of the film.
+        kind: One of `plot_options.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
+        speed: Playback speed in multiples of real time.
+        palette: One of `palettes.PALETTES`.
+        size: Width and height in pixels; odd sizes are reduced by one, for MP4.
+        dpi: Dots per inch; higher values enlarge text and lines.
         progress: Whether to show a progress bar in a terminal.
 
     Returns:
@@ -222,21 +231,23 @@ def animate(
             written or is too long for a GIF.
     """
     kind = _best_kind(kind)
-    check_style(look.palette, None)
+    palette = PaletteOptions(palette=palette).palette
     path = folder / f'{_NAME}.{kind}'
-    rate = _RATES_HZ[kind] / look.speed
+    rate = _RATES_HZ[kind] / speed
     table = from_first_command(run.table)
-    grid, trails = on_grid(table, rate), on_grid(table, rate * max(1, math.ceil(look.speed)))
+    grid, trails = on_grid(table, rate), on_grid(table, rate * max(1, math.ceil(speed)))
     if kind == 'gif' and len(grid.t) > _MOST_GIF_FRAMES:
         raise SetcmasError(
             f'a video of {len(grid.t) / _RATES_HZ[kind]:.0f} s is too long for a GIF (at most '
             f'{_MOST_GIF_FRAMES / _RATES_HZ[kind]:g} s): use --speed '
-            f'{math.ceil(100 * look.speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
+            f'{math.ceil(100 * speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
             'or write mp4'
         )
-    with plot_style(look.palette), file_errors(f"'{path}' cannot be written"):
+    with plot_style(palette), file_errors(f"'{path}' cannot be written"):
         path.parent.mkdir(parents=True, exist_ok=True)
-        _write(kind, path, FilmFrames(grid, trails, run, look), look, progress)
+        width, height = (2 * (side // 2) / dpi for side in size)
+        figure = Figure((width, height), dpi)
+        _write(kind, path, FilmFrames(figure, grid, trails, run, speed), progress)
     return path
 
 
@@ -277,7 +288,7 @@ class _Picture(Artist):
         renderer.draw_image(renderer.new_gc(), 0, 0, self.pixels[::-1])
 
 
-def _write(kind: str, path: Path, frames: FilmFrames, look: FilmSettings, progress: bool) -> None:
+def _write(kind: str, path: Path, frames: FilmFrames, progress: bool) -> None:
     """Write a film whole, or not at all.
 
     Raises:
@@ -291,11 +302,12 @@ def _write(kind: str, path: Path, frames: FilmFrames, look: FilmSettings, progre
         writer = FFMpegWriter(_RATES_HZ[kind], 'h264', extra_args=_MP4)
     part = path.with_name(f'{path.stem}.part.{kind}')
     # The writers draw a figure whole: of these, each has a picture that is drawn in parts.
-    screen = Figure(look.inches, look.dpi)
+    screen = Figure(dpi=frames.figure.dpi)
+    screen.set_size_inches(*frames.figure.get_size_inches().tolist())
     screen.set_layout_engine('none')
     screen.add_artist(shown := _Picture())
     try:
-        with writer.saving(screen, str(part), look.dpi):
+        with writer.saving(screen, str(part), screen.dpi):
             for picture in tqdm(frames, 'video', unit='frame', leave=False, disable=hidden):
                 shown.pixels = picture
                 writer.grab_frame()

@@ -16,7 +16,7 @@ from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.measures.task import ignore
-from setcmas_tools.plots.plot_settings import PlotSettings, check_style
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
 
@@ -57,7 +57,7 @@ _FIRST = (
     'communication_counts', 'inter_event_times', 'graph', 'disagreement', 'errors', 'filter',
 )  # fmt: skip
 
-_LOOK = PlotSettings()
+_LOOK = PlotOptions()
 
 
 def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
@@ -68,7 +68,7 @@ def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
 
 
 def plot(
-    run: Run, folder: Path, look: PlotSettings = _LOOK, warn: Callable[[str], None] = print
+    run: Run, folder: Path, look: PlotOptions = _LOOK, warn: Callable[[str], None] = print
 ) -> list[Path]:
     """Write the plots that apply to a run; return the files.
 
@@ -80,7 +80,6 @@ def plot(
     """
     from tqdm import tqdm  # a page draws plots without it
 
-    look.check()
     with plot_style(look.palette, look.paper):
         paths = []
         with file_errors(f"plots cannot be written to '{folder}'"):
@@ -147,12 +146,12 @@ class Picture(Figure):
 
 def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = None) -> Figure:
     """Return a plot of a run, or raise SetcmasError."""
-    check_style(palette, paper)
+    look = PlotOptions(palette=palette, paper=paper)
     draw = PLOTS.get(name)
     if not suits(draw, run):
         known = ', '.join(plots_of(run))
         raise SetcmasError(f"plot '{name}' does not apply to this run; must be one of {known}")
-    with plot_style(palette, paper):
+    with plot_style(look.palette, look.paper):
         picture = Picture()
         draw(picture, run)
         finish(picture, run.title)

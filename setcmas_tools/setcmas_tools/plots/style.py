@@ -19,7 +19,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu.fleet import fleet, palettes
 from setcmas_simu.fleet.palettes import Colour, is_bright, plot_colour
-from setcmas_tools.plots.plot_settings import PAPERS
+from setcmas_tools.plots.plot_options import PAPERS
 
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _SAMPLES = 5

@@ -14,10 +14,11 @@ from setcmas_tools.measures.metric import METRICS, Metric
 from setcmas_tools.measures.metrics import Metrics
 
 _DIGITS = 9
-_OVER_ROBOTS: dict[str, Callable[[list[float]], Any]] = {
+_OVER_ROBOTS: dict[str, Callable[[list[Any]], Any]] = {
     'sum': np.sum,
     'mean': np.mean,
     'largest': np.max,
+    'mean number': lambda lists: np.mean([len(one) for one in lists]),
 }
 
 
@@ -41,10 +42,12 @@ class Column:
 
     def number_in(self, metrics: Metrics) -> float | None:
         """Return the number of a run; None if it has none."""
+        values = metrics[self.metric].values
         if not self.over_robots:
-            return getattr(metrics[self.metric], self.field)  # type: ignore[no-any-return]
-        motions = metrics['robots'].robots.values()
-        numbers = [getattr(motion, self.field) for motion in motions]
+            return values[self.field]  # type: ignore[no-any-return]
+        is_there = self.field in values  # else each robot has it
+        by_robot = values[self.field] if is_there else values
+        numbers = [one if is_there else one[self.field] for one in by_robot.values()]
         known = [number for number in numbers if number is not None]
         return float(_OVER_ROBOTS[self.over_robots](known)) if known else None
 
@@ -110,7 +113,7 @@ COLUMNS = {
         'fleet_tracking_error_rms_second_half_m',
     ),
     'waypoints_reached': Column(
-        '', 'waypoints reached, mean over the robots', 'waypoints', 'mean_reached'
+        '', 'waypoints reached, mean over the robots', 'waypoints', 'reached_at_s', 'mean number'
     ),
 }  # fmt: skip
 """Columns of built-in metrics; those of plugins are named METRIC_FIELD."""
@@ -137,7 +140,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
     }
     for metric, part in metrics.items():
         if metric not in SHIPPED:
-            found |= _others(metric, part.as_dict())
+            found |= _others(metric, part.values)
     return {name: _rounded(number) for name, number in found.items()}
 
 

@@ -17,7 +17,7 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
-from setcmas_tools.plots.plot_settings import PlotSettings, check_style
+from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import as_written, finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS, predicted
@@ -138,12 +138,12 @@ def figure(
     paper: str | None = None,
 ) -> Figure:
     """Return a plot of a study; as `Study.plot`."""
-    check_style(palette, paper)
+    look = PlotOptions(palette=palette, paper=paper)
     name = by or next(iter(study.names), '')
     if name not in study.names:
         known = ', '.join(study.names) or 'nothing'
         raise SetcmasError(f"'{name}' is not varied in this study; must be one of {known}")
-    with plot_style(palette, paper):
+    with plot_style(look.palette, look.paper):
         picture = Picture()
         draw_lines(picture, study, metric, name)
         finish(picture, study.title)
@@ -151,11 +151,10 @@ def figure(
 
 
 def plot(
-    study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotSettings | None = None
+    study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotOptions | None = None
 ) -> list[Path]:
     """Write plots of metrics, by default those of the task; return the files."""
-    chosen = look or PlotSettings()
-    chosen.check()
+    chosen = look or PlotOptions()
     paths: list[Path] = []
     with file_errors(f"study '{folder}' cannot be written"):
         folder.mkdir(parents=True, exist_ok=True)

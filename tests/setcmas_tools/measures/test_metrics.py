@@ -27,7 +27,7 @@ from setcmas_tools.run.run_tables import write_communication
 
 
 def sent(metrics):
-    return {robot: motion.communications for robot, motion in metrics['robots'].robots.items()}
+    return {robot: motion['communications'] for robot, motion in metrics['robots'].values.items()}
 
 
 def test_periodic_communications_count_from_the_first_command_on():
@@ -83,7 +83,7 @@ def test_a_handful_of_rows(t):
     metrics = measure(table((t, 0, 0), (t, np.nan, np.nan, np.nan), (t, 1, 0)))
 
     assert all(map(math.isfinite, numbers(as_dict(metrics))))
-    assert metrics['robots'][2].largest_speed_m_s is None
+    assert metrics['robots'][2]['largest_speed_m_s'] is None
     assert str(metrics)
 
 

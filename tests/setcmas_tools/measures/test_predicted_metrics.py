@@ -44,7 +44,7 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, nb_
 
 def test_what_the_theory_leaves_out_is_said():
     run = simulate('consensus', 4, 20.0, graph='ring', loss=0.5, delay=0.1, filter='barrier')
-    last = run.metrics()['prediction'].lines()[-1]
+    last = run.metrics()['prediction'].lines[-1]
 
     for note in (
         'turning before driving', 'the speed limit (reached until', 'lost messages (',

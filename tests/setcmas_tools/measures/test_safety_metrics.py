@@ -5,7 +5,6 @@ import pytest
 
 from setcmas_tools import simulate
 from setcmas_tools.measures.safety_metrics import (
-    Safety,
     fleet_filtering,
     fleet_safety,
     fleet_separation,
@@ -32,7 +31,7 @@ def test_times_are_those_of_each_robot():
     found = fleet_filtering(run_with([[0, 1], [1, 1], [1, 1], [2, 2]]))
 
     assert found.overruled_s == {1: 0.6, 2: 0.8}
-    assert found.lines() == ['safety filter: no solution in 1 step, robots stopped']
+    assert found.lines == ['safety filter: no solution in 1 step, robots stopped']
 
 
 def test_a_run_without_a_filter_has_none():
@@ -59,7 +58,7 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
     assert (measured.stops, measured.stopped_s, measured.overruled_s) == (2, 1.0, 2.0)
     assert measured.outside_arena_s == pytest.approx(3.0, abs=0.15)
     assert measured.too_near_s == pytest.approx(0.8, abs=0.15)
-    assert measured.lines()[0].startswith(
+    assert measured.lines[0].startswith(
         'safety: 2 stops, stopped 1.0 s, limited or paused 2.0 s, '
     )
 
@@ -67,7 +66,7 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
 def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
     record = safety_record([(0.0, 1, 'moving', False)])
     assert fleet_safety(run_with_of_safety(None, **LAB)) is None
-    assert fleet_safety(run_with_of_safety(record)) == Safety(0, 0.0, 0.0, None, None)
+    assert [*fleet_safety(run_with_of_safety(record)).values.values()] == [0, 0.0, 0.0, None, None]
 
 
 AT_EACH_OTHER = 'def control(robotNo, nbRobots, poses, t):\n    return 3 - 2 * robotNo, 0\n'
@@ -85,7 +84,7 @@ def test_robots_that_drive_through_each_other_touch_by_the_size_of_their_model(
     ((first, second, t),) = found.first_collisions
     assert (first, second, found.pairs_that_touched) == (1, 2, 1)
     assert 2 - t == pytest.approx(size, abs=0.05)
-    assert f'collisions: robots 1 and 2 touched at {t:.1f} s' in found.lines()
+    assert f'collisions: robots 1 and 2 touched at {t:.1f} s' in found.lines
 
 
 def test_robots_that_pass_between_two_samples_touch_and_others_do_not():
@@ -102,7 +101,7 @@ def test_collisions_are_counted_and_the_first_are_listed():
 
     assert found.pairs_that_touched == 28
     assert len(found.first_collisions) == 3
-    assert found.lines()[-1].endswith(', 25 more pairs later')
+    assert found.lines[-1].endswith(', 25 more pairs later')
 
 
 @pytest.mark.parametrize(
@@ -121,7 +120,7 @@ def test_the_least_distance_from_an_obstacle_is_that_of_the_nearest_robot(
 
     assert found.least_obstacle_distance_m == pytest.approx(least)
     assert (found.least_obstacle_distance_robot, found.touched) == (robot, touched)
-    assert ('which touched it' in found.lines()[0]) == touched
+    assert ('which touched it' in found.lines[0]) == touched
 
 
 def test_a_run_without_obstacles_has_no_distance_from_one():

@@ -39,7 +39,7 @@ def test_plots_of_a_run(run, nb_robots):
 @pytest.mark.nightly
 @pytest.mark.parametrize('paper', [None, 'column'])
 def test_vector_formats_embed_their_fonts(run, paper):
-    paths = plot(run(2), formats=['pdf', 'svg'], paper=paper)
+    paths = plot(run(2), format=['pdf', 'svg'], paper=paper)
 
     for path in paths:
         content = path.read_bytes()
@@ -54,12 +54,12 @@ def test_vector_formats_embed_their_fonts(run, paper):
 def test_equal_tables_give_equal_bytes_whatever_the_users_settings(run):
     formats = ['png', 'pdf']
     with mpl.rc_context():
-        expected = [path.read_bytes() for path in plot(run(1), formats=formats)]
+        expected = [path.read_bytes() for path in plot(run(1), format=formats)]
         mpl.rcParams['lines.linewidth'] = 9.0
         mpl.rcParams['font.size'] = 30
         before = dict(mpl.rcParams)
 
-        assert [path.read_bytes() for path in plot(run(1), formats=formats)] == expected
+        assert [path.read_bytes() for path in plot(run(1), format=formats)] == expected
         assert dict(mpl.rcParams) == before
 
 
@@ -142,11 +142,11 @@ def test_mistakes_get_one_line(tmp_path, run):
     with pytest.raises(SetcmasError, match='bag'):
         plot(tmp_path)
     folder = run(1)
-    with pytest.raises(SetcmasError, match="unknown format 'gif'; must be one of png, pdf"):
-        plot(folder, formats=['gif'])
-    with pytest.raises(SetcmasError, match="unknown palette 'grey'; must be okabe-ito, ros1"):
+    with pytest.raises(SetcmasError, match="format is 'gif'; it must be png, pdf or svg"):
+        plot(folder, format=['gif'])
+    with pytest.raises(SetcmasError, match="palette is 'grey'; it must be okabe-ito or ros1"):
         plot(folder, palette='grey')
-    with pytest.raises(SetcmasError, match="unknown paper 'a4'; must be column, page"):
+    with pytest.raises(SetcmasError, match="paper is 'a4'; it must be column or page"):
         plot(folder, paper='a4')
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):

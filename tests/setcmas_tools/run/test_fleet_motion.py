@@ -76,8 +76,8 @@ def test_a_reset_is_no_way(put_back):
     motion = measure(put_back)['robots'][1]
 
     assert np.flatnonzero(resets(put_back)) == [np.searchsorted(T, 4.95) - 1]
-    assert motion.path_length_m == pytest.approx(4.9)
-    assert motion.mean_speed_m_s <= motion.largest_speed_m_s
+    assert motion['path_length_m'] == pytest.approx(4.9)
+    assert motion['mean_speed_m_s'] <= motion['largest_speed_m_s']
 
 
 @pytest.mark.parametrize('rate', [25.0, 10.0, 2.0])

@@ -1,5 +1,3 @@
-from dataclasses import dataclass
-
 import pytest
 
 from setcmas_tools import simulate
@@ -20,25 +18,18 @@ def test_every_column_is_a_number_of_some_run():
     names = {name for numbers in found for name in numbers}
     assert {name for name in names if not name.startswith('prediction_')} == {*COLUMNS}
     assert predicted('convergence_rate') in names
-    motions = measure(runs[0])['robots'].robots.values()
-    assert found[0]['communications'] == sum(motion.communications for motion in motions)
+    motions = measure(runs[0])['robots'].values.values()
+    assert found[0]['communications'] == sum(motion['communications'] for motion in motions)
     assert found[0]['path_length'] == pytest.approx(
-        sum(motion.path_length_m for motion in motions) / 3
+        sum(motion['path_length_m'] for motion in motions) / 3
     )
     assert found[3]['tracking_error'] > 0
-
-
-@dataclass(frozen=True)
-class _Own(Measured):
-    apples: float
-    pears: dict[int, float]
-    name: str = 'basket'
 
 
 def test_metrics_of_plugins_have_columns_of_their_own():
     parts = {
         'excursion': Value('excursion', {1: 2.0, 2: 4.0}, 'm'),
-        'fruit': _Own(-0.0, {1: 1.0, 2: 2.0}),
+        'fruit': Measured({'apples': -0.0, 'pears': {1: 1.0, 2: 2.0}, 'name': 'basket'}),
     }
 
     assert numbers_of(Metrics(None, 1.0, 0.5, 'periodic', parts)) == {
