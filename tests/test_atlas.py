@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.network import reachable
-from setcmas_ctrl.predictions.conditions import Departure
+from setcmas_ctrl.predictions.prediction import Departure
 from setcmas_tools import simulate
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.filter.filter_options import Verdict
-from setcmas_ctrl.filter.point_ahead import LOOKAHEAD_M, commands_of_points
+from setcmas_ctrl.filter.control_points import commands_of_points
+from setcmas_ctrl.filter.filter_options import LOOKAHEAD_M, Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.robots.model import SLOW, Motion, RobotModel

@@ -53,7 +53,7 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f"'{output}' already exists; choose another name, or add --overwrite")
     warn = functools.cache(_warn)  # each line once, though a bag is read twice
     run = Run.load(args.run, warn)
-    found = identification.identify(args.run, warn)
+    found = identification.identify(run, warn)
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from setcmas_ctrl.filter.point_ahead import LOOKAHEAD_M
 from setcmas_simu.option_groups import Options, option, spelled
 from setcmas_simu.option_kinds import ACCELERATION, LENGTH, Number, OneOf
 from setcmas_simu.robots.arena import FORM, Borders, ObstaclesKind
@@ -21,7 +20,8 @@ Over ROS poses are up to 0.1 s old, in which two robots come 0.1 m closer at 0.5
 are left, as in the default lab file.
 """
 
-GAMMA = 1.0
+LOOKAHEAD_M = 0.05
+"""Default distance of a unicycle's control point from its axle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class FilterOptions(Options):
     gamma: float = option(
         Number(above=0, unit='1/s', finite=True),
         'barrier gain: the larger it is, the faster robots may approach each other',
-        default=GAMMA,
+        default=1.0,
     )
     lookahead: float = option(
         LENGTH,

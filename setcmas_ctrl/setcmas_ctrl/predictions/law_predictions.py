@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.graph import reachable
-from setcmas_ctrl.predictions.conditions import Conditions, Theorem
-from setcmas_ctrl.predictions.linear_law import LinearLaw
-from setcmas_ctrl.predictions.prediction import Prediction
+from setcmas_ctrl.predictions.prediction import Conditions, LinearLaw, Prediction, Theorem
 from setcmas_simu.arrays import Floats
 
 

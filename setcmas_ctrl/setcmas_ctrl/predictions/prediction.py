@@ -1,18 +1,226 @@
-"""Predictions of laws: functions of a law and of conditions, found by the name of the law."""
+"""Predictions of laws: what theory says of a run, found by the name of its law."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
+from math import ceil, log
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.communication import graph
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_ctrl.predictions.conditions import Conditions, Theorem
-from setcmas_ctrl.predictions.linear_law import LinearLaw
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import InvalidPluginError, PluginGroup
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup, a_function
+
+
+class Departure(Enum):
+    """What a run has, and points that follow their law without limits have not."""
+
+    TURNING = 'turning before driving'
+    OWN_TURNING = 'a si_to_uni of its own'
+    SPEED_LIMIT = 'the speed limit'
+    REST = 'robots at rest'
+    FILTER = 'the safety filter'
+    CHANGES = 'changes of the graph'
+    LOSS = 'lost messages'
+    DELAY = 'delay of messages'
+    NOISE = 'noise of messages'
+    EVENTS = 'event-triggered communication'
+    OWN_EXACT = 'own positions that are not held as last sent'
+    OWN_CONDITION = 'a triggering condition of its own'
+    RATES = 'states and calls at different rates'
+
+
+class Theorem(NamedTuple):
+    """A predicted figure.
+
+    Attributes:
+        metric: The metric that measures it, such as 'consensus.convergence_rate_1_s'.
+        value: Its value, in the unit of the metric.
+        formula: Where it comes from, such as 'lambda_2 of K L'.
+        excludes: What a run must not have.
+    """
+
+    metric: str
+    value: float
+    formula: str
+    excludes: frozenset[Departure] = frozenset({Departure.CHANGES})
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of a run.
+
+    Attributes:
+        starts: Rows x (m), y (m) and theta (rad) of the robots at the first call, shape (3, N).
+        adjacency: Weights of the graph then, shape (N, N): row i receives from column j.
+        period: Time between two calls of the laws, in s.
+        duration: Length of the run, in s.
+        delay: Delay of messages, in s.
+        threshold: Distance from the last position sent at which a robot sends its state, in m; 0
+            if it sends every state, or has a condition of its own.
+    """
+
+    starts: Floats
+    adjacency: Floats
+    period: float
+    duration: float = 0.0
+    delay: float = 0.0
+    threshold: float = 0.0
+
+    @property
+    def laplacian(self) -> Floats:
+        """L = diag(sum_j a_ij) - A, shape (N, N)."""
+        return graph.laplacian(self.adjacency)
+
+
+def of_all_links(values: Floats, adjacency: Floats) -> float:
+    """Return the value (N, N) that all links of a graph have; 0 if they differ."""
+    found = values[adjacency > 0]
+    return float(found[0]) if found.size and (found == found[0]).all() else 0.0
+
+
+_NOTHING = 1e-7  # rounding leaves 1e-8 of a double eigenvalue 0
+_MOST_ROWS = 300  # of a matrix whose eigenvalues take 0.1 s; times grow with their cube
+_MEETING_POINT = {
+    'consensus': ('final_centre_x_m', 'final_centre_y_m'),
+    'alignment': ('final_mean_vx_m_s', 'final_mean_vy_m_s'),
+}
+"""Metrics by the names of tasks."""
+
+
+@dataclass(frozen=True)
+class LinearLaw:
+    """A law z' = -M z of the positions of all robots, or of values that they send each other.
+
+    Called every h s it is the sampled model z(k + 1) = z(k) - h M z(k), in which what robots
+    receive, and perhaps their own position, is late.
+
+    Attributes:
+        matrix: M in 1/s, shape (N, N), or a multiple with memories of robots 1, 2, ...; a complex
+            M acts on x + i y, and also turns.
+        formula: M in the terms of the law, such as 'K L'.
+        task: Task whose metrics measure the agreement, 'consensus' or 'alignment'; '' if none do.
+        kept: Number of modes that the law keeps: of consensus one, the meeting point.
+        own_delay: Age of the own position that a robot uses, in s.
+        starts: Values at the start, if they are no positions: a row per coordinate of their mean,
+            shape (2, N), or none, shape (0, N).
+    """
+
+    matrix: NDArray[Any]
+    formula: str
+    task: str = ''
+    kept: int = 1
+    own_delay: float = 0.0
+    starts: Floats | None = None
+
+    def slowest_factor(self, conditions: Conditions) -> complex | None:
+        """Return the factor with the largest modulus by which a mode changes from call to call.
+
+        Those of the kept modes, which are 1, do not count. If all positions are equally late, each
+        eigenvalue of M has a model of its own. None if the models are too large.
+        """
+        h, delay = conditions.period, conditions.delay
+        if self.own_delay == delay:
+            values = np.linalg.eigvals(self.matrix)
+            decaying = values[np.argsort(np.abs(values))][self.kept :].round(12)
+            different = np.sort_complex(list(set(decaying.tolist())))
+            models = [[(np.array([[value]]), delay / h)] for value in different]
+        else:
+            robot = np.arange(len(self.matrix)) % len(conditions.adjacency)
+            received = np.where(robot[:, None] != robot, self.matrix, 0.0)
+            own = self.matrix - received
+            models = [[(own, self.own_delay / h), (received, delay / h)]]
+        calls = ceil(round(max(self.own_delay, delay) / h, 6)) + 1
+        if sum((len(parts[0][0]) * calls) ** 3 for parts in models) > _MOST_ROWS**3:
+            return None
+        found = (np.linalg.eigvals(_companion(parts, h)) for parts in models)
+        factors = np.concatenate([np.zeros(0), *found])
+        if self.own_delay != delay:
+            factors = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
+        return complex(max(factors, key=abs, default=0.0))
+
+    def theorems(self, conditions: Conditions) -> Iterator[Theorem]:
+        """Yield rates, the meeting point, and the bound of events."""
+        h, factor = conditions.period, self.slowest_factor(conditions)
+        if factor is None or not _NOTHING < abs(factor) < 1.0 - _NOTHING:
+            return
+        values = np.linalg.eigvals(self.matrix)
+        of_robots = len(values) == len(conditions.adjacency)
+        is_late = bool(conditions.delay or self.own_delay)
+        swings = abs(factor.imag) > _NOTHING and (is_late or not of_robots)  # errors rise and fall
+        metric = f'{"modes" if swings else self.task or "modes"}.convergence_rate_1_s'
+        values = values[np.argsort(np.abs(values))][self.kept :]
+        if not is_late and self.kept == 1 and h * np.abs(values).max() < 1.0:
+            name = 'lambda_2' if np.allclose(self.matrix, self.matrix.T) else 'least Re lambda'
+            yield Theorem(metric, float(values.real.min()), f'{name} of {self.formula}')
+        if conditions.delay == self.own_delay:  # else the meeting point moves, too
+            rho = f'sampled model, h = {h:g} s: -ln(rho)/h'
+            yield Theorem(metric, -log(abs(factor)) / h, rho)
+        if self.kept == 1 and self.task and of_robots:
+            yield from self._meeting_point(conditions)
+        is_of_positions = of_robots and self.starts is None
+        is_symmetric = np.allclose(self.matrix, self.matrix.T)
+        if conditions.threshold and is_of_positions and is_symmetric and not is_late:
+            yield self._event_bound(conditions)
+
+    def _meeting_point(self, conditions: Conditions) -> Iterator[Theorem]:
+        """Yield the place, or the value, on which robots agree.
+
+        With w' M = 0 the sum of w' z and w' M_received times what is on its way is constant.
+        """
+        values, vectors = np.linalg.eig(self.matrix.T)
+        late = conditions.delay - self.own_delay
+        w = vectors[:, np.abs(values).argmin()].real * (1.0 + late * self.matrix.diagonal().real)
+        formula = "w_i (1 + tau M_ii), w' M = 0" if late else "w, w' M = 0"
+        starts = conditions.starts if self.starts is None else self.starts
+        for name, places in zip(_MEETING_POINT[self.task], starts, strict=False):
+            by = f'mean of the starts with weights {formula}'
+            yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
+
+    def _event_bound(self, conditions: Conditions) -> Theorem:
+        """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
+
+        It tends to |L| c / lambda_2, Seyboth, Dimarogonas and Johansson, Automatica 49(1), 2013,
+        theorem 3.1, here of the sampled model and with what is left of the start.
+        """
+        h, starts = conditions.period, conditions.starts[:2]
+        values = np.linalg.eigvalsh(self.matrix)
+        shrinks = float(np.abs(1.0 - h * values[1:]).max())
+        left = np.linalg.norm(starts - starts.mean(axis=1)[:, None]) / np.sqrt(len(values))
+        bound = h * values[-1] * conditions.threshold / (1.0 - shrinks)
+        bound += shrinks ** (conditions.duration / h) * left
+        return Theorem(
+            'consensus.disagreement_at_end_m',
+            float(bound),
+            f'the upper bound |L| c / lambda_2, c = {conditions.threshold:g} m',
+            frozenset(Departure) - {Departure.EVENTS},
+        )
+
+
+def _companion(parts: list[tuple[NDArray[Any], float]], h: float) -> NDArray[Any]:
+    """Return the matrix that takes z(k), z(k - 1), ... to the next call; parts have ages in calls.
+
+    Between two calls robots move evenly.
+    """
+    steps = [(part, *divmod(round(age, 6), 1.0)) for part, age in parts if part.any()]
+    longest = max((int(age) + (share > 0.0) for _, age, share in steps), default=0)
+    size = len(parts[0][0])
+    rows = np.zeros((size, longest + 2, size), parts[0][0].dtype)
+    rows[:, 0] = np.eye(size)
+    for part, age, share in steps:
+        rows[:, int(age)] -= h * (1.0 - share) * part
+        rows[:, int(age) + 1] -= h * share * part
+    companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
+    companion[:size] = rows[:, : longest + 1].reshape(size, -1)
+    return companion
 
 
 @dataclass(frozen=True)
@@ -32,18 +240,12 @@ Predict = Callable[[Any, Conditions], Prediction]
 """Predicts runs of a law: gets its script, such as `law.K`, and the conditions."""
 
 
-def _function(thing: object) -> Predict:
-    if not callable(thing):
-        raise InvalidPluginError(
-            f'it is a {type(thing).__name__}; it must be a function of a law and of conditions'
-        )
-    return thing
-
-
 _MOST_ROBOTS = 300
 """Larger fleets are not predicted: their eigenvalues would take seconds."""
 
-PREDICTIONS = PluginGroup('setcmas.predictions', 'prediction', _function)
+PREDICTIONS: PluginGroup[Predict] = PluginGroup(
+    'setcmas.predictions', 'prediction', a_function('a function of a law and of conditions')
+)
 """Predictions of the laws of installed packages, by the name of the law."""
 
 

@@ -25,7 +25,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models_by_name import NO_LIMITS, UNICYCLE, is_model_file
 from setcmas_tools.measures import agreement
 from setcmas_tools.measures.comparison import best_shift
-from setcmas_tools.measures.task import ignore, rms, task_of
+from setcmas_tools.measures.task import errors_of, rms
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run
@@ -72,8 +72,7 @@ class ExplainedStep:
 
         In consensus, the error is the disagreement in m. None: unknown, or it hardly falls.
         """
-        task = task_of(self.run, ignore)
-        if task and (errors := task[0].errors(self.run, task[1])):
+        if errors := errors_of(self.run):
             values = np.sqrt(np.square(np.array([*errors.values.values()])).mean(axis=0))
             moving = np.zeros(len(values), bool)
             return float(values[-1]), agreement.convergence_rate(

@@ -6,8 +6,7 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from tabulate import tabulate
@@ -26,11 +25,6 @@ from setcmas_simu.robots.models_by_name import is_model_file
 from setcmas_tools.measures.response_fit import Fit, HeldCommand, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_folder import find_run
-from setcmas_tools.run.run_samples import FleetSamples
-
-if TYPE_CHECKING:
-    from setcmas_tools.bags.bag_reader import BagTopic, Taker
 
 FORWARD, TURN = 'forward speed', 'turn rate'
 WINDOW_S = 0.2
@@ -39,20 +33,6 @@ WINDOW_S = 0.2
 _LEAST_WINDOWS = 20
 _TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')
 _BY_NEARNESS = (topics.CMD_VEL_GUARDED, topics.CMD_VEL)
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Commands and motion of one robot.
-
-    Attributes:
-        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K),
-            of the topic nearest to the base that has a command that moves it.
-        track: Its motion as measured.
-    """
-
-    commands: Floats
-    track: FleetTable
 
 
 @dataclass(frozen=True)
@@ -68,63 +48,57 @@ class Identified:
     responses: Mapping[str, Response] | None
 
 
-def identify(path: Path, warn: Callable[[str], None]) -> dict[int, Identified]:
-    """Identify the robots of a run, by their numbers, or raise SetcmasError."""
+def identify(run: Run, warn: Callable[[str], None]) -> dict[int, Identified]:
+    """Identify the robots of a run, by their numbers; `warn` prints losses of its bag.
+
+    Raises:
+        SetcmasError: The commands of the run were not recorded.
+    """
     found = {}
-    for robot, drive in drives(path, warn).items():
+    for robot, sent in recorded_commands(run, warn).items():
         fits = {
             name: fitted(speeds)
-            for name, speeds in measured_speeds(drive).items()
+            for name, speeds in measured_speeds(sent, run.table.of(robot)).items()
             if len(speeds.begin) >= _LEAST_WINDOWS
         }
         found[robot] = Identified(fits, _responses(fits))
     return found
 
 
-def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
-    """Return commands and motion of the robots of a run, by their numbers; `warn` prints losses.
+def recorded_commands(run: Run, warn: Callable[[str], None]) -> dict[int, Floats]:
+    """Return the commands of the robots of a run, by their numbers.
+
+    Returns:
+        Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K), of the
+        topic nearest to the base that has a command that moves it.
 
     Raises:
-        SetcmasError: There is no run, or its commands were not recorded.
+        SetcmasError: They were not recorded.
     """
-    bag = find_run(path).recording
-    found = _recorded(bag, warn) if bag else {}
-    if not found:
-        raise SetcmasError(
-            f"'{path}' has no robot with both commands and motion; its bag must contain "
-            f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
-        )
-    return found
-
-
-def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
     from setcmas_tools.bags.bag_reader import open_bag  # CSV files are read without rosbags
 
-    with open_bag(path) as bag:
-        samples = FleetSamples((topic.name, topic.msgtype) for topic in bag.topics)
-        twists = {t.name: array('d') for t in bag.topics if t.msgtype in _TWISTS}
-        takers: dict[BagTopic, list[Taker]] = {}
-        for topic in bag.topics:
-            collector = samples.collector(topic.name)
-            takers[topic] = [collector] if collector else []
-            if topic.name in twists:
-                takers[topic].append(partial(_take_twist, twists[topic.name]))
-        bag.deliver(takers)
-        for notice in bag.notices:
-            warn(notice)
-    table = samples.table()
-    if table is None:
-        return {}
-    commands = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items()}
+    twists: dict[str, array[float]] = {}
+    if run.bag:
+        with open_bag(run.bag) as bag:
+            of_topics = {topic: array('d') for topic in bag.topics if topic.msgtype in _TWISTS}
+            bag.deliver({topic: [partial(_take_twist, row)] for topic, row in of_topics.items()})
+            for notice in bag.notices:
+                warn(notice)
+        twists = {topic.name: row for topic, row in of_topics.items()}
+    commands = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items() if row}
     found = {}
-    for robot in table.robots:
+    for robot in run.robots:
         named = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
         recorded = [commands[topic] for topic in named if topic in commands]
-        recorded = [rows for rows in recorded if rows.size]
         # Where the base receives cmd_vel itself, its guard only ever stops it.
         moving = [rows for rows in recorded if rows[1:].any()]
         if recorded:
-            found[robot] = Drive((moving or recorded)[0], table.of(robot))
+            found[robot] = (moving or recorded)[0]
+    if not found:
+        raise SetcmasError(
+            'this run has no robot with both commands and motion; its bag must contain '
+            f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
+        )
     return found
 
 
@@ -133,14 +107,13 @@ def _take_twist(rows: array[float], time_ns: int, message: Any) -> None:
     rows.extend((time_ns / 1e9, twist.linear.x, twist.angular.z))
 
 
-def measured_speeds(drive: Drive) -> dict[str, MeasuredSpeeds]:
-    """Return forward speed (m/s) and turn rate (rad/s) of a robot, and their commands.
+def measured_speeds(commands: Floats, track: FleetTable) -> dict[str, MeasuredSpeeds]:
+    """Return forward speed (m/s) and turn rate (rad/s) of a robot, and its commands.
 
     They are means over windows of `WINDOW_S`, one from each pose on. The forward way is the arc
     whose chord joins two poses, with the heading of its middle:
     s = (dx cos m + dy sin m) (a / sin a), m the mean of the headings, a half of their difference.
     """
-    track = drive.track
     track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= 0.0))
     t, theta = track.t, np.unwrap(track.theta)
     last = np.searchsorted(t, t + WINDOW_S)
@@ -154,7 +127,7 @@ def measured_speeds(drive: Drive) -> dict[str, MeasuredSpeeds]:
     dx, dy = track.x[last] - track.x[first], track.y[last] - track.y[first]
     arc = (dx * np.cos(middle) + dy * np.sin(middle)) / np.sinc(half / np.pi)
     overlap = max(1.0, float(np.median(last - first))) if len(first) else 1.0
-    sent, V, omega = drive.commands
+    sent, V, omega = commands
     return {
         name: MeasuredSpeeds(HeldCommand(sent, u), t[first], t[last], moved / time, overlap)
         for name, u, moved in ((FORWARD, V, arc), (TURN, omega, 2.0 * half))

@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 
 from setcmas_ctrl.laws.references import TASKS
-from setcmas_ctrl.predictions.conditions import Departure
+from setcmas_ctrl.predictions.prediction import Departure
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole

@@ -9,8 +9,13 @@ import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
-from setcmas_ctrl.predictions.conditions import Conditions, Departure, of_all_links
-from setcmas_ctrl.predictions.prediction import predicted, predicted_law
+from setcmas_ctrl.predictions.prediction import (
+    Conditions,
+    Departure,
+    of_all_links,
+    predicted,
+    predicted_law,
+)
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit

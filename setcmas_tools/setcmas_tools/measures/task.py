@@ -105,6 +105,12 @@ def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, A
     return (task, run.references.values) if isinstance(task, Task) else None
 
 
+def errors_of(run: Run) -> Errors | None:
+    """Return the errors of a run's task over time; None if there is no task, or no errors."""
+    known = task_of(run, ignore)
+    return known[0].errors(run, known[1]) if known else None
+
+
 def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:
     """Return RMS errors by robot after a share of the run, for robots with known errors."""
     late = from_share(t, share)

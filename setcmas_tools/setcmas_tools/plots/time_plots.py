@@ -18,7 +18,7 @@ from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import Errors, ignore, task_of
+from setcmas_tools.measures.task import Errors, errors_of
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
@@ -82,8 +82,7 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
 
 
 def _errors(run: Run) -> Errors | None:
-    known = task_of(run, ignore)
-    return known[0].errors(run, known[1]) if known and len(run.counted.t) else None
+    return errors_of(run) if len(run.counted.t) else None
 
 
 @applies_to(lambda run: _errors(run) is not None)

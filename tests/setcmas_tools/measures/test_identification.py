@@ -14,10 +14,11 @@ from setcmas_tools.measures.identification import (
     FORWARD,
     TURN,
     Identified,
-    drives,
     identified_notes,
+    recorded_commands,
 )
 from setcmas_tools.measures.response_fit import Fit
+from setcmas_tools.run.run import Run
 
 ODOMETRY, TWIST = 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/TwistStamped'
 
@@ -135,6 +136,6 @@ def driven(tmp_path, make, write_bag):
     ids=['base hears cmd_vel itself', 'base hears its guard alone'],
 )
 def test_commands_are_those_that_moved_the_robot(driven, guarded, V):
-    drive = drives(driven({CMD_VEL: 0.2, GUARDED: guarded}), pytest.fail)[1]
+    run = Run.load(driven({CMD_VEL: 0.2, GUARDED: guarded}))
 
-    assert drive.commands[1].max() == V
+    assert recorded_commands(run, pytest.fail)[1][1].max() == V

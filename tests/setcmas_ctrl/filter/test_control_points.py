@@ -1,6 +1,6 @@
 import numpy as np
 
-from setcmas_ctrl.filter.point_ahead import along, commands_of_points, velocities_of_points
+from setcmas_ctrl.filter.control_points import along, commands_of_points, velocities_of_points
 from setcmas_simu.robots import unicycle
 
 AHEAD, TS = np.full(50, 0.05), 0.2

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.predictions.conditions import Conditions, Departure
-from setcmas_ctrl.predictions.linear_law import LinearLaw
+from setcmas_ctrl.predictions.prediction import Conditions, Departure, LinearLaw
 
 RING = np.roll(np.eye(6), 1, axis=1)
 GRAPHS = {
