@@ -30,7 +30,7 @@ from quick_option import parsed
 from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.grade.mark_records import Marks
-from setcmas_tools.submissions.confinement import obstacle
+from setcmas_tools.submissions.sandbox import obstacle
 
 SCENARIOS = (
     'nb_robots: 8, duration: 20',

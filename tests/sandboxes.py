@@ -5,7 +5,7 @@ import pytest
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.submissions.confinement import obstacle
+from setcmas_tools.submissions.sandbox import obstacle
 from setcmas_tools.submissions.submissions import Submission
 from setcmas_tools.submissions.submitted_files import Student
 

@@ -118,13 +118,11 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     with needs('grade'):  # before the class is graded, not when its pages are written
         import jinja2  # noqa: F401
 
-    from setcmas_tools.grade.class_grading import NOT_RUN, Grader, check_sandbox, grade, read_class
+    from setcmas_tools.grade.class_grading import NOT_RUN, Grader, grade, read_class
     from setcmas_tools.grade.corrections import Corrections, read_corrections
     from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
 
-    if not options.trust:
-        check_sandbox()
     submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
     students = [(one.name, one.student) for one in submissions]
     if not args.corrections and (misplaced := args.folder / CORRECTIONS).is_file():

@@ -25,9 +25,13 @@ from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
-from setcmas_tools.submissions.confinement import obstacle
 from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
-from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
+from setcmas_tools.submissions.sandbox import (
+    ConfinedProcess,
+    NoProcessError,
+    ProcessEndedError,
+    obstacle,
+)
 from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions, printable
 
 _DPI = 80  # of the pictures on pages
@@ -35,32 +39,25 @@ _READ_S = 60.0
 _MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
 
 
-def check_sandbox() -> None:
-    """Check that submissions can be confined.
+def read_class(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
+    """Return the submissions in a folder or a zip file, sorted by students' names.
+
+    Each is unpacked in the sandbox.
 
     Raises:
-        SetcmasError: They cannot; the message says what to do.
+        SetcmasError: There are none, they cannot be confined, or the machine cannot run more
+            processes; the message says what to do.
     """
-    if reason := obstacle():
+    if is_confined and (reason := obstacle()):
         raise SetcmasError(
             f'no sandbox: {reason}; or add --trust to grade without it: submissions can then '
             'do whatever you can'
         )
-
-
-def read_class(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
-    """Return the submissions in a folder or a zip file, each unpacked in the sandbox.
-
-    Raises:
-        SetcmasError: There are none, or the machine cannot run more processes.
-    """
     exercise = EXERCISES.file(rubric.exercise).read_bytes() if rubric.exercise else b''
-
-    def read(packed: Sequence[Packed]) -> list[Submission]:
-        with ThreadPoolExecutor(jobs) as pool:
-            return list(pool.map(partial(read_apart, is_confined=is_confined), packed))
-
-    return find_submissions(place, rubric.function, exercise, read)
+    packed = find_submissions(place, rubric.function, exercise)
+    with ThreadPoolExecutor(jobs) as pool:
+        read = pool.map(partial(read_apart, is_confined=is_confined), packed)
+        return sorted(read, key=lambda one: (one.student.name.casefold(), one.name))
 
 
 def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
@@ -116,10 +113,8 @@ class Grader:
         """
         run = SandboxRunner(submission, self.times, self.rubric.function, self.is_confined)
         marks = mark(self.rubric, run, submission)
-        pictures = (picture_url([one], _DPI) for one in marks.scenarios)
-        drawn = zip(marks.scenarios, pictures, strict=True)
-        scenarios = tuple(replace(one, picture=picture) for one, picture in drawn)
-        return replace(marks, scenarios=scenarios)
+        drawn = (replace(one, picture=picture_url([one], _DPI)) for one in marks.scenarios)
+        return replace(marks, scenarios=tuple(drawn))
 
     def tried(self, submission: Submission) -> tuple[Submission, Marks | None]:
         """Return a submission and its marks; None if the machine, not the submission, failed.
@@ -149,10 +144,8 @@ class KeptMarks:
         """Open the folder in that of the grades; marks of another grader do not count."""
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
-        self._grader = _digest(
-            repr((__version__, grader.times, grader.is_confined)).encode(),
-            *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
-        )
+        files = [(one.name, one.is_file() and one.read_bytes()) for one in grader.rubric.files]
+        self._grader = _digest((__version__, grader.times, grader.is_confined, files))
 
     def found(self, submission: Submission) -> Marks | None:
         """Return the stored marks of a submission; None if it was not graded as it is."""
@@ -168,22 +161,13 @@ class KeptMarks:
 
     def _file(self, submission: Submission) -> Path:
         """Return the file for the marks of a submission, named after all that they depend on."""
-        parts = [self._grader.encode(), repr((submission.name, submission.script)).encode()]
-        parts += [submission.problem.encode()]
-        for name, content in sorted(submission.files.items()):
-            parts += [name.encode(errors='surrogateescape'), content]
-        return self._folder / f'{_digest(*parts)}.json'
+        files = sorted(submission.files.items())
+        own = (submission.name, submission.script, submission.problem, files)
+        return self._folder / f'{_digest((self._grader, own))}.json'
 
 
-def _read(file: Path) -> bytes:
-    return file.read_bytes() if file.is_file() else b''
-
-
-def _digest(*parts: bytes) -> str:
-    whole = hashlib.sha256()
-    for part in parts:
-        whole.update(b'%d:' % len(part) + part)
-    return whole.hexdigest()
+def _digest(content: object) -> str:
+    return hashlib.sha256(msgspec.msgpack.encode(content)).hexdigest()
 
 
 NOT_RUN = (

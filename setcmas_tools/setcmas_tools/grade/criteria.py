@@ -90,17 +90,15 @@ class Bounds:
     none_below: float | None = None
     none_above: float | None = None
 
-    def hold(self, number: float) -> bool:
-        """Return whether a number is in the wanted range."""
-        return self.low <= number <= self.high
-
     def share(self, number: float) -> float:
         """Return the share of the points for a number, from 0 to 1."""
-        if self.hold(number):
+        if self.low <= number <= self.high:
             return 1.0
-        if number < self.low:
-            return _partial(number, self.none_below, self.low)
-        return _partial(number, self.none_above, self.high)
+        is_low = number < self.low
+        none_at, bound = (self.none_below, self.low) if is_low else (self.none_above, self.high)
+        if none_at is None or none_at == bound:
+            return 0.0
+        return max(0.0, (number - none_at) / (bound - none_at))
 
     def words(self, metric: str) -> str:
         """Return the bounds of a number as text, such as 'at most 0.05 m'."""
@@ -110,12 +108,6 @@ class Bounds:
         if math.isfinite(self.low):
             return f'at least {low}'
         return f'at most {high}'
-
-
-def _partial(number: float, none_at: float | None, bound: float) -> float:
-    if none_at is None or none_at == bound:
-        return 0.0
-    return max(0.0, (number - none_at) / (bound - none_at))
 
 
 @dataclass(frozen=True)

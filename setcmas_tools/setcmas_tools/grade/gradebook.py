@@ -152,7 +152,7 @@ def _grades(marks: Sequence[Marks]) -> list[list[Cell]]:
     if any(one.corrections for one in marks):
         header += ['automatic', 'corrections']
         for row, one in zip(rows, marks, strict=True):
-            row += [one.automatic, _corrections(one)]
+            row += [one.automatic, '; '.join(map(str, one.corrections))]
     return [header, *rows]
 
 
@@ -168,10 +168,6 @@ def _grades_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
 
 def _score(marks: Marks) -> Cell:
     return marks.score if marks.is_decided else ''
-
-
-def _corrections(marks: Marks) -> str:
-    return '; '.join(map(str, marks.corrections))
 
 
 def _criteria(marks: Marks) -> Iterator[tuple[str, CriterionMark]]:

@@ -6,7 +6,7 @@ the submission got, so that neither the paths nor the timing of earlier calls ma
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -30,7 +30,6 @@ from setcmas_tools.grade.rubric import MarkedScenario, Rubric
 from setcmas_tools.measures.comparison import distances_between
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.submissions.notebook import in_cells
 from setcmas_tools.submissions.submissions import Submission
@@ -102,14 +101,11 @@ def _hinted(
             found = diagnosis(tried, rubric.solution, rubric.mistakes, rubric.function)
             [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
             text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
-            return (*marks[:place], _with_hint(scenario, own.name, text), *marks[place + 1 :])
+            hinted = replace(missed[0], hint=text or missed[0].hint)
+            criteria = (hinted if one is missed[0] else one for one in scenario.criteria)
+            own_marks = replace(scenario, criteria=tuple(criteria))
+            return (*marks[:place], own_marks, *marks[place + 1 :])
     return tuple(marks)
-
-
-def _with_hint(scenario: ScenarioMark, name: str, text: str) -> ScenarioMark:
-    hinted = {name: text} if text else {}
-    criteria = (replace(one, hint=hinted.get(one.name, one.hint)) for one in scenario.criteria)
-    return replace(scenario, criteria=tuple(criteria))
 
 
 def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> ScenarioMark:
@@ -118,11 +114,11 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
     # If a condition fails, the engine sends the state, so the result is not the student's.
     is_own = rubric.function is not Function.CONDITION or not done.failure
     if done.run and done.is_complete and is_own:
-        figures = figures_of(_with_references_of(done.run, solution))
-        if solution:
-            names = {one.metric for one in scenario.criteria}
-            right = scenario.base, rubric.solution, rubric.function
-            figures |= compared(names, done.run, solution, *right, scenario.robots)
+        if solution:  # whatever references its own script declares
+            figures = figures_of(replace(done.run, references=solution.references))
+            figures |= compared(scenario, done.run, solution, rubric.solution, rubric.function)
+        else:
+            figures = figures_of(done.run)
     return ScenarioMark(
         scenario.name,
         _criteria(scenario.criteria, figures, done),
@@ -130,13 +126,6 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
         () if scenario.hidden else _paths(done.run, solution),
         scenario.hidden,
     )
-
-
-def _with_references_of(run: Run, solution: Run | None) -> Run:
-    """Return a run with the solution's references, whatever its own script declares."""
-    if solution is None:
-        return run
-    return replace(run, references=solution.references)
 
 
 def _criteria(
@@ -202,36 +191,29 @@ _STILL_M_S = 1e-3  # slower velocities have no direction
 
 
 def compared(
-    names: Collection[str],
-    run: Run,
-    solution: Run,
-    base: Scenario,
-    script: Path | None,
-    function: Function,
-    robots: Sequence[int] = (),
+    scenario: MarkedScenario, run: Run, solution: Run, script: Path | None, function: Function
 ) -> dict[str, float | None]:
-    """Return comparisons by name, with 9 digits; None for missing ones.
+    """Return comparisons that criteria ask for by name, with 9 digits; None for missing ones.
 
     Args:
-        names: Which to return; others are ignored.
+        scenario: The scenario and its criteria.
         run: The run of the submission.
         solution: The run of the solution.
-        base: The scenario without the submission.
         script: The solution; None is the default condition or si_to_uni, or unknown.
         function: What answers: a control law, a triggering condition, or si_to_uni.
-        robots: Those whose answers are compared; empty for all.
     """
+    names = {one.metric for one in scenario.criteria}
     _, apart = distances_between(run, solution)
     distances = np.array([*apart.values()])
     if not np.isfinite(distances).any():
         return dict.fromkeys(COMPARED.keys() & names)
     calls = None
     is_law = function is Function.CONTROL
-    if {*OF_ANSWERS} & {*names} and (script or not is_law):
+    if {*OF_ANSWERS} & names and (script or not is_law):
         right = Altered(SOLUTION, script, is_kept=True)
-        calls = calls_of('', base, run, function, [right])
-    if calls and robots:
-        calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, robots))
+        calls = calls_of('', scenario.base, run, function, [right])
+    if calls and scenario.robots:
+        calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, scenario.robots))
     numbers: dict[str, float | None] = {
         'path_error': float(np.sqrt(np.nanmean(distances**2))),
         'end_error': float(np.nanmax(distances[:, -1])),

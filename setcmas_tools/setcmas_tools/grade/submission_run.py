@@ -216,18 +216,34 @@ class RunScript:
             LostError: Its process has ended.
         """
         here = Failure('', robot=request.robot, t=request.t)
-        answer = _sent_on(self._asked(request, self._work.function, here))
-        if isinstance(answer, Reply) and len(answer.numbers) == size:
-            return answer.numbers
-        if not isinstance(answer, Refusal) or answer.message == _INVALID:
+        answer = self._asked(request, self._work.function, here)
+        try:
+            if sent := answer.messages.sent:
+                network.send(decoded(sent).value)
+            elif answer.messages.are_used:
+                network.received()
+        except (
+            TypeError,
+            ValueError,
+            OverflowError,
+            RuntimeError,
+        ):  # RuntimeError: of a condition
             self._lose(replace(here, message=_INVALID))
+        if isinstance(answer, Reply):
+            if len(answer.numbers) != size:
+                self._lose(replace(here, message=_INVALID))
+            return answer.numbers
         message, place = answer.message, (Path(answer.file), answer.line)
         if not self.failure:
             self.failure = replace(here, message=message, script=answer.file, line=answer.line)
         raise ControlError(message, (answer.kind, *place), place=place)
 
     def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
-        """Return what the process answers for a robot."""
+        """Return what the process answers for a robot.
+
+        Raises:
+            LostError: It has ended, or its answer is none.
+        """
         timeout = self._times.call
         text = what.late(self._work.script, timeout)
         if self._left < timeout:
@@ -236,7 +252,7 @@ class RunScript:
         request = msgspec.structs.replace(request, timeout=max(timeout, 1e-6))
         content = msgspec.msgpack.encode(request)
         try:
-            return _answer(self._process.answer(content, timeout, text, _MOST_ANSWERED))
+            answer = _answer(self._process.answer(content, timeout, text, _MOST_ANSWERED))
         except ProcessEndedError as error:
             self.was_killed = error.was_killed
             frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
@@ -245,6 +261,9 @@ class RunScript:
             self._lose(replace(here, message=str(error), script=file, line=line))
         finally:
             self._left -= time.monotonic() - begin
+        if answer is None:
+            self._lose(replace(here, message=_INVALID))
+        return answer
 
     def _lose(self, failure: Failure) -> NoReturn:
         self.failure = self.failure or failure
@@ -258,25 +277,13 @@ def _bytes(*arrays: Floats) -> bytes:
 _decoded = msgspec.msgpack.Decoder(Answer).decode
 
 
-def _answer(content: bytes) -> Answer:
-    """Return an answer of finite numbers, or the error, without control characters."""
+def _answer(content: bytes) -> Answer | None:
+    """Return an answer of finite numbers, or a plain error; None for what is neither."""
     try:
         sent = _decoded(content)
     except (msgspec.MsgspecError, RecursionError):
-        return Refusal(_INVALID)
+        return None
     if isinstance(sent, Reply):
-        return sent if all(map(math.isfinite, sent.numbers)) else Refusal(_INVALID)
+        return sent if all(map(math.isfinite, sent.numbers)) else None
     message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
     return Refusal(message, kind, file, sent.line, sent.messages)
-
-
-def _sent_on(answer: Answer) -> Answer:
-    """Use messages as the law of an answer does; return the answer, or that it is invalid."""
-    try:
-        if sent := answer.messages.sent:
-            network.send(decoded(sent).value)
-        elif answer.messages.are_used:
-            network.received()
-    except (TypeError, ValueError, OverflowError, RuntimeError):  # RuntimeError: of a condition
-        return Refusal(_INVALID)
-    return answer

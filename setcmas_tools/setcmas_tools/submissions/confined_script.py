@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import re
 import signal
-from collections.abc import Callable
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -30,7 +35,6 @@ from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
-from setcmas_tools.submissions.confinement import without_paths
 
 _LONGEST_TEXT = 1500
 _set_timer = getattr(signal, 'setitimer', None)
@@ -207,3 +211,46 @@ def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:
 
 def _shown(text: str) -> str:
     return without_paths(text[:_LONGEST_TEXT])
+
+
+_TEMPORARY = r'(?:/(?:setcmas_|tmp)[a-z0-9_]{8}(?![a-z0-9_]))+/?'  # as mkdtemp names them
+_CUT = re.compile(r'/[^\s\'"]*(?=\.\.\.)')
+
+
+def without_paths(text: str) -> str:
+    """Return a message without the folders of this machine.
+
+    Files of a submission and of packages are relative to its folder or to that of the packages;
+    the home, the environment and the current folder of the grading user become '…'.
+    """
+    temporary = '|'.join(map(re.escape, _places([tempfile.gettempdir()])))
+    text = re.sub(f'(?:{temporary}){_TEMPORARY}', '', text)
+    packages, private = _places(_roots()), _places(_private_folders())
+    for place in packages:
+        text = text.replace(f'{place}/', '')
+    for place in private:
+        text = re.sub(rf'{re.escape(place)}(?![\w.-])', '…', text)
+    places = [*packages, *private]
+
+    def shortened(cut: re.Match[str]) -> str:
+        return '…' if any(place.startswith(cut[0]) for place in places) else cut[0]
+
+    return _CUT.sub(shortened, text)
+
+
+def _roots() -> Iterator[str]:
+    """Yield the folders of modules; loading a law adds its folder, perhaps a package."""
+    yield from (one for one in sys.path if one and not Path(one, '__init__.py').exists())
+
+
+def _private_folders() -> Iterator[str]:
+    yield from (sys.prefix, sys.base_prefix)
+    with suppress(OSError, RuntimeError):
+        yield str(Path.cwd())
+        yield str(Path.home())
+
+
+def _places(folders: Iterable[str]) -> list[str]:
+    """Return folders as given and resolved, longest first; without the root."""
+    found = {place for one in folders for place in (one, os.path.realpath(one))}
+    return sorted((place.rstrip('/') for place in found if len(place) > 1), key=len, reverse=True)

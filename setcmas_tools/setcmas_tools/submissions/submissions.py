@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -105,7 +105,7 @@ class Packed:
 
 
 def read_submission(packed: Packed) -> Submission:
-    """Unpack a submission and choose its script."""
+    """Unpack a submission and choose its script; those of others are read in a sandbox."""
     tops, files = dict[PurePosixPath, str](), Files()
     for top in dict.fromkeys(one.top for one in packed.files):
         own = {
@@ -158,14 +158,8 @@ def submitted_notebook(path: Path) -> Submission:
     )  # fmt: skip
 
 
-Reader = Callable[[Sequence[Packed]], list[Submission]]
-"""Reads packed submissions; for those of others, in a sandbox."""
-
-
-def find_submissions(
-    place: Path, function: Function, exercise: bytes = b'', read: Reader | None = None
-) -> list[Submission]:
-    """Return the submissions in a folder or a zip file, sorted by students' names.
+def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> list[Packed]:
+    """Return the submissions in a folder or a zip file, as they were handed in.
 
     Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
     the same student's. If there is only one folder, with several submissions, it is the class.
@@ -174,8 +168,6 @@ def find_submissions(
         place: The folder or zip file.
         function: The function of the scripts to mark.
         exercise: Source of the exercise; empty for none.
-        read: Reads what was handed in; by default this process does, which is for submissions of
-            trusted people only.
 
     Raises:
         SetcmasError: There are none.
@@ -196,7 +188,7 @@ def find_submissions(
             f"'{place}' holds no submissions; it must be a folder or zip file with a script "
             'or folder per student'
         )
-    packed = []
+    packed: list[Packed] = []
     for parts in found.values():
         identities, files = zip(*sorted(parts, key=lambda part: part[0].number), strict=True)
         if identities[-1].number:  # of Canvas
@@ -204,8 +196,7 @@ def find_submissions(
             pairs = zip(files, names, strict=True)
             files = tuple(replace(file, path=name) for file, name in pairs)
         packed.append(Packed(identities[-1].student, files, function, exercise))
-    submissions = read(packed) if read else map(read_submission, packed)
-    return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
+    return packed
 
 
 def _of_class(files: Files, function: Function) -> Files:

@@ -12,7 +12,7 @@ from sandboxes import needs_sandbox
 from setcmas_tools.grade.class_grading import Grader
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.submissions.confinement import without_paths
+from setcmas_tools.submissions.confined_script import without_paths
 from setcmas_tools.submissions.submissions import Submission
 from setcmas_tools.submissions.submitted_files import Student
 

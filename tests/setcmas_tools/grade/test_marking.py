@@ -1,5 +1,7 @@
 """Marks from runs: what needs something else, what is hidden, what scripts say of themselves."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -8,9 +10,10 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.check import runs_here
+from setcmas_tools.grade.criteria import Criterion
 from setcmas_tools.grade.mark_records import Marks, ScenarioRun
 from setcmas_tools.grade.marking import compared, frechet_distance, mark
-from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.grade.rubric import MarkedScenario, read_rubric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.submissions import Submission
@@ -119,6 +122,11 @@ def test_paths_are_compared_in_space(other, distance):
     assert frechet_distance(other, CORNER) == pytest.approx(distance)
 
 
+def asked(base, *metrics):
+    """Return a scenario with a criterion for each metric."""
+    return MarkedScenario('', tuple(Criterion(one, one, 1.0) for one in metrics), base)
+
+
 @pytest.mark.parametrize(
     ('turned_by', 'gain', 'degrees'), [(0, 3, 0), (20, 1, 20), (180, 0.2, 180), (0, 0, 180)]
 )
@@ -133,7 +141,7 @@ def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
     base = Scenario.of('', nb_robots=3, duration=3)
     run, solution = simulate(base.replace(algo=law)), simulate(base.replace(algo=str(script)))
 
-    found = compared(['direction_error'], run, solution, base, script, function=Function.CONTROL)
+    found = compared(asked(base, 'direction_error'), run, solution, script, Function.CONTROL)
     assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)
 
 
@@ -145,9 +153,8 @@ def test_a_solution_gets_the_messages_that_a_submission_received(gain, error):
     right = Scenario.of(str(script), **options)
     run, solution = (simulate(right, set=options['set'] | {'K': k}) for k in (gain, 0.1))
 
-    found = compared(
-        ['answer_error', 'direction_error'], run, solution, right, script, Function.CONTROL
-    )
+    scenario = asked(right, 'answer_error', 'direction_error')
+    found = compared(scenario, run, solution, script, Function.CONTROL)
 
     assert found == {
         'answer_error': pytest.approx(error / 1.5, abs=1e-3),
@@ -166,5 +173,6 @@ def test_answers_of_some_robots_are_compared(tmp_path, robots, degrees):
     base = Scenario.of('', nb_robots=3, duration=3)
     run, solution = simulate(base.replace(algo=str(law))), simulate(base.replace(algo=str(script)))
 
-    found = compared(['direction_error'], run, solution, base, script, Function.CONTROL, robots)
+    scenario = replace(asked(base, 'direction_error'), robots=robots)
+    found = compared(scenario, run, solution, script, Function.CONTROL)
     assert found['direction_error'] == pytest.approx(degrees, abs=1e-3)

@@ -12,7 +12,6 @@ from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import OwnLaw, runs_here
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.submissions.submissions import find_submissions
 
 DATA = Path(__file__).parents[2] / 'data' / 'class_of_thirty.yaml'
 WRONG_FACTORS = {'Hal Hill', 'Ida Ito', 'Max Mora', 'Nia Nash', 'Dov Daly'}
@@ -65,7 +64,7 @@ def test_a_class_gets_the_points_that_a_lecturer_would_give(tmp_path, wanted):
     rubric = rubric_of_exercise('consensus')
     grader = class_grading.Grader(rubric, Times(call=2.0))
 
-    submissions = find_submissions(place, rubric.function)
+    submissions = class_grading.read_class(place, rubric, 2, is_confined=True)
     marks = class_grading.grade(submissions, grader, tmp_path / 'grades')
 
     scores = {one.student.name: one.score for one in marks}

@@ -8,7 +8,7 @@ from hostile_submissions import archive
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions import submitted_files
-from setcmas_tools.submissions.submissions import find_submissions
+from setcmas_tools.submissions.submissions import find_submissions, read_submission
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 WITH_TEST = {
@@ -21,6 +21,11 @@ MOODLE = 'cid_1_assignsubmission_file_'
 CANVAS = 'kinga_LATE_12_'
 
 
+def read_here(place):
+    read = map(read_submission, find_submissions(place, Function.CONTROL))
+    return sorted(read, key=lambda one: one.name)
+
+
 def found(tmp_path, files, name='class'):
     place = tmp_path / name
     if name.endswith('.zip'):
@@ -29,7 +34,7 @@ def found(tmp_path, files, name='class'):
         for path, source in files.items():
             (place / path).parent.mkdir(parents=True, exist_ok=True)
             (place / path).write_bytes(source)
-    return {one.name: one for one in find_submissions(place, Function.CONTROL)}
+    return {one.name: one for one in read_here(place)}
 
 
 @pytest.mark.parametrize('name', ['class', 'class.zip'])
@@ -223,7 +228,7 @@ def test_a_damaged_file_of_a_class_costs_its_student_alone(tmp_path):
     content[100:110] = bytes(10)
     (tmp_path / 'class.zip').write_bytes(content)
 
-    ada, bob = find_submissions(tmp_path / 'class.zip', Function.CONTROL)
+    ada, bob = read_here(tmp_path / 'class.zip')
 
     assert (ada.problem, bob.problem) == ('law.py is damaged or has a password', '')
 
