@@ -7,7 +7,7 @@ every run.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,9 @@ from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task import Errors, Task, from_share, rms
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.run.run import Run, models_of
+
+if TYPE_CHECKING:
+    from setcmas_tools.run.run import Run
 
 _LEAST_DECAY = 1.5
 """Factor by which values decay at least where a rate is fitted."""
@@ -40,6 +42,8 @@ def fleet_consensus(run: Run) -> Measured | None:
 
     It has lines if the robots are meant to meet, or met without a task.
     """
+    from setcmas_tools.run.run import models_of  # a controller imports tasks, and needs no runs
+
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
     found = consensus(grid, np.where(free, 0.0, SLOW))

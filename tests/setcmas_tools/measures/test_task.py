@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import pytest
 from metrics_runs import T, table, write_run
 
@@ -36,3 +39,16 @@ def test_a_script_is_read_and_not_run(run, tmp_path):
     visits = with_task_of(run, str(path)).metrics()['waypoints']
 
     assert visits.reached_at_s[1][0] == 9.5
+
+
+def test_a_controller_that_reads_the_task_of_its_law_imports_nothing_of_runs():
+    code = (
+        'import sys; from setcmas_ctrl.laws.references import TASKS; '
+        '[TASKS.get(name) for name in TASKS.plugins()]; '
+        'print([m for m in sys.modules if m in ("setcmas_tools.run.run", "setcmas_expe")])'
+    )
+    found = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=True
+    )
+
+    assert found.stdout.strip() == '[]'
