@@ -4,7 +4,7 @@ import json
 import math
 from html.parser import HTMLParser
 
-from setcmas_tools.page.page_data import SCALE
+from setcmas_tools.page.document import SCALE
 
 HOSTILE = '</script><img src=x onerror="document.title = 1">'
 

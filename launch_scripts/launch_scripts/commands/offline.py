@@ -33,8 +33,13 @@ from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.plot_options import PlotOptions
-from setcmas_tools.run.inputs import inputs_of, kept_record
-from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
+from setcmas_tools.run.run_folder import (
+    OfflineOptions,
+    RunFolder,
+    RunOptions,
+    inputs_of,
+    kept_record,
+)
 from setcmas_tools.run.run_info import INFO_FILE, RunState, origin_changes, read_info
 from setcmas_tools.run.scenario import Scenario
 

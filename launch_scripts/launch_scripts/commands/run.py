@@ -35,8 +35,7 @@ from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import take_values
 from setcmas_tools.plots.plot_options import PlotOptions
-from setcmas_tools.run.inputs import inputs_of, kept_record
-from setcmas_tools.run.run_folder import RunFolder, RunOptions
+from setcmas_tools.run.run_folder import RunFolder, RunOptions, inputs_of, kept_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.scenario import Scenario
 

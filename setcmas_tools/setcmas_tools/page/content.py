@@ -18,7 +18,7 @@ from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Task, ignore, task_of
-from setcmas_tools.page.page_data import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.page.document import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
 from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime

@@ -14,7 +14,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models_by_name import UNICYCLE
 from setcmas_tools.measures.agreement import CONSENSUS, disagreement
-from setcmas_tools.page.page_data import SCALE, look_entry
+from setcmas_tools.page.document import SCALE, look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
 
 LOST_S = 1.5

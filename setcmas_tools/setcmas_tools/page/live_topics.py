@@ -25,8 +25,8 @@ from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import seconds_of, state_of
 from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
+from setcmas_tools.page.document import colour_code
 from setcmas_tools.page.live import LiveRun, RobotDiagnosis, Shape
-from setcmas_tools.page.page_data import colour_code
 from setcmas_tools.page.server import Button
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -31,9 +31,8 @@ from setcmas_tools.page.document import answers_html, checkbox, document, elemen
 from setcmas_tools.plots.comparison_plots import drawn_pictures
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.plots.style import plot_style
-from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.run.run_folder import RunInput, find_run
 from setcmas_tools.run.run_info import RunState
 
 _ENDINGS = ('.html', '.htm')

@@ -16,10 +16,9 @@ from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
-from setcmas_tools.page.document import checkbox, document, element, stage
+from setcmas_tools.page.document import checkbox, document, element, page_content, stage
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
-from setcmas_tools.page.page_data import page_content
 from setcmas_tools.page.server import PageServer, announce
 
 if TYPE_CHECKING:

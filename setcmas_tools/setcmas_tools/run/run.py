@@ -25,8 +25,7 @@ from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models_by_name import UNICYCLE, model_names
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
-from setcmas_tools.run.inputs import RunInput, kept_inputs
-from setcmas_tools.run.run_folder import RunFolder, find_run
+from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, read_info
 from setcmas_tools.run.run_tables import RunTables, read_tables
 

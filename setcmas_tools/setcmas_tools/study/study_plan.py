@@ -12,8 +12,7 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import Simulation
-from setcmas_tools.run.inputs import RunInput, inputs_of, kept_record
-from setcmas_tools.run.run_folder import remove_parts
+from setcmas_tools.run.run_folder import RunInput, inputs_of, kept_record, remove_parts
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import Origin, read_record, this_origin, write_record
 from setcmas_tools.run.scenario import Scenario

@@ -20,7 +20,7 @@ from setcmas_tools.page.content import (
     plane_entry,
     states_at,
 )
-from setcmas_tools.page.page_data import SCALE, packed
+from setcmas_tools.page.document import SCALE, packed
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run

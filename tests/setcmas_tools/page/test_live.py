@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_tools.page import live
+from setcmas_tools.page.document import SCALE
 from setcmas_tools.page.live import (
     FORGOTTEN_S,
     LOST_S,
@@ -15,7 +16,6 @@ from setcmas_tools.page.live import (
     RobotDiagnosis,
     RunClock,
 )
-from setcmas_tools.page.page_data import SCALE
 
 
 @pytest.fixture

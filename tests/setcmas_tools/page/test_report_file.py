@@ -13,8 +13,7 @@ from report_pages import HOSTILE, LAW, Page
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.page.document import document, element
-from setcmas_tools.page.page_data import page_content
+from setcmas_tools.page.document import document, element, page_content
 from setcmas_tools.page.report_file import (
     Pair,
     check_page,

@@ -3,8 +3,7 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.inputs import RunInput
-from setcmas_tools.run.run_folder import RunFolder, find_run
+from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
 from setcmas_tools.run.run_info import RunInfo
 
 
@@ -83,3 +82,41 @@ def test_each_bag_of_a_folder_has_plots_of_its_own(tmp_path, bag, plots):
     (tmp_path / bag / 'metadata.yaml').touch()
 
     assert find_run(tmp_path / bag).plots == tmp_path / plots
+
+
+def strange(run, path):
+    """A file outside of a run's inputs, reached in the way of its name."""
+    secret = run.parent / 'secret.py'
+    secret.write_text('secret = 1')
+    kept = run / 'inputs' / 'algo'
+    kept.mkdir(parents=True)
+    (kept / 'law.py').write_text('import helper')
+    (kept / 'link.py').symlink_to(secret)
+    (run / 'inputs' / 'away').symlink_to(run.parent)
+    (kept / 'large.py').write_text('#' * 3_000_000)
+    return path.format(secret=secret)
+
+
+@pytest.mark.parametrize(
+    'path',
+    [
+        '{secret}', '../secret.py', 'inputs/../../secret.py', 'inputs/algo/link.py',
+        'inputs/away/secret.py', 'inputs/algo/large.py', 'inputs/algo', 'run.yaml', 'inputs',
+        '/proc/self/environ', '',
+    ],
+)  # fmt: skip
+def test_files_outside_of_its_inputs_are_none_of_a_run(tmp_path, path):
+    run = tmp_path / 'run'
+    run.mkdir()
+    (run / 'run.yaml').touch()
+
+    assert kept_inputs(run, {'algo': strange(run, path)}) == ()
+
+
+def test_a_module_that_is_a_link_takes_its_script_away(tmp_path):
+    run = tmp_path / 'run'
+    strange(run, '')
+    assert kept_inputs(run, {'algo': 'inputs/algo/law.py'})
+    (run / 'inputs' / 'algo' / 'helper.py').symlink_to(tmp_path / 'secret.py')
+
+    assert kept_inputs(run, {'algo': 'inputs/algo/law.py'}) == ()

@@ -9,7 +9,7 @@ from processes import run_here
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Arena
-from setcmas_tools.run.inputs import inputs_of, kept_record
+from setcmas_tools.run.run_folder import inputs_of, kept_record
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_lab import bounded_lab_options, check_tightens, in_lab
