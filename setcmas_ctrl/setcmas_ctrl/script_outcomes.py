@@ -14,20 +14,9 @@ from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.script_errors import STOPPED, ControlError, ErrorReports, StopCall
 from setcmas_simu.reports import Ended, Failed, Launcher
-from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.script_calls import Function, ScriptCall
 
 _ENDS_ALL = 'this process exits: it can no longer command any robot'
-
-
-def end_stuck_script(process: RosProcess, watch: CallWatch) -> None:
-    """Make a stop signal end a script's call; the kernel ends one that swallows the exception."""
-
-    def on_stop_signal() -> None:
-        if watch.running_s:
-            raise StopCall
-
-    process.on_stop_signal = on_stop_signal
 
 
 class ScriptOutcomes:

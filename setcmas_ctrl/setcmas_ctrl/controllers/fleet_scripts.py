@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import rclpy
+from std_msgs.msg import String
 
 from setcmas_ctrl.communication.communication_settings import (
     CommunicationOptions,
@@ -14,14 +15,16 @@ from setcmas_ctrl.communication.communication_settings import (
 )
 from setcmas_ctrl.communication.triggering_conditions import CTC, Broadcast
 from setcmas_ctrl.control_law import ControlLaw
-from setcmas_ctrl.controllers.markers import TaskTopic
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_options import LawOptions
+from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
-from setcmas_ctrl.script_outcomes import ScriptOutcomes, end_stuck_script
+from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.script_calls import Function
@@ -64,8 +67,9 @@ class FleetScripts:
         self.condition = self.communication.condition_script
         self.conversion = law.conversion()
         self.watch = CallWatch(warn, process.launcher)
-        end_stuck_script(process, self.watch)
-        self._task = TaskTopic(node, nb_robots)
+        process.on_stop_signal = self.watch.stop_call
+        self._warn = warn
+        self._task = node.create_publisher(String, topics.TASK, qos.LATCHED)
         self._scripts = scripts
         self.laws: list[ControlLaw] = []
         if scripts:
@@ -94,7 +98,9 @@ class FleetScripts:
                     f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
                 )
         with self.watch.call(laws[0].robot, laws[0].path, Function.LOADING):
-            self._task.publish(laws)
+            named = [(law.names, law.path) for law in laws]
+            if references := references_of_fleet(named, self.nb_robots, self._warn):
+                self._task.publish(String(data=references.encoded()))
         return laws
 
     def reload(self) -> None:

@@ -1,4 +1,4 @@
-"""Markers and topics that show a run: drawings of scripts, obstacles, the arena, the task."""
+"""Markers that show a run: drawings of scripts, obstacles, the arena."""
 
 from __future__ import annotations
 
@@ -10,33 +10,14 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.drawing import Sphere
-from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
-
-
-class TaskTopic:
-    """Publishes the task and its references as latched JSON."""
-
-    def __init__(self, node: Node, nb_robots: int) -> None:
-        self._nb_robots = nb_robots
-        self._warn = node.get_logger().warning
-        self._publisher = node.create_publisher(String, topics.TASK, qos.LATCHED)
-
-    def publish(self, laws: Sequence[ControlLaw]) -> None:
-        """Publish the task of the first law that has one; mistakes give a warning."""
-        scripts = [(law.names, law.path) for law in laws]
-        if references := references_of_fleet(scripts, self._nb_robots, self._warn):
-            self._publisher.publish(String(data=references.encoded()))
-
 
 TRAIL_LENGTH = 500
 """Number of spheres in a trail."""

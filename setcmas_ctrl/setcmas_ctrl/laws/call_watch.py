@@ -12,7 +12,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from setcmas_ctrl.laws.script_errors import described_place, places_in, quoted_line
+from setcmas_ctrl.laws.script_errors import StopCall, described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports import Launcher
 from setcmas_simu.script_calls import Function, ScriptCall
@@ -114,6 +114,11 @@ class CallWatch:
     def running_s(self) -> float:
         """How long the current call has been running, in s; 0 between calls."""
         return self._call.running_s(time.monotonic())
+
+    def stop_call(self) -> None:
+        """Raise StopCall if a call is running; the kernel ends one that swallows the exception."""
+        if self.running_s:
+            raise StopCall
 
     def close(self) -> None:
         """Stop the monitor."""
