@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
@@ -12,13 +13,14 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
-from setcmas_ctrl.si_to_uni_script import ScriptConversion
+from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models_by_name import is_script, model_names, robot_models
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.script_calls import Function
 
 
 class DrivenRobots:
@@ -76,7 +78,14 @@ class DrivenRobots:
 
     def _conversions(self) -> list[ScriptConversion]:
         robots = [one.robot for one in self.nodes]
-        return self._scripts.conversions(robots, lambda: self.nodes[0].time.t)
+        scripts = self._scripts
+        return script_conversions(
+            scripts.conversion,
+            robots,
+            scripts.outcomes.conversions,
+            lambda: self.nodes[0].time.t,
+            partial(scripts.watch.call, function=Function.SI_TO_UNI),
+        )
 
     def expect(self, period: float) -> None:
         """Expect a velocity once per `period` in s; the acceleration of robots depends on it."""

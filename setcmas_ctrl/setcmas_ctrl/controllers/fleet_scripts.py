@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import rclpy
@@ -21,7 +19,6 @@ from setcmas_ctrl.laws.references import references_of_fleet
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_seeds import seed_scripts
 from setcmas_ctrl.script_outcomes import ScriptOutcomes
-from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -113,15 +110,3 @@ class FleetScripts:
         """Return a newly loaded condition of a robot, or raise SetcmasError."""
         with self.watch.call(robot, self.condition or Path(CTC), Function.LOADING):
             return self.communication.broadcast(robot, self.outcomes.conditions)
-
-    def conversions(
-        self, robots: Sequence[int], time: Callable[[], float]
-    ) -> list[ScriptConversion]:
-        """Return a user's own conversion for each robot, newly loaded; none without one.
-
-        `time` returns the time t of the run in s. Raises SetcmasError if it does not load.
-        """
-        watched = partial(self.watch.call, function=Function.SI_TO_UNI)
-        return script_conversions(
-            self.conversion, robots, self.outcomes.conversions, time, watched
-        )

@@ -13,7 +13,7 @@ from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import RobotCheck, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import BatteryScale, Lab, LabRobot
-from setcmas_expe.mocap.pose_judge import PoseTrack, fault_of, text_of
+from setcmas_expe.mocap.pose_judge import PoseTrack, fault_in_words, pose_fault
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
@@ -110,8 +110,8 @@ class LabWatch(FleetNode):
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
         watch.track.take(sample, time.monotonic())
-        if fault := fault_of(sample, self._arena):
-            watch.fault = text_of(fault, sample, self._arena)
+        if fault := pose_fault(sample, self._arena):
+            watch.fault = fault_in_words(fault, sample, self._arena)
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
         watch.battery = watch.scale.percent(message.percentage)

@@ -38,7 +38,7 @@ _NORM_TOLERANCE = 0.02
 _LARGEST_TILT = math.radians(45)
 
 
-def fault_of(sample: Sample, arena: Arena) -> PoseFault | None:
+def pose_fault(sample: Sample, arena: Arena) -> PoseFault | None:
     """Return the fault of a measurement on its own; None if it is good."""
     x, y, _ = sample.position
     if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
@@ -52,7 +52,7 @@ def fault_of(sample: Sample, arena: Arena) -> PoseFault | None:
     return PoseFault.FAR_AWAY if arena.distance(x, y) > _FAR_M else None
 
 
-def text_of(fault: PoseFault, sample: Sample, arena: Arena) -> str:
+def fault_in_words(fault: PoseFault, sample: Sample, arena: Arena) -> str:
     """Return why a measurement is rejected, with numbers where they help."""
     if fault is not PoseFault.FAR_AWAY:
         return str(fault.value)
@@ -167,7 +167,7 @@ class PoseTrack:
         measured = now - self._clock.lateness(sample.stamp, now, paused)
         pose = sample.planar()
         self._arrivals.append(now)
-        fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, measured)
+        fault = pose_fault(sample, self._arena) or self._fault_in_time(sample, pose, measured)
         if fault in (PoseFault.JUMPED, PoseFault.LIFTED) and self._has_settled(pose, now, paused):
             # The floor does not rise; but a person may have held the robot at its first pose.
             self._z = sample.position[2]
@@ -188,7 +188,7 @@ class PoseTrack:
         self._bad_since = min(self._bad_since, now)
         if now - self._bad_since < _BAD_FOR_S:
             return
-        self.fault, self.trouble = fault, text_of(fault, sample, self._arena)
+        self.fault, self.trouble = fault, fault_in_words(fault, sample, self._arena)
         if fault is PoseFault.LIFTED:
             self.trouble = (
                 f'it was lifted (body at {self._z:.2f} m, usually {self.height:.2f}): set it '

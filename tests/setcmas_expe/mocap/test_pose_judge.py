@@ -4,7 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_expe.mocap.pose_judge import PoseFault, PoseTrack, VelocityFilter, fault_of, text_of
+from setcmas_expe.mocap.pose_judge import (
+    PoseFault,
+    PoseTrack,
+    VelocityFilter,
+    fault_in_words,
+    pose_fault,
+)
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.arena import Arena
@@ -290,16 +296,17 @@ def sample(x=0.5, y=0.2, yaw=0.3, z=0.1):
     ],
 )
 def test_what_is_wrong_with_a_measurement_by_itself(bad, fault):
-    assert fault_of(bad, ARENA) == fault
+    assert pose_fault(bad, ARENA) == fault
 
 
 def test_poses_in_millimetres_are_named_with_numbers_and_units():
     far, in_mm = sample(x=8.0), sample(x=1500.0, y=-700.0)
 
     assert (
-        text_of(PoseFault.FAR_AWAY, far, ARENA) == 'at x = 8.0 m, y = 0.2 m, far outside the arena'
+        fault_in_words(PoseFault.FAR_AWAY, far, ARENA)
+        == 'at x = 8.0 m, y = 0.2 m, far outside the arena'
     )
-    text = text_of(PoseFault.FAR_AWAY, in_mm, ARENA)
+    text = fault_in_words(PoseFault.FAR_AWAY, in_mm, ARENA)
     assert text.startswith('at x = 1500.0 m, y = -700.0 m, far outside the arena; does motion')
     assert 'millimetres' in text
 
@@ -314,4 +321,4 @@ def test_y_up_systems_are_turned_with_their_orientation():
 
         assert turned.planar() == pytest.approx((1.0, 2.0, yaw))
         assert turned.position[2] == 0.1
-        assert fault_of(turned, Arena(-3, 3, -3, 3)) is None
+        assert pose_fault(turned, Arena(-3, 3, -3, 3)) is None
