@@ -17,14 +17,25 @@ def only_file(folder, pattern):
     return path
 
 
-def write_compressed(path, store, points, mode, plugin, chunk_ends=()):
+def write_compressed(path, store, messages, mode, plugin, chunk_ends=()):
     """Write messages compressed; after those at `chunk_ends` a new chunk begins."""
     writer = Writer(path, version=9, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
+    connections = {}
     with writer:
-        msgtype = points[0][2].__msgtype__
-        connection = writer.add_connection('/points', msgtype, typestore=store)
-        for i, (_, _, message) in enumerate(points):
-            writer.write(connection, i + 1, store.serialize_cdr(message, msgtype))
+        for i, (topic, _, message) in enumerate(messages):
+            kind = message.__msgtype__
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], i + 1, store.serialize_cdr(message, kind))
             if i in chunk_ends:
                 writer.storage.close_chunk()
+
+
+def damage(mcap, chunk):
+    """Damage a compressed chunk of a file, by its number; its index stays."""
+    content, at = bytearray(mcap.read_bytes()), -1
+    for _ in range(chunk + 1):
+        at = content.index(b'\x28\xb5\x2f\xfd', at + 1)  # of Zstandard
+    content[at] ^= 0xFF
+    mcap.write_bytes(content)

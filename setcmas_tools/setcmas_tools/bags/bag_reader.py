@@ -43,6 +43,32 @@ _REPAIRS = {
 BagReader: TypeAlias = Ros1Reader | Ros2Reader
 
 
+class _Part:
+    """Messages of some topics from one reader of a bag, up to its first damage.
+
+    Attributes:
+        loss: Why some are missing, once all others were read; '' if none are.
+    """
+
+    def __init__(self, reader: BagReader, found: Mapping[tuple[str, str], BagTopic]) -> None:
+        self.loss = ''
+        self._reader, self._found = reader, found
+
+    def messages(self) -> Iterator[Message]:
+        """Yield topic, receive time (ns) and bytes of each message."""
+        own = [one for one in self._reader.connections if _key(one) in self._found]
+        count, most = 0, sum(connection.msgcount for connection in own)
+        reason = 'some are missing'
+        try:
+            for connection, time_ns, data in self._reader.messages(own) if own else ():
+                count += 1
+                yield self._found[_key(connection)], time_ns, data
+        except Exception as error:  # a damaged file makes any of several libraries fail
+            reason = one_line(error)
+        if count < most:
+            self.loss = reason
+
+
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
     """Open a bag for reading, healthy or cut short.
@@ -108,6 +134,7 @@ class Bag:
         self.path = path
         self.types = get_typestore(Stores.EMPTY)
         self.notices = notices
+        self._is_damaged = False
         self._readers = [reader for reader in readers if reader.message_count]
         self._topics = self._resolve()
         if not self._topics:
@@ -121,25 +148,19 @@ class Bag:
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message in the order of time."""
         found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        parts = (self._messages_of(reader, found) for reader in self._readers)
-        return heapq.merge(*parts, key=itemgetter(1))
+        parts = [_Part(reader, found) for reader in self._readers]
+        yield from heapq.merge(*(part.messages() for part in parts), key=itemgetter(1))
+        if any(part.loss for part in parts) and not self._is_damaged:
+            self._is_damaged = True
+            self.notices.append(self._damage())
 
-    def _messages_of(
-        self, reader: BagReader, found: Mapping[tuple[str, str], BagTopic]
-    ) -> Iterator[Message]:
-        """Yield the messages of some topics from one reader, up to its first damage."""
-        own = [one for one in reader.connections if _key(one) in found]
-        count, most = 0, sum(connection.msgcount for connection in own)
-        reason = 'some are missing'
-        try:
-            for connection, time_ns, data in reader.messages(own) if own else ():
-                count += 1
-                yield found[_key(connection)], time_ns, data
-        except Exception as error:  # a damaged file makes any of several libraries fail
-            reason = one_line(error)
-        if count < most:
-            read = f'{count:,} of {most:,} messages were read'
-            self._notice(f"'{self.path}' is damaged ({reason}): {read}")
+    def _damage(self) -> str:
+        """Return how much of a damaged bag can be read, the same whichever topics were wanted."""
+        parts = [_Part(reader, self._topics) for reader in self._readers]
+        count = sum(1 for part in parts for _ in part.messages())
+        reasons = '; '.join(dict.fromkeys(part.loss for part in parts if part.loss))
+        read = f'{count:,} of {self.count:,} messages were read'
+        return f"'{self.path}' is damaged ({reasons}): {read}"
 
     def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]]) -> None:
         """Decode the messages of some topics, and hand them to functions.
@@ -217,10 +238,6 @@ class Bag:
             count,
             tuple(getattr(ext, 'offered_qos_profiles', ())),  # none in ROS 1
         )
-
-    def _notice(self, line: str) -> None:
-        if line not in self.notices:  # a bag may be read twice
-            self.notices.append(line)
 
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:

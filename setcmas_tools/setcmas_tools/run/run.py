@@ -87,7 +87,8 @@ class Run(RunTables):
         else:
             from setcmas_tools.run.run_samples import read_bag  # late: rosbags loads slowly
 
-            tables = read_bag(Path(path), warn)
+            assert source.bag
+            tables = read_bag(source.bag, warn)
         try:
             info = read_info(source.folder) or RunInfo()
         except SetcmasError as error:

@@ -274,9 +274,10 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
         samples = RunSamples(bag.topics)
         takers = {topic: samples.collectors(topic) for topic in bag.topics}
         bag.deliver(takers)
+        tables = samples.tables()
         for notice in [*bag.notices, *samples.notices]:
             warn(notice)
-    if tables := samples.tables():
+    if tables:
         check_extent(tables.table, path)
         return tables
     raise SetcmasError(f"bag '{path}' holds no odometry of robots (/tb3_i/odom, {_ODOMETRY})")

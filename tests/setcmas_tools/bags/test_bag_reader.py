@@ -2,7 +2,7 @@ import shutil
 import sqlite3
 
 import pytest
-from bag_contents import only_file, read, write_compressed
+from bag_contents import damage, only_file, read, write_compressed
 from mcap.writer import IndexType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Ros1Writer
@@ -204,10 +204,8 @@ def test_what_is_read_up_to_a_damaged_chunk_is_told(tmp_path, store, points, has
         tmp_path / 'bag', store, points, CompressionMode.STORAGE, StoragePlugin.MCAP, (49, 99)
     )
     path = only_file(tmp_path / 'bag', '*.mcap')
-    content = bytearray(path.read_bytes())
-    zstd_magic = b'\x28\xb5\x2f\xfd'
-    content[content.index(zstd_magic, content.index(zstd_magic) + 1)] ^= 0xFF
-    path.write_bytes(content if has_index else content[:-20])
+    damage(path, 1)
+    path.write_bytes(path.read_bytes() if has_index else path.read_bytes()[:-20])
 
     x, (notice,) = read(path)
 

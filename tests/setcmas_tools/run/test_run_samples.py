@@ -1,5 +1,10 @@
-import pytest
+import math
 
+import pytest
+from bag_contents import damage, only_file, write_compressed
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+
+from setcmas_tools.measures.identification import recorded_commands
 from setcmas_tools.run.run import Run
 
 
@@ -29,3 +34,31 @@ def test_messages_have_the_time_at_which_they_were_sent(tmp_path, write_bag, mak
         (pytest.approx(4.0), 1, 6.0),
     ]
     assert run.record is None
+
+
+def test_damage_of_a_bag_is_told_once_whatever_is_read_of_it_and_so_are_unusable_poses(
+    tmp_path, store, make
+):
+    """It is read three times: for its first command, for its tables, and to identify robots."""
+    nan = make('nav_msgs/msg/Odometry', {'pose.pose.position.x': math.nan})
+    messages = [('/tb3_1/odom', 0, nan)]
+    for i in range(8):
+        messages += [(f'/tb3_{i % 2 + 1}/cmd_vel', 0, make('geometry_msgs/msg/TwistStamped'))]
+        messages += [('/tb3_1/odom', 0, make('nav_msgs/msg/Odometry'))]
+    (tmp_path / 'bag').mkdir()
+    for name, part in (('a', messages[:9]), ('b', messages[9:])):
+        write_compressed(
+            tmp_path / name, store, part, CompressionMode.STORAGE, StoragePlugin.MCAP, (3,)
+        )
+        file = only_file(tmp_path / name, '*.mcap').rename(tmp_path / 'bag' / f'{name}.mcap')
+        damage(file, 1)
+
+    loaded, identified = [], []
+    run = Run.load(tmp_path, loaded.append)
+    recorded_commands(run, identified.append)
+
+    damaged, unusable = loaded
+    assert damaged.startswith(f"'{run.bag}' is damaged (")
+    assert damaged.endswith('): 8 of 17 messages were read')
+    assert unusable.endswith('poses cannot be used: NaN, infinite, or a zero quaternion')
+    assert identified == [damaged]

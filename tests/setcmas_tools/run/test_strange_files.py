@@ -196,7 +196,7 @@ def test_values_of_another_kind_hinder_no_report(run, name, value):
 
 
 def test_a_robot_beyond_the_largest_fleet_is_none(tmp_path, write_bag, make):
-    odometry = make('nav_msgs/msg/Odometry')
+    odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
     names = ('/tb3_1/odom', '/tb3_1000000000000000/odom', '/tb3_2001/odom')
     bag = write_bag(
         tmp_path / 'bag', [(name, i / 10, odometry) for i in range(20) for name in names]
