@@ -8,6 +8,7 @@ import mmap
 import os
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,7 +79,7 @@ class CurrentCall(ctypes.Structure):
 
     Attributes:
         calls: How many calls have begun.
-        since: Start of the last call, in s on the steady clock; 0 if not noted.
+        since: Start of the last call, in s on the steady clock.
         is_reported: Whether the process has told the user that this call does not return.
     """
 
@@ -102,15 +103,13 @@ class CurrentCall(ctypes.Structure):
         """Return the call in the memory of a file from `shared_file`."""
         return cls.from_buffer(mmap.mmap(descriptor, ctypes.sizeof(cls)))
 
-    def begin(
-        self, robot: int, path: Path, function: Function = Function.CONTROL, since: float = 0.0
-    ) -> None:
+    def begin(self, robot: int, path: Path, function: Function = Function.CONTROL) -> None:
         """Note that a function of a script is called for a robot."""
         if path is not self._path or function is not self._called:
             self._path, self._called = path, function
             self._script = os.fsencode(path.name)[:255]
             self._function = function.value.encode()
-        self.since = since
+        self.since = time.monotonic()
         self.is_reported = False
         self._robot = robot
         self.calls += 1
@@ -144,7 +143,7 @@ class CurrentCall(ctypes.Structure):
         return self.last() if self._is_running else None
 
     def running_s(self, now: float) -> float:
-        """Return how long a call has been running at a time in s; 0 between calls."""
+        """Return how long a call has been running at a time in s (steady); 0 between calls."""
         return now - self.since if self._is_running else 0.0
 
 

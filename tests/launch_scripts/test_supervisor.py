@@ -97,7 +97,8 @@ from pathlib import Path
 signal.signal(signal.SIGTERM, lambda *_: None)  # as nodes do: it is answered between two calls
 launcher = launcher()
 launcher.report(Ready())
-launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})
+launcher.current_call.begin(2, Path('law.py'), Function.CONTROL)
+launcher.current_call.since -= {ago}
 """
 )
 CALL = ScriptCall(2, 'law.py', Function.CONTROL)

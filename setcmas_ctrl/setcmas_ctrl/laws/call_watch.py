@@ -94,7 +94,7 @@ class CallWatch:
     ) -> Iterator[None]:
         """Monitor the code inside as a call of a script's function for a robot."""
         self._path = path
-        self._call.begin(robot, path, function, time.monotonic())
+        self._call.begin(robot, path, function)
         try:
             yield
         finally:

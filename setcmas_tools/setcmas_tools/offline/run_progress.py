@@ -101,21 +101,18 @@ def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]
     if monitoring is None:  # Python before 3.12
         yield
         return
-    call, disable = current.call, monitoring.DISABLE
-    calls, since, reported = -1, 0.0, time.perf_counter()
+    call, disable, reported = current.call, monitoring.DISABLE, time.monotonic()
 
     def watch(*_: object) -> object:
         """Is called where scripts jump or begin a function."""
-        nonlocal calls, since, reported
+        nonlocal reported
         if robot_of_frame(sys._getframe(1)) is None:
             return disable
-        now = time.perf_counter()
+        now = time.monotonic()
         if now - reported > _ALIVE_S:
             reported = now
             alive()
-        if call.calls != calls or not call.robot:
-            calls, since = call.calls, now
-        elif now - since > seconds:
+        if call.running_s(now) > seconds:
             reported = math.inf  # a script that catches this error is not alive
             raise LateCallError
         return None

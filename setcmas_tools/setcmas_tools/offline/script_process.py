@@ -135,19 +135,16 @@ class ScriptProcess(Generic[Result]):
             ScriptEndedError: A script has ended it, or lasts too long.
         """
         self._start()
-        begin = since = time.monotonic()
-        calls, call = -1, self.progress.call
+        begin, call = time.monotonic(), self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
             now = time.monotonic()
             if now - begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
-            if call.calls != calls or not call.robot:
-                calls, since = call.calls, now
-            elif now - since > call_timeout:
+            if call.running_s(now) > call_timeout:
                 late = call.function.late(call.script, call_timeout)
                 raise self._ended(f'{late} (--call-timeout)')
-            elif now - since > STUCK_S and not call.is_reported:
+            if call.running_s(now) > STUCK_S and not call.is_reported:
                 call.is_reported = True
                 late = call.function.late(call.script, STUCK_S)
                 warn(f'{robot_name(call.robot)}: {late}{self._place_after("; it is at ")}')

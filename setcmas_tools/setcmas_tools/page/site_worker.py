@@ -163,8 +163,9 @@ def _place_in(message: str) -> Answer:
 def _late(error: LateCallError, limit: float) -> str:
     """Return the message on a call that took longer than a limit in s."""
     file, line = script_place(error, Path())
-    call, place = run_progress.current.call, described_place(file, line, file)
-    what = call.function.late(file.name, limit)
+    call = run_progress.current.call.last()  # the error may have ended it
+    assert call
+    what, place = call.function.late(file.name, limit), described_place(file, line, file)
     return f'{robot_name(call.robot)}: {what}; it is at {place}{quoted_line(file, line)}'
 
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_simu.script_calls import Function
 from setcmas_tools import simulate
+from setcmas_tools.offline import run_progress
 from setcmas_tools.page import site_worker
 from setcmas_tools.page.content import run_content
 
@@ -128,6 +130,16 @@ def test_a_law_is_checked(page):
     assert answer['picture'].startswith('data:image/png;base64,iVBOR')
     assert answer['scenarios'][0]['criteria'][0]['full']
     assert {'scenario': 'eight robots'} in page.said
+
+
+def test_a_late_call_that_its_error_has_ended_is_that_of_its_robot():
+    call = run_progress.current.call
+    call.begin(2, Path('my_si_to_uni.py'), Function.SI_TO_UNI)
+    call.end()
+
+    message = site_worker._late(run_progress.LateCallError(), 10.0)
+
+    assert message.startswith('tb3_2: si_to_uni has not returned for 10 s')
 
 
 def test_output_is_limited(page):
