@@ -176,7 +176,10 @@ SLOW = _bodies({
     'closed': ('os.closerange(0, 99); time.sleep(99)', _HANGS),
     'slow': ('time.sleep(0.9); return 0, 0', 'the run takes longer than 3 s'),
 })  # fmt: skip
-"""The same of those that take too long, with a limit of 1 s for a call and 3 s for a run."""
+"""The same of those that take too long, with a limit of 1 s for a call and 3 s for a run.
+
+The last has more time for a call.
+"""
 
 GO_ON = _bodies({
     'recursion': ('return control(i, n, poses, t)', 'RecursionError'),

@@ -91,8 +91,8 @@ class Page:
         field.clear()
         field.send_keys(value)
 
-    def wait(self, seconds=60):
-        wait_for(lambda: not self.find('#do-stop').is_enabled(), seconds)
+    def wait(self):
+        wait_for(lambda: not self.find('#do-stop').is_enabled())
 
     def run(self):
         self.click('#do-run')

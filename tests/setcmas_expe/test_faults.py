@@ -108,7 +108,7 @@ def path(truths):
 def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_path):
     with Rehearsal(peer, tmp_path, *SLOW) as experiment:
         experiment.let_go(GOES)
-        peer.wait_for(lambda: experiment.output().count('identified by motion') == 2, 60)
+        peer.wait_for(lambda: experiment.output().count('identified by motion') == 2)
         experiment.press(' ')
         peer.wait_for(lambda: 'paused: by space bar' in experiment.output())
         experiment.fault('dropout 1 4')

@@ -96,7 +96,7 @@ def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
     Select(page.find('#source')).select_by_value('exercise:consensus')
     page.write(law)
     page.click('#do-check')
-    page.wait(120)
+    page.wait()
 
     assert 'of 10 points' in page.text('.score')
     assert 'as if K were 1, not 0.5' in page.text('#check-marks .note')
@@ -106,7 +106,7 @@ def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
     Select(page.find('#source')).select_by_value('rubric:lab')
     page.write(ALGORITHMS.file('consensus').read_text())
     page.click('#do-check')
-    page.wait(120)
+    page.wait()
 
     assert page.text('.score') == '2 of 2 points', page.text('#problem')
 
@@ -138,7 +138,7 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
 
     page.script("document.getElementById('report-name').value = '<img src=x onerror=alert(1)>'")
     page.click('#save-report')
-    page.wait(120)
+    page.wait()
     html = page.wait_for_download(f'{stem}.html').read_text()
     assert '&lt;img src=x onerror=alert(1)&gt;' in html
     assert '<b>bold' not in html

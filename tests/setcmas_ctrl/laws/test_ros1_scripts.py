@@ -54,7 +54,7 @@ def test_over_ros(start, peer):
         here = position(odometry[robot - 1][-1])
         return np.hypot(*np.subtract(here, begin[robot - 1])) > 0.2
 
-    peer.wait_for(lambda: all(map(moved, range(1, 3 * len(PRINTED) + 1))), 60)
+    peer.wait_for(lambda: all(map(moved, range(1, 3 * len(PRINTED) + 1))))
     peer.wait_for(lambda: all(markers) and all(trails))
     assert process.wait_for_output('tb3_2: robot 2 of 15\n')
     assert process.wait_for_output('tb3_8: first call of the helper of robot 8\n')
