@@ -1,6 +1,6 @@
 """Grades a class of generated submissions: time, equal bytes, order of the marks; prints a table.
 
-python benchmarks/grading.py [--students 100] [--jobs 2] [--once] [--keep DIR]
+python benchmarks/grading.py [--students 100] [--scenarios 5] [--jobs 2] [--once] [--keep DIR]
 
 100 submissions in five scenarios are to take at most 180 s with two jobs on two free cores. With
 --once, the class is graded once; otherwise a second time and with one job, to compare the files.
@@ -95,13 +95,13 @@ def different(first: Path, second: Path) -> list[str]:
     return mismatch + errors
 
 
-def report(place: Path, students: int, jobs: int, once: bool) -> None:
+def report(place: Path, students: int, nb_scenarios: int, jobs: int, once: bool) -> None:
     """Grade a class with several jobs, unless once also again and with one job; print results."""
     load, _, _ = os.getloadavg()
     gains = write_class(place / 'class', students)
     scenarios = ''.join(
         f'  - {{name: scenario {k}, {one}, criteria: [{CRITERION}]}}\n'
-        for k, one in enumerate(SCENARIOS, 1)
+        for k, one in enumerate(SCENARIOS[:nb_scenarios], 1)
     )
     (place / 'rubric.yaml').write_text(f'exercise: consensus\nscenarios:\n{scenarios}')
     marks, seconds = graded(place, 'grades', jobs)
@@ -110,7 +110,7 @@ def report(place: Path, students: int, jobs: int, once: bool) -> None:
     wrong = [score for name, score in scores.items() if name not in gains and 'output' not in name]
     print(f'{platform.machine()}, Python {platform.python_version()}')
     print(f'load before: {load:.1f}; bubblewrap: {not obstacle()}')
-    print(f'{students} submissions, {len(SCENARIOS)} scenarios, {jobs} jobs: {seconds}')
+    print(f'{students} submissions, {nb_scenarios} scenarios, {jobs} jobs: {seconds}')
     for other, number in () if once else (('again', jobs), ('alone', 1)):
         _, seconds = graded(place, other, number)
         differing = len(different(place / 'grades', place / other))
@@ -123,12 +123,13 @@ def main() -> None:
     """Read the options and report."""
     parser = argparse.ArgumentParser(description=__doc__.partition('\n')[0])
     parser.add_argument('--students', type=int, default=100)
+    parser.add_argument('--scenarios', type=int, default=len(SCENARIOS))
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--once', action='store_true', help='do not repeat and compare')
     parser.add_argument('--keep', type=Path, help='folder for the class and its grades')
-    args = parsed(parser, students=10, once=True)
+    args = parsed(parser, students=10, scenarios=1, once=True)
     with tempfile.TemporaryDirectory() as folder:
-        report(args.keep or Path(folder), args.students, args.jobs, args.once)
+        report(args.keep or Path(folder), args.students, args.scenarios, args.jobs, args.once)
 
 
 if __name__ == '__main__':

@@ -12,6 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import OwnLaw, runs_here
 from setcmas_tools.grade.mark_records import Student, student_view
+from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Submission
 
@@ -21,7 +22,7 @@ EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
 POINTS = yaml.safe_load((EXERCISES / 'points.yaml').read_text())
 MOST_UNEXPLAINED = 0  # of each exercise: their hint is where the run first differs
-CHECKED = 1  # so many mistakes are checked, too: the same code marks in another process
+GRADED = 1  # so many mistakes are graded, too: the same code marks in processes of their own
 
 
 def mistakes_of(name):
@@ -40,7 +41,7 @@ def mistakes_of(name):
 def graded(name, mistakes, folder):
     """Return the marks that students see, by the name of the mistake."""
     rubric = rubric_of_exercise(name)
-    path, submissions = folder / 'law.py', []
+    path, submissions = folder / 'graded.py', []
     for one in mistakes:
         path.write_text(one['script'])
         files, is_empty = {'law.py': path.read_bytes()}, is_unfilled(path, rubric.exercise)
@@ -51,14 +52,34 @@ def graded(name, mistakes, folder):
     return {marks.submission: student_view(marks) for marks in found}
 
 
-def marked_here(name, script):
-    """Return the marks of a script as `check` computes them, or why it refuses."""
+def checked(name, mistakes, folder):
+    """Return the marks as `check` computes them, by the name of the mistake."""
     rubric = rubric_of_exercise(name).shown()
-    try:
-        run = runs_here(str(script), rubric.function)
-        return OwnLaw.of(script).marks(rubric, run)
-    except SetcmasError as error:
-        return str(error)
+    run = runs_here(str(folder / 'law.py'), rubric.function)
+    found = {}
+    for one in mistakes:
+        (folder / 'law.py').write_text(one['script'])
+        law = OwnLaw.of(folder / 'law.py')
+        try:
+            found[one['name']] = law.marks(rubric, run)
+        except SetcmasError as error:
+            found[one['name']] = unmarked(rubric, law.submission, str(error))
+    return found
+
+
+def marks_of(name, mistakes, folder):
+    """Return the marks by name: of all as `check`, of a few and of those that hang as `grade`."""
+    hang = [one for one in mistakes if one.get('slow')]
+    by_check = checked(name, [one for one in mistakes if one not in hang], folder)
+    by_grade = graded(name, [*mistakes[:GRADED], *hang], folder)
+    for one in by_check.keys() & by_grade.keys():
+        assert what_students_see(by_check[one]) == what_students_see(by_grade[one])
+    return by_check | by_grade
+
+
+def what_students_see(marks):
+    hints, failures = messages(marks)
+    return marks.score, hints, bool(failures)
 
 
 def messages(marks):
@@ -69,21 +90,16 @@ def messages(marks):
     return shown, [one.message for one in failures if one]
 
 
-def complaints(mistake, by_grade, by_check):
+def complaints(mistake, marks):
     """Yield what is wrong with the marks of a mistake."""
-    hints, failures = messages(by_grade)
+    hints, failures = messages(marks)
     text = ' '.join([*hints, *failures])
-    if isinstance(by_check, str):
-        if not failures:
-            yield f'check refuses it ({by_check}), grade does not'
-    elif (by_check.score, messages(by_check)[0]) != (by_grade.score, hints):
-        yield f'check: {by_check.score} {messages(by_check)}, grade: {by_grade.score} {hints}'
-    if by_grade.is_full is not mistake.get('harmless', False):
-        yield f'it gets {by_grade.points_text}'
-    is_explained = bool(hints or failures or by_grade.unfilled or by_grade.is_full)
+    if marks.is_full is not mistake.get('harmless', False):
+        yield f'it gets {marks.points_text}'
+    is_explained = bool(hints or failures or marks.unfilled or marks.is_full)
     if len(hints) > 1 or not is_explained:
         yield f'not one explanation: {hints} {failures}'
-    unclear = is_unexplained(by_grade) or by_grade.unfilled or by_grade.is_full
+    unclear = is_unexplained(marks) or marks.unfilled or marks.is_full
     wanted = [] if unclear else mistake.get('must', [])
     if wanted and not any(has(text, words) for words in wanted):
         yield f'none of {wanted} in: {text}'
@@ -100,23 +116,10 @@ def is_unexplained(marks):
     return any(' first differs from the solution ' in hint for hint in messages(marks)[0])
 
 
-def complaints_about(name, mistakes, by_grade, folder):
-    script = folder / 'law.py'
-    found = []
-    for i, mistake in enumerate(mistakes):
-        script.write_text(mistake['script'])
-        by_check = by_grade[mistake['name']]
-        if i < CHECKED and not mistake.get('slow'):  # it hangs this process
-            by_check = marked_here(name, script)
-        about = complaints(mistake, by_grade[mistake['name']], by_check)
-        found += [f'{mistake["name"]}: {complaint}' for complaint in about]
-    return found
-
-
-def unfair(name, by_grade):
+def unfair(name, marks):
     """Return the mistakes that get other points than a lecturer would give, and those points."""
     wanted = POINTS.get(name, POINTS['of any law'])
-    scores = {mistake: by_grade[mistake].score for mistake in wanted if mistake in by_grade}
+    scores = {mistake: marks[mistake].score for mistake in wanted if mistake in marks}
     too_little = POINTS['too little'].get(name, [])
     return {
         mistake: (score, least, most)
@@ -134,13 +137,18 @@ def test_mistakes_of_an_exercise_lose_points_and_are_explained(tmp_path, name, c
     mistakes = mistakes_of(name)
     assert len(mistakes) >= 12
     assert POINTS.get(name, {}).keys() <= {one['name'] for one in mistakes}
-    by_grade = graded(name, mistakes[:count], tmp_path)
+    marks = marks_of(name, mistakes[:count], tmp_path)
 
-    assert complaints_about(name, mistakes[:count], by_grade, tmp_path) == []
-    assert unfair(name, by_grade) == {}
+    complained = [
+        f'{one["name"]}: {complaint}'
+        for one in mistakes[:count]
+        for complaint in complaints(one, marks[one['name']])
+    ]
+    assert complained == []
+    assert unfair(name, marks) == {}
     unexplained = [
         one['name']
         for one in mistakes[:count]
-        if one.get('must') and is_unexplained(by_grade[one['name']])
+        if one.get('must') and is_unexplained(marks[one['name']])
     ]
     assert len(unexplained) <= MOST_UNEXPLAINED

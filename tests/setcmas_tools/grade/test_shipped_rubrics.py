@@ -1,6 +1,7 @@
 """The rubrics that ship: an empty exercise gets nothing, a class what a lecturer would give."""
 
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,9 +15,6 @@ from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
 
 DATA = Path(__file__).parents[2] / 'data' / 'class_of_thirty.yaml'
-WRONG_FACTORS = {'Hal Hill', 'Ida Ito', 'Max Mora', 'Nia Nash', 'Dov Daly'}
-"""Students whose law has the right form; the rubric was too strict with them once."""
-
 EXERCISE_NAMES = ['consensus', 'ctc', 'leader_follower_formation', 'nav_wp', 'traj_tracking']
 
 
@@ -48,30 +46,22 @@ def handed_in(entries, folder):
 
 
 @needs_sandbox
-@pytest.mark.parametrize(
-    'wanted',
-    [
-        pytest.param(WRONG_FACTORS, id='wrong factors'),
-        pytest.param(None, id='all', marks=pytest.mark.nightly),
-    ],
-)
 @pytest.mark.nightly
-def test_a_class_gets_the_points_that_a_lecturer_would_give(tmp_path, wanted):
+def test_a_class_gets_the_points_that_a_lecturer_would_give(tmp_path):
     entries = {entry['student'].split('_')[0]: entry for entry in yaml.safe_load(DATA.read_text())}
     assert len(entries) == 30
-    chosen = {name: entry for name, entry in entries.items() if not wanted or name in wanted}
-    place = handed_in(chosen.values(), tmp_path / 'class')
-    rubric = rubric_of_exercise('consensus')
+    place = handed_in(entries.values(), tmp_path / 'class')
+    rubric = replace(rubric_of_exercise('consensus'), mistakes=())  # points do without hints
     grader = class_grading.Grader(rubric, Times(call=2.0))
 
     submissions = class_grading.read_class(place, rubric, 2, is_confined=True)
     marks = class_grading.grade(submissions, grader, tmp_path / 'grades')
 
     scores = {one.student.name: one.score for one in marks}
-    assert scores.keys() == chosen.keys()
+    assert scores.keys() == entries.keys()
     unfair = {
         name: (scores[name], entry['points'], entry['why'])
-        for name, entry in chosen.items()
+        for name, entry in entries.items()
         if not entry['points'][0] <= scores[name] <= entry['points'][1]
     }
     assert unfair == {}
