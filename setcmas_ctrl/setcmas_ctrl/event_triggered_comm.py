@@ -10,6 +10,7 @@ from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.triggering_conditions import Broadcast
 from setcmas_ctrl.laws.call_watch import CallWatch
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
@@ -45,6 +46,14 @@ class EventTriggeredComm(RobotNode):
         self.trig_odom = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
         self.sent: Odometry | None = None
         self.published = -math.inf
+
+    def see(self, known: Floats, poses: Floats, adjacency: Floats | None) -> None:
+        """Take the poses (3, N) of the fleet, as known to the robot and as they are.
+
+        The condition may use those of neighbours in the adjacency matrix, if there are links.
+        """
+        if adjacency is not None:
+            self.broadcast.see(known, poses, adjacency[self.robot - 1])
 
     def evaluate(self, state: RobotState) -> None:
         """Decide whether to send a new state of the robot; otherwise repeat the last one."""

@@ -16,7 +16,6 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimensi
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value, decoded, encoded
-from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
@@ -94,7 +93,6 @@ class FleetNetwork:
         is_on: Whether there are links. Robots that know all poses have none until a law uses
             messages.
         t: Time of the current calls in s.
-        senders: Nodes of the event-triggered robots of this process, by robot.
     """
 
     def __init__(
@@ -103,12 +101,10 @@ class FleetNetwork:
         poses: FleetPoses,
         communication: Communication,
         robots: list[int],
-        senders: Mapping[int, EventTriggeredComm] | None = None,
     ) -> None:
         """Subscribe to the states that the fleet sends to some robots, those of this process.
 
-        Without event triggering the poses must be those of all robots; with it, there may be
-        `senders`.
+        Without event triggering the poses must be those of all robots.
         """
         self._node = node
         self._poses = poses
@@ -127,7 +123,6 @@ class FleetNetwork:
         self._stamps: dict[int, Time] = {}
         self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
         self.t = 0.0
-        self.senders = senders or {}
         self.is_on = not communication.is_ideal
         self._known: Floats = poses.poses[None]
         self._adjacency: Floats | None = None
@@ -245,8 +240,6 @@ class FleetNetwork:
             self._publish_counts()
         self._known = self._links.known_poses(poses[:, self._own], now)
         self._adjacency = adjacency
-        for robot, sender in self.senders.items():
-            sender.broadcast.see(self.known_by(robot)[0], poses, adjacency[robot - 1])
 
     def known_by(self, robot: int) -> tuple[Floats, Floats | None]:
         """Return the poses that a robot of this process knows, and the adjacency matrix.

@@ -80,7 +80,7 @@ class ControlledFleet:
         for sender in self.senders:
             sender.watch, sender.broadcast = scripts.watch, scripts.broadcast(sender.robot)
         self.poses = self._subscribed_poses(si_to_unis, safety)
-        self.network = self._network()
+        self.network = FleetNetwork(node, self.poses, scripts.communication, self.robots)
         for controller, law in zip(self.controllers, scripts.laws, strict=True):
             controller.law, controller.network = law, self.network
             controller.outcomes = scripts.outcomes
@@ -133,12 +133,6 @@ class ControlledFleet:
         sources |= {one.robot: (one, one.odom_topic) for one in own}
         return FleetPoses(sources, self.scripts.nb_robots)
 
-    def _network(self) -> FleetNetwork:
-        """Return what the robots know of each other."""
-        senders = {sender.robot: sender for sender in self.senders}
-        communication = self.scripts.communication
-        return FleetNetwork(self.node, self.poses, communication, self.robots, senders)
-
     def take(self) -> None:
         """Take pending messages: poses, states and messages that robots have sent."""
         now = self.time.clock.now()
@@ -168,6 +162,9 @@ class ControlledFleet:
         is_paused = self.monitor.begin_step()
         if not is_paused:
             self.network.begin_step(self.time.t)
+            for sender in self.senders:
+                known, adjacency = self.network.known_by(sender.robot)
+                sender.see(known, self.poses.poses, adjacency)
         for controller in self.controllers:
             controller.is_paused = is_paused
             controller.is_lost = controller.robot in self.monitor.lost

@@ -162,6 +162,39 @@ def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Control
     return replace(options, nb_robots=size or None)
 
 
+def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
+    """Find a fleet and control its robots until the process must stop; then they rest.
+
+    The arguments and errors are those of `prepared_fleet`. Return the exit status.
+    """
+    canvas = MarkerCanvas(node)
+    with seeded_generators(), named_output(), drawn_on(canvas):
+        try:
+            fleet = prepared_fleet(process, node, *given)
+        except StopCall:
+            return 0
+        canvas.clock, scripts = fleet.time.clock, fleet.scripts
+        process.take_signals()  # scripts may have changed the handlers while loading
+        reloader = ScriptReloader(fleet) if fleet.options.watch and scripts.laws else None
+
+        def step() -> None:
+            fleet.step()
+            if reloader:
+                reloader.poll()
+
+        try:
+            with contextlib.suppress(StopCall), network.exchanged_by(fleet.network):
+                wait_until_ready(fleet)
+                fleet.follow_parameters()
+                run_steps(process, fleet.time, step, fleet.poll)
+        finally:
+            if process.can_talk:
+                fleet.stop()
+            scripts.watch.close()
+        scripts.outcomes.end()
+        return SCRIPT_FAILED if scripts.outcomes.failed else 0
+
+
 def prepared_fleet(
     process: RosProcess,
     node: FleetNode,
@@ -194,39 +227,6 @@ def prepared_fleet(
         wait_for_fleet(process, node, announced, given)
     clock = clock or clock_of_robots(process, node, announced)
     return ControlledFleet(process, node, parameters, safety, options, announced, scripts, clock)
-
-
-def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
-    """Find a fleet and control its robots until the process must stop; then they rest.
-
-    The arguments and errors are those of `prepared_fleet`. Return the exit status.
-    """
-    canvas = MarkerCanvas(node)
-    with seeded_generators(), named_output(), drawn_on(canvas):
-        try:
-            fleet = prepared_fleet(process, node, *given)
-        except StopCall:
-            return 0
-        canvas.clock, scripts = fleet.time.clock, fleet.scripts
-        process.take_signals()  # scripts may have changed the handlers while loading
-        reloader = ScriptReloader(fleet) if fleet.options.watch and scripts.laws else None
-
-        def step() -> None:
-            fleet.step()
-            if reloader:
-                reloader.poll()
-
-        try:
-            with contextlib.suppress(StopCall), network.exchanged_by(fleet.network):
-                wait_until_ready(fleet)
-                fleet.follow_parameters()
-                run_steps(process, fleet.time, step, fleet.poll)
-        finally:
-            if process.can_talk:
-                fleet.stop()
-            scripts.watch.close()
-        scripts.outcomes.end()
-        return SCRIPT_FAILED if scripts.outcomes.failed else 0
 
 
 if __name__ == '__main__':
