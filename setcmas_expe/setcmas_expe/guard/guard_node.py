@@ -35,7 +35,7 @@ from setcmas_simu.option_kinds import OneOf
 from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
-from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, NameWait, velocities
+from setcmas_simu.ros.cmd_vel_topics import NAMED_AFTER_S, CmdVelPublisher, NameWait, velocities
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
@@ -64,6 +64,7 @@ _REPORT_EVERY_S = 0.2
 _LOOK_EVERY_S = 0.5
 _MOTORS_OFF = (GuardState.EMERGENCY, GuardState.INTRUDED, GuardState.DEAF)
 _LOGGED = (*_MOTORS_OFF, GuardState.CONTESTED, GuardState.OPEN)
+_NAMED_AT_START_S = 1.0  # where many processes start at once; the robot stands
 _STOP = (0.0, 0.0)
 
 
@@ -125,7 +126,8 @@ class CmdVelGuard(RobotNode):
         follows = decision.state is GuardState.FOLLOWING
         self._send(*(self.limits.scaled_down(*self._wanted) if follows else _STOP))
         # The robot is held already; who else commands it is said once that has a name.
-        is_unnamed = self._names.is_on(commanders, now)
+        longest_s = NAMED_AFTER_S if before is GuardState.FOLLOWING else _NAMED_AT_START_S
+        is_unnamed = self._names.is_on(commanders, now, longest_s)
         is_early = decision.state is GuardState.CONTESTED and is_unnamed
         self._publish_report(self.report if is_early else decision)
         self._stepped = now

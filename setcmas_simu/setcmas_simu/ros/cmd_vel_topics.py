@@ -101,13 +101,13 @@ class NameWait:
     def __init__(self) -> None:
         self._since = math.inf
 
-    def is_on(self, names: Collection[str], now: float) -> bool:
+    def is_on(self, names: Collection[str], now: float, longest_s: float = NAMED_AFTER_S) -> bool:
         """Return whether one of these `rivals` may still get a name; now is in s."""
         if NAMELESS not in names:
             self._since = math.inf
             return False
         self._since = min(self._since, now)
-        return now - self._since < NAMED_AFTER_S
+        return now - self._since < longest_s
 
 
 def publishers(node: Node, topic: str) -> list[Endpoint]:

@@ -253,6 +253,8 @@ def test_a_robot_is_held_at_once_and_who_else_commands_it_said_once_that_may_hav
     commanders[:] = ['/tb3_1/cmd_vel_bridge', NAMELESS]  # another one has its time, too
     guard.report = GuardDecision(GuardState.IDLE)
     assert step() is GuardState.IDLE
+    assert step(0.9) is GuardState.IDLE  # and more of it while the robot stands
+    assert step(0.2) is GuardState.CONTESTED
     guard.destroy_node()
 
 
