@@ -38,8 +38,63 @@ _LAST_ZEROS = 5
 _LINE_M = 0.03
 
 
+class Bridges:
+    """Steps the bridges of a lab 20 times a second.
+
+    Attributes:
+        mocap: Publishes the poses of the robots.
+        bridges: Send each robot its commands.
+        fleet: Judges all robots together.
+    """
+
+    def __init__(self, node: FleetNode, lab: Lab) -> None:
+        """Create the nodes of a lab; `node` stands for the fleet. Nothing is sent before a step.
+
+        Raises:
+            SetcmasError: The package of the messages of motion capture is not installed.
+        """
+        if not lab.guarded:
+            node.get_logger().warning(
+                'without guards, robots keep their last velocity if this computer or the network '
+                'dies'
+            )
+        self.time = StepTime(1.0 / RATE_HZ)
+        self.mocap = MocapBridge(lab, node)
+        self.bridges = [CmdVelBridge(robot, lab, node, self.time) for robot in lab.robots]
+        self.fleet = BridgedFleet(node, lab)
+        self._diagnostics = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE)
+        self._steps = 0
+
+    def step(self) -> None:
+        """Decide on new messages and command the robots."""
+        now = self.time.now
+        self.mocap.step(now)
+        views = {bridge.robot: bridge.look() for bridge in self.bridges}
+        fleet = self.fleet.judge(views, now)
+        decisions = {bridge.robot: bridge.command(fleet) for bridge in self.bridges}
+        self.fleet.note(decisions, now)
+        if self._steps % _REPORT_EVERY == 0:
+            reports = [bridge.report(decisions[bridge.robot]) for bridge in self.bridges]
+            message = DiagnosticArray(status=reports)
+            message.header.stamp = self.time.stamp
+            self._diagnostics.publish(message)
+        self._steps += 1
+
+    def stop(self) -> None:
+        """Command zero at the end of the process, several times in case one is lost."""
+        for _ in range(_LAST_ZEROS):
+            for bridge in self.bridges:
+                bridge.stop()
+            time.sleep(1.0 / RATE_HZ)
+        for bridge in self.bridges:
+            bridge.cmd_vel.wait_until_sent()
+
+
 class BridgedFleet:
-    """Judges all robots of a lab together, and pauses them all if one stops for good."""
+    """Judges all robots of a lab together, and pauses them all if one stops for good.
+
+    It has what their bridges share: the pause, where robots are, who has proved itself.
+    """
 
     def __init__(self, node: FleetNode, lab: Lab) -> None:
         """Listen to the pause and the stop through the node of the process."""
@@ -100,58 +155,6 @@ class BridgedFleet:
         return pause
 
 
-class Bridges:
-    """Steps the bridges of a lab 20 times a second.
-
-    Attributes:
-        mocap: Publishes the poses of the robots.
-        bridges: Send each robot its commands.
-        fleet: Judges all robots together.
-    """
-
-    def __init__(self, node: FleetNode, lab: Lab) -> None:
-        """Create the nodes of a lab; `node` stands for the fleet. Nothing is sent before a step.
-
-        Raises:
-            SetcmasError: The package of the messages of motion capture is not installed.
-        """
-        if not lab.guarded:
-            node.get_logger().warning(
-                'without guards, robots keep their last velocity if this computer or the network '
-                'dies'
-            )
-        self.time = StepTime(1.0 / RATE_HZ)
-        self.mocap = MocapBridge(lab, node)
-        self.bridges = [CmdVelBridge(robot, lab, node, self.time) for robot in lab.robots]
-        self.fleet = BridgedFleet(node, lab)
-        self._diagnostics = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE)
-        self._steps = 0
-
-    def step(self, now: float) -> None:
-        """Decide on new messages and command the robots; `now` is in s on the steady clock."""
-        self.time.begin_step(now)
-        self.mocap.step(now)
-        views = {bridge.robot: bridge.look() for bridge in self.bridges}
-        fleet = self.fleet.judge(views, now)
-        decisions = {bridge.robot: bridge.command(fleet) for bridge in self.bridges}
-        self.fleet.note(decisions, now)
-        if self._steps % _REPORT_EVERY == 0:
-            reports = [bridge.report(decisions[bridge.robot]) for bridge in self.bridges]
-            message = DiagnosticArray(status=reports)
-            message.header.stamp = self.time.stamp
-            self._diagnostics.publish(message)
-        self._steps += 1
-
-    def stop(self) -> None:
-        """Command zero at the end of the process, several times in case one is lost."""
-        for _ in range(_LAST_ZEROS):
-            for bridge in self.bridges:
-                bridge.stop()
-            time.sleep(1.0 / RATE_HZ)
-        for bridge in self.bridges:
-            bridge.cmd_vel.wait_until_sent()
-
-
 def publish_arena(node: FleetNode, lab: Lab) -> None:
     """Publish the arena's border, kept for late displays."""
     xmin, xmax, ymin, ymax = lab.arena
@@ -198,7 +201,7 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     try:
         robots = tuple(robot.number for robot in lab.robots)
         announcer.announce(Announcement(lab.nb_robots, robots))
-        run_steps(process, bridges.time, lambda: bridges.step(bridges.time.now))
+        run_steps(process, bridges.time, bridges.step)
     finally:  # also after an error in a step
         bridges.stop()
 

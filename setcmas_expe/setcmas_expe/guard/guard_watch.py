@@ -18,7 +18,7 @@ SILENT_AFTER_S = 0.5
 
 _UNREAD = 5  # reports that may wait: one of deaf wheels holds for a moment, until motors are off
 _YES, _NO = 'yes', 'no'
-MISSING = 'no cmd_vel_guard on it'
+_MISSING = 'no cmd_vel_guard on it'
 _SILENT = 'its cmd_vel_guard is silent'
 _SEVERAL = '{} nodes report as its guard'
 _NO_LIDAR = 'its guard watches no lidar: start it with --lidar'
@@ -117,7 +117,7 @@ class GuardWatch:
             return self.doubt
         if not self.is_there():
             is_known = self.report or self._nb_senders
-            return (_SILENT if is_known else MISSING) if demanded else ''
+            return (_SILENT if is_known else _MISSING) if demanded else ''
         assert self.report
         if self.report.state.stops:
             return f'its guard stops it: {self.report.reason}'
