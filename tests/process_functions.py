@@ -13,9 +13,9 @@ def talk(warn):
     return Path.cwd()
 
 
-def fail(error, _):
+def fail(error, warn):
     raise error
 
 
-def sleep(_):
+def sleep(warn):
     time.sleep(1000)

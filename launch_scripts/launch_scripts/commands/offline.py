@@ -188,7 +188,7 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
             bar.update(max(0, offline_run.progress.done - 1) / robot_rate - bar.n)
 
         try:
-            return offline_run.run(call_timeout, warn, show), offline_run.elapsed
+            return offline_run.result(warn, call_timeout, look=show), offline_run.elapsed
         except KeyboardInterrupt:
             message = f'setcmas offline: stopped by the user{offline_run.place()}'
             run = offline_run.stopped()

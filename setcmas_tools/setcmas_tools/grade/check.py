@@ -215,7 +215,7 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
         messages: list[str] = []
         nowhere = io.StringIO()
         with redirect_stderr(nowhere), folded_output(), OfflineRun(chosen) as offline_run:
-            made = offline_run.run(call_timeout, messages.append)
+            made = offline_run.result(messages.append, call_timeout)
         if made.outcome.state is RunState.DIED:
             return ScenarioRun(made, Failure(made.outcome.detail), is_complete=False)
         return ScenarioRun(made, Failure(messages[0]) if messages else None)

@@ -138,7 +138,7 @@ def _steps(scenario: Scenario) -> list[tuple[str, dict[str, Any]]]:
 
 def _simulated(scenario: Scenario, warn: Callable[[str], None]) -> Run:
     with OfflineRun(scenario) as offline:
-        run = offline.run(call_timeout=10.0, warn=warn)
+        run = offline.result(warn, call_timeout=10.0)
     if run.outcome.state is RunState.DIED:
         raise SetcmasError(str(run.outcome))
     return run

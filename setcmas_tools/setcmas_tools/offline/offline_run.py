@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -19,38 +20,35 @@ from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.scenario import Scenario
 
 
-class OfflineRun(ScriptProcess[tuple[Run, float]]):
-    """The process of a run; use as a context manager, which ends the process.
-
-    Attributes:
-        elapsed: How long the simulation took in s, without the start of the process.
-    """
+class OfflineRun(ScriptProcess[Run]):
+    """The process of a run; use as a context manager, which ends the process."""
 
     def __init__(self, scenario: Scenario) -> None:
         """Prepare the run of a scenario from `Scenario.found`; raise SetcmasError if too large."""
         names = {one for key in ('model', 'si_to_uni', 'ctc') for one in scenario.named(key)}
         others = [Path(name) for name in names if name.endswith('.py')]
         super().__init__(
-            partial(_simulated, scenario),
+            partial(simulate, scenario),
             [*scenario.law.scripts().paths, *others],
             size_of(checked_steps(scenario) + 1, scenario.nb_robots),
         )
         self._scenario = scenario
-        self.elapsed = self._begin = 0.0
 
-    def run(self, call_timeout: float, warn: Warn, look: Callable[[], object] = int) -> Run:
+    def result(
+        self,
+        warn: Warn,
+        call_timeout: float = inf,
+        timeout: float = inf,
+        look: Callable[[], object] = int,
+    ) -> Run:
         """Simulate; return the run, or what was simulated until a script ended it.
 
-        A call that does not return in time (s) ends it; `look` is called now and then, and at the
-        end. Raises SetcmasError if the scenario or a script is invalid.
+        Arguments and SetcmasError are those of any `ScriptProcess`.
         """
-        self._begin = time.perf_counter()
         try:
-            run, self.elapsed = self.result(warn, call_timeout, look=look)
+            return super().result(warn, call_timeout, timeout, look)
         except ScriptEndedError as error:
             return self._broken(error)
-        look()
-        return run
 
     def stopped(self) -> Run:
         """Return what was simulated until now, as stopped by the user; may have no states."""
@@ -67,14 +65,8 @@ class OfflineRun(ScriptProcess[tuple[Run, float]]):
         return replace(run, info=replace(run.info, failures=[failure]))
 
     def _remains(self, outcome: Outcome) -> Run:
-        self.elapsed = time.perf_counter() - self._begin
+        self.elapsed = time.monotonic() - self._begin
         states = self.progress.states(self._scenario.nb_robots)
         times = np.arange(len(states)) / self._scenario.robots.robot_rate
         table = motion(times, states[:, :3], states[:, 3], states[:, 5])
         return Run(table, info=RunInfo(outcome=outcome))
-
-
-def _simulated(scenario: Scenario, warn: Warn) -> tuple[Run, float]:
-    """Simulate in this process; return the run, and the time that it took in s."""
-    begin = time.perf_counter()
-    return simulate(scenario, warn=warn), time.perf_counter() - begin

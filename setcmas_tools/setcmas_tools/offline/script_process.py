@@ -91,19 +91,18 @@ class ScriptProcess(Generic[Result]):
 
     Attributes:
         progress: What it does, as it records it in `run_progress.current`.
+        elapsed: How long the function took in s, without the start of the process.
     """
 
     def __init__(
-        self,
-        function: Callable[[Warn], Result],
-        scripts: Sequence[Path],
-        size: int = 1,
+        self, function: Callable[..., Result], scripts: Sequence[Path], size: int = 1
     ) -> None:
-        """Prepare a function, which is pickled, and gets a function that shows a message.
+        """Prepare a function, which is pickled; its argument `warn` shows a message.
 
         Messages name places in the folders of its scripts. It may keep as many numbers as states
         as `size_of` says.
         """
+        self.elapsed = self._begin = 0.0
         self._scripts = [path.resolve() for path in scripts]
         call, states = _context.RawValue(CurrentCall), _context.RawArray('d', size)
         self.progress = RunProgress(call, np.frombuffer(states))
@@ -126,7 +125,7 @@ class ScriptProcess(Generic[Result]):
         timeout: float = inf,
         look: Callable[[], object] = int,
     ) -> Result:
-        """Run the function; return its result. Call `look` now and then meanwhile.
+        """Run the function; return its result. Call `look` now and then, and at the end.
 
         It is ended if a call of a script exceeds `call_timeout`, or the function `timeout`, in s.
 
@@ -135,11 +134,11 @@ class ScriptProcess(Generic[Result]):
             ScriptEndedError: A script has ended it, or lasts too long.
         """
         self._start()
-        begin, call = time.monotonic(), self.progress.call
+        self._begin, call = time.monotonic(), self.progress.call
         while (answer := self._answer(warn)) is None:
             look()
             now = time.monotonic()
-            if now - begin > timeout:
+            if now - self._begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
             if call.running_s(now) > call_timeout:
                 late = call.function.late(call.script, call_timeout)
@@ -154,7 +153,9 @@ class ScriptProcess(Generic[Result]):
             raise value
         if kind == 'broken':
             raise self._ended(f'the script has broken the simulation itself: {value}')
-        result: Result = value
+        look()
+        result: Result
+        result, self.elapsed = value
         return result
 
     def place(self) -> str:
@@ -290,7 +291,7 @@ class _Printed(io.TextIOBase):
 
 
 def _work(
-    function: Callable[[Warn], Any],
+    function: Callable[..., Any],
     call: CurrentCall,
     states: Any,
     answers: Connection,
@@ -313,7 +314,9 @@ def _work(
     try:
         with named_output():  # here, too, as threads of scripts print on after `simulate`
             try:
-                answer = 'result', function(partial(send, 'warn'))
+                begin = time.perf_counter()
+                result = function(warn=partial(send, 'warn'))
+                answer = 'result', (result, time.perf_counter() - begin)
             except SetcmasError as error:
                 answer = 'mistake', error
             except BaseException as error:  # a script has changed what this process is made of

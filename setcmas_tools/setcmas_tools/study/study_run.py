@@ -69,7 +69,7 @@ def made_row(
         return _row(number, RunState.DIED, str(error.robot or ''), str(error).partition('\n')[0])
 
 
-def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], _: object = None) -> Row:
+def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], **_: object) -> Row:
     """Make a run of a scenario in this process, and return its row with further metrics."""
     scenario, metrics = work
     messages: list[str] = []

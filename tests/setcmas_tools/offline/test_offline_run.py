@@ -37,7 +37,7 @@ def run(tmp_path):
         said = []
         scenario = Scenario.of(path, **{'nb_robots': 3, 'duration': 4.0, **options})
         with OfflineRun(scenario.found()) as process:
-            return process.run(call_timeout, said.append), said
+            return process.result(said.append, call_timeout), said
 
     return run_script
 
