@@ -229,4 +229,4 @@ def test_a_law_that_is_slower_than_real_time_is_told(tmp_path, wait, is_slow):
     )
     result = offline(tmp_path, '--algo', 'law.py', '--nb-robots', '2', '--duration', '1')
 
-    assert ('slower than real time: a call for 2 robots took 0.3' in result.stderr) == is_slow
+    assert ('slower than real time: a call for 2 robots took ' in result.stderr) == is_slow

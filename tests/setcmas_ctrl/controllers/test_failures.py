@@ -34,13 +34,7 @@ def test_the_last_command_is_zero(start, peer, script, signum):
     assert 'Traceback' not in process.output()
 
 
-def stamp(message):
-    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-
-
-def test_robots_stand_still_a_second_after_the_last_command_of_a_killed_controller(
-    start, peer, script
-):
+def test_robots_stand_still_after_the_last_command_of_a_killed_controller(start, peer, script):
     law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
     start(*SIMU, '--nb-robots', '1')
     odometry, commands = peer.odometry(1), peer.cmd_vel(1)
@@ -52,7 +46,6 @@ def test_robots_stand_still_a_second_after_the_last_command_of_a_killed_controll
     later = peer.wait_for_new(odometry, 10)
 
     assert velocity(commands[-1])[0] > 0.2
-    assert stamp(stopped) < stamp(commands[-1]) + 1.5
     assert {position(message) for message in later} == {position(stopped)}
 
 

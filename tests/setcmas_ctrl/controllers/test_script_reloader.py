@@ -127,8 +127,8 @@ def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
     saved = time.time()
     save(law, LAW.replace('SPEED', '0.2'))
     wait_for_velocity(0.1, 0.2)
-    assert process.output().count('tb3_2: first call at t = 0\n') == 2
-    assert 'reloaded for robots 1-2; t = 0' in process.output()
+    process.wait_for_output('reloaded for robots 1-2; t = 0')
+    peer.wait_for(lambda: process.output().count('tb3_2: first call at t = 0\n') == 2)
     assert abs(position(odometry[-1])[0] - before[0]) < 0.2 * (time.time() - saved) + 0.2
 
     helper.write_text('V = 0.05\n')
@@ -167,8 +167,7 @@ def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
     paused = peer.publisher(Bool, '/paused')
     state = Bool(data=False)
     peer.node.create_timer(0.1, lambda: paused.publish(state))
-    peer.wait_for(lambda: command)
-    peer.spin(0.3)
+    peer.wait_for_new(command, 5)  # at one of these steps at the latest it has heard that
 
     save(law, 'def control(i, n, p, t):\n    return 0.2, 0\n')
     peer.wait_for(lambda: 'pause to load the new one' in process.output())
@@ -193,7 +192,7 @@ def test_a_saved_triggering_condition_is_reloaded_with_the_law(start, peer, tmp_
 
     save(when, 'def ctc(pos, last_pos, t):\n    return True\n')
     peer.wait_for(lambda: [event.data for event in events[-3:]] == [1, 1, 1])
-    assert 'when.py was saved and reloaded for robot 1; t = 0' in process.output()
+    process.wait_for_output('when.py was saved and reloaded for robot 1; t = 0')
 
     save(when, 'def ctc(pos, last_pos, t):\n    return unknown\n')
     process.wait_for_output("name 'unknown' is not defined")
@@ -209,7 +208,7 @@ def test_a_saved_si_to_uni_is_reloaded_with_the_law(start, peer, tmp_path):
 
     save(own, 'def si_to_uni(velocity, pose, komega):\n    return 0.2, 0.0\n')
     peer.wait_for(lambda: velocity(commands[-1]) == (0.2, 0.0))
-    assert 'own.py was saved and reloaded for robot 1; t = 0' in process.output()
+    process.wait_for_output('own.py was saved and reloaded for robot 1; t = 0')
 
 
 def test_a_version_with_a_mistake_at_the_end_is_no_success(start, tmp_path):
