@@ -6,14 +6,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
-from setcmas_ctrl.laws.script_errors import ControlError, unknown_robots_note
+from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function, file_of
 from setcmas_ctrl.laws.script_imports import helper_files
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_settings import Settings
 from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.topics import robot_name
 
 Velocity = tuple[float, float]
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
@@ -80,9 +84,21 @@ class ControlLaw:
                 vx, vy = self._control(self.robot, self.nb_robots, poses.copy(), t)
         except ControlError as failure:
             cause = failure.__cause__
-            note = unknown_robots_note(self.robot, poses)
+            note = _unknown_robots_note(self.robot, poses)
             may_be_nan = isinstance(cause, _RAISED_BY_NAN) and getattr(cause, 'is_nan', True)
             if may_be_nan and note not in failure.message:
                 failure.message += note
             raise
         return vx, vy
+
+
+def _unknown_robots_note(robot: int, poses: Floats) -> str:
+    """Return a line break and the robots with NaN in the poses (3, N) of a robot; '' if none."""
+    unknown = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
+    if not unknown:
+        return ''
+    robots = robots_in_words(unknown)
+    return (
+        f'\n    {robot_name(robot)} receives nothing from {robots}: poses has NaN there; '
+        'use network.neighbours() (from setcmas_ctrl import network)'
+    )

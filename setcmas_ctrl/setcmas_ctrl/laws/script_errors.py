@@ -13,11 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from setcmas_ctrl.laws.script_imports import robot_of_frame
-from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.script_calls import Function, ScriptFailure
 
@@ -120,18 +116,6 @@ def described_place(file: Path, line: int | None, path: Path) -> str:
     """Return file and line as text, with the script's name for a helper module."""
     place = f'{file.name}, line {line}' if line else file.name
     return place if file == path else f'{place} (imported by {path.name})'
-
-
-def unknown_robots_note(robot: int, poses: Floats) -> str:
-    """Return a line break and the robots with NaN in the poses (3, N) of a robot; '' if none."""
-    unknown = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
-    if not unknown:
-        return ''
-    robots = robots_in_words(unknown)
-    return (
-        f'\n    {robot_name(robot)} receives nothing from {robots}: poses has NaN there; '
-        'use network.neighbours() (from setcmas_ctrl import network)'
-    )
 
 
 def summarise(error: BaseException) -> str:

@@ -24,7 +24,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import seconds_of, state_of
-from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
+from setcmas_simu.ros.polling import PolledTopic, wait_for_any
 from setcmas_tools.page.document import colour_code
 from setcmas_tools.page.live import LiveRun, RobotDiagnosis, Shape
 from setcmas_tools.page.server import Button
@@ -146,7 +146,7 @@ class LiveTopics:
             on_event = partial(self._on_trigger, robot)
             return PolledTopic(self._node, kind, name, on_event, _EVENTS)
         on_markers = partial(self._on_markers, name)
-        profile = suited_to(self._node, name, _MARKER_DEPTH)
+        profile = _suited_to(self._node, name, _MARKER_DEPTH)
         return PolledTopic(self._node, kind, name, on_markers, profile)
 
     def _look_for_commands(self) -> None:
@@ -318,3 +318,15 @@ class FleetCommands:
         if paused and subscribers > self._subscribers:
             self._publishers[Button.PAUSE].publish(Bool(data=True))
         self._subscribers = subscribers
+
+
+def _suited_to(node: Node, name: str, depth: int) -> QoSProfile:
+    """Return the best quality of service that all publishers of a topic offer."""
+    offered = [info.qos_profile for info in node.get_publishers_info_by_topic(name)]
+    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
+    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
