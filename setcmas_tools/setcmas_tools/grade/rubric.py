@@ -304,11 +304,12 @@ def _references(entry: Entry) -> dict[str, Path]:
     """Return the folders of the solution's runs by the names of scenarios."""
     if not isinstance(entry.value, dict) or not entry.value:
         raise entry.mistake('a mapping from scenarios to folders, made by setcmas grade --handout')
-    place = ScenarioFolder(entry.file.parent).place_of('references')
+    folder = ScenarioFolder(entry.file.parent)
     files: dict[str, Path] = {}
     for name, one in entry.value.items():
         with one.located():
-            files[name] = Path(place(f'{one.text()}/{FLEET.name}')).parent
+            file = folder.place('references', f'{one.text()}/{FLEET.name}')
+            files[name] = Path(file).parent
     return files
 
 
@@ -362,7 +363,7 @@ _EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ...,
 def _read_solution(entry: Entry) -> Path:
     """Return the script of a solution: a file in the rubric's folder, or a built-in law."""
     try:
-        return Path(ScenarioFolder(entry.file.parent).place_of('algo')(entry.text()))
+        return Path(ScenarioFolder(entry.file.parent).place('algo', entry.text()))
     except SetcmasError as error:
         raise entry.error(
             f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "

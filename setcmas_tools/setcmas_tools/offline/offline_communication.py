@@ -46,10 +46,7 @@ class OfflineCommunication:
         self.t = 0.0
         self.sent: list[SentMessage] = []
         self._communication = communication
-        self._graph = communication.graph
         self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
-        self._event_triggered = communication.event_triggered
-        self._threshold = communication.options.threshold
         self._broadcasts = (
             [communication.broadcast(robot, self.reports) for robot in robots]
             if communication.event_triggered and communication.options.ctc is not None
@@ -72,14 +69,16 @@ class OfflineCommunication:
 
         The states are poses (3, N) in m and rad, and forward speeds V (N,) in m/s.
         """
-        if not self._event_triggered:
+        if not self._communication.event_triggered:
             self._links.send(self._all, poses, t)
             return
         self._times.append(t)
         if self._broadcasts:
             triggered = self._triggered_by_scripts(poses, V, t)
         else:
-            triggered = have_gone_far(poses, self._links.last_sent, self._threshold)
+            triggered = have_gone_far(
+                poses, self._links.last_sent, self._communication.options.threshold
+            )
         self._triggered.append(triggered)
         senders = triggered.nonzero()[0]
         if len(senders):
@@ -104,7 +103,7 @@ class OfflineCommunication:
         self._poses, self.t = poses, t
         if not self.is_on:
             return repeat(poses), None
-        adjacency = self._graph.adjacency(t, poses[:2])
+        adjacency = self._communication.graph.adjacency(t, poses[:2])
         if self._begun:
             self._links.connect(adjacency, t)
         else:

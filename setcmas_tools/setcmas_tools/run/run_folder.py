@@ -174,7 +174,7 @@ def kept_record(scenario: Scenario, inputs: Iterable[RunInput]) -> dict[str, Any
     The scenario has absolute paths, as `Scenario.found` returns it.
     """
     kept = {(one.option, str(one.path)): f'{one.folder}/{one.path.name}' for one in inputs}
-    return scenario.located(lambda name: lambda text: kept.get((name, text), text)).record()
+    return scenario.located(lambda name, text: kept.get((name, text), text)).record()
 
 
 def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -30,7 +30,6 @@ from setcmas_simu.simulation_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 from setcmas_tools.run.scenario_files import (
     OF_FILES,
-    Place,
     ScenarioFolder,
     built_in_name,
     robots_by_text,
@@ -123,7 +122,7 @@ class Scenario:
         exercise = 'exercise' in entries and entries['exercise'].flag()
         folder = ScenarioFolder(content.file.parent, exercise)
         given = {
-            name: _option(name).read(entry, folder.place_of(name))
+            name: _option(name).read(entry, partial(folder.place, name))
             for name, entry in entries.items()
             if name != 'version' and entry.value is not None
         }
@@ -229,7 +228,7 @@ class Scenario:
             algo = {i: one if callable(one) else _found(one, law) for i, one in algo.items()}
         found = replace(law, algo=algo, si_to_uni=law.conversion())
         same = replace(self, law=found, communication=conditions)
-        return same.located(lambda name: str if name in _OF_FUNCTIONS else _absolute)
+        return same.located(lambda name, text: text if name in _OF_FUNCTIONS else _absolute(text))
 
     @property
     def notes(self) -> list[str]:
@@ -288,17 +287,17 @@ class Scenario:
         found = [Path(text) for name in (*_OF_FUNCTIONS, 'model') for text in self.named(name)]
         return [path for path in found if path.suffix == '.py' and not built_in_name(path)]
 
-    def located(self, place_of: Callable[[str], Place]) -> Scenario:
+    def located(self, place: Callable[[str, str], str]) -> Scenario:
         """Return the same with the paths of the files that it names, or raise SetcmasError.
 
-        `place_of` returns, for the name of a value, the function from its text to a path.
+        `place` returns the path for the name and the text of a value.
         """
         values = self.values()
         found = {}
         for name in OF_FILES:
             text = str(values[name]) if isinstance(values[name], Path) else values[name]
             if isinstance(text, str):
-                found[name] = _option(name).kind.located(text, place_of(name))
+                found[name] = _option(name).kind.located(text, partial(place, name))
         return self.replace(**found)
 
     def record(self) -> dict[str, Any]:
@@ -386,4 +385,4 @@ def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
     if name == 'graph' and not isinstance(value, str):
         raise SetcmasError('graph is a matrix; write it to a graph file and name that')
     text = str(value) if isinstance(value, Path) else value
-    return plain(_option(name).kind.located(text, folder.name_of(name)))
+    return plain(_option(name).kind.located(text, partial(folder.named, name)))

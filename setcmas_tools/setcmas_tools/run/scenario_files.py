@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,6 @@ _SCRIPTS = {
 INPUTS = 'inputs'
 """The folder of a run with copies of the files that its scenario names."""
 
-Place = Callable[[str], str]
-
 
 class ScenarioFolder:
     """The folder of a scenario's file, to which the paths in it are relative."""
@@ -38,20 +36,13 @@ class ScenarioFolder:
         self._folder = folder.resolve()
         self._exercise = exercise
 
-    def place_of(self, name: str) -> Place:
-        """Return the function from a value's text to the absolute path of the file it names."""
-        return lambda text: self._place(name, text)
-
-    def name_of(self, name: str) -> Place:
-        """Return the function from a path to its text in a file here; it raises SetcmasError."""
-        return lambda text: self._named(text, name)
-
     def check_inside(self, files: Iterable[Path], owner: str) -> None:
         """Check that files which `owner` names are here or ship, or raise SetcmasError."""
         for file in files:
-            self._named(str(file), owner)
+            self.named(owner, str(file))
 
-    def _place(self, name: str, text: str) -> str:
+    def place(self, name: str, text: str) -> str:
+        """Return the absolute path of the file in the text of a value, or raise SetcmasError."""
         if name == 'model' and not (is_file(text) or _is_path(text)):
             return text
         path = (self._folder / text).resolve()
@@ -69,7 +60,8 @@ class ScenarioFolder:
             f'folder with a function {function}'
         )
 
-    def _named(self, text: str, name: str) -> str:
+    def named(self, name: str, text: str) -> str:
+        """Return the text of a value in a file here, for a path, or raise SetcmasError."""
         path = Path(text)
         if built_in := built_in_name(path):
             return built_in

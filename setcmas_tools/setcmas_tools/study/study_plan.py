@@ -85,7 +85,7 @@ class Plan:
         labels = dict(self.runs[run - 1])
         seed = labels.pop(SEED)
         found = self.scenario_of(labels).replace(seed=seed)
-        return found.located(ScenarioFolder(self.folder).place_of) if self.folder else found
+        return found.located(ScenarioFolder(self.folder).place) if self.folder else found
 
     def scenario_of(self, labels: Mapping[str, str]) -> Scenario:
         """Return the scenario with values by their labels; raise SetcmasError if they clash."""
