@@ -135,7 +135,7 @@ def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
     file.write_text('/virtual_robots:\n  ros__parameters: {rate: 50, limits: burger}\n')
     poses = tmp_path / 'poses.yaml'
     poses.write_text('- [0, 0, 0]\n- [1, 1, 0]\n')
-    options = ('--nb-robots', '2', '--poses', str(poses))
+    options = ('--nb-robots', '2', '--poses', str(poses), '--cmd-timeout', '0')
     simulator = start(*SIMU, *options, '--ros-args', '--params-file', str(file))
     simulator.wait_for_output('simulating robots 1-2 at 50 Hz')
     poses.unlink()  # its poses are known
