@@ -11,9 +11,10 @@ from typing import Any
 
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import LawOptions
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
-from setcmas_tools.run.run_info import INFO_FILE
+from setcmas_tools.run.run_info import INFO_FILE, origin_changes, read_info
 from setcmas_tools.run.scenario import Scenario
 
 
@@ -32,20 +33,14 @@ def add_scenario_arguments(
         added |= kind.options().keys()
 
 
-def scenario_of(
-    args: argparse.Namespace, needs_law: bool = True, earlier: Scenario | None = None
-) -> Scenario:
+def scenario_of(args: argparse.Namespace, needs_law: bool = True) -> Scenario:
     """Return the scenario of parsed arguments; unless it needs a law, it may have none.
-
-    Args:
-        args: The arguments, with a scenario file or without.
-        needs_law: Whether a control law must be named.
-        earlier: The scenario of an earlier run, in place of a file.
 
     Raises:
         SetcmasError: A file has a mistake, or options contradict each other.
     """
-    base = earlier or _scenario_file(args)
+    is_repeated = 'earlier' in args and args.earlier is not None
+    base = _earlier_scenario(args) if is_repeated else _scenario_file(args)
     typed = typed_values(args)
     if base is None and not needs_law:
         typed.setdefault('algo', '')
@@ -56,6 +51,68 @@ def scenario_of(
         if base is None:
             return Scenario(law=LawOptions(algo=typed['algo'])).replace(**typed)
         return base.overridden(typed)
+
+
+def scenario_to_simulate(args: argparse.Namespace) -> Scenario:
+    """Return the scenario of a verb with --from, and say what is special in a simulation of it.
+
+    Raises:
+        SetcmasError: There is a mistake in it.
+    """
+    scenario = scenario_of(args)
+    scenario.check()  # mistakes are found before anything starts
+    scenario.start_poses()
+    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
+        warn(f'setcmas {args.verb}: {note}')
+    return scenario
+
+
+def add_from_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --from."""
+    run = (
+        'repeat the run in this folder, or a run of a study, such as study/417, from its own '
+        'files, and compare the two; other options on the command line override its scenario'
+    )
+    parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
+
+
+def _earlier_scenario(args: argparse.Namespace) -> Scenario:
+    """Return the scenario of the run that --from names.
+
+    Raises:
+        SetcmasError: The run has no scenario, or the command line also names a scenario file.
+    """
+    folder: Path = args.earlier
+    if args.scenario:
+        raise SetcmasError(
+            f"'{args.scenario}' and --from {folder} both say what to run; leave one out"
+        )
+    is_run = (folder / INFO_FILE).is_file()
+    scenario = Scenario.load(folder / INFO_FILE) if is_run else _scenario_of_study(folder)
+    _name_scripts(args.verb, scenario, folder)
+    if (info := read_info(folder)) and info.origin:
+        for line in origin_changes(info.origin):
+            warn(f'setcmas {args.verb}: {line}')
+    return scenario
+
+
+def _scenario_of_study(folder: Path) -> Scenario:
+    """Return the scenario of a run of a study, such as study/417, or raise SetcmasError."""
+    from setcmas_tools.study.study_plan import FILE_NAME, read_plan
+
+    if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
+        return read_plan(folder.parent).scenario(int(folder.name))
+    raise SetcmasError(
+        f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
+        'of a study and the number of a run, such as study/417; to simulate a recording, give '
+        'its law and start poses (--algo, --pose) in place of --from'
+    )
+
+
+def earlier_run(args: argparse.Namespace) -> Path | None:
+    """Return the folder of the run that --from names; None if there is none to compare with."""
+    earlier: Path | None = args.earlier
+    return earlier if earlier and (earlier / INFO_FILE).is_file() else None
 
 
 def typed_values(args: argparse.Namespace) -> dict[str, Any]:
@@ -70,11 +127,11 @@ def _scenario_file(args: argparse.Namespace) -> Scenario | None:
     if file is None:
         return None
     scenario = Scenario.load(file)
-    name_scripts(args.verb, scenario, file)
+    _name_scripts(args.verb, scenario, file)
     return scenario
 
 
-def name_scripts(verb: str, scenario: Scenario, source: Path) -> None:
+def _name_scripts(verb: str, scenario: Scenario, source: Path) -> None:
     """Say which scripts a scenario from a file or a folder is about to run."""
     folder = (source if source.is_dir() else source.parent).resolve()
     if scripts := scenario.scripts():

@@ -25,7 +25,6 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
-from setcmas_tools.page.browser import own_address
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_lab import emulation_arguments
 
@@ -56,25 +55,6 @@ def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Chil
     lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
     supervisor.run(until=lambda: lab.reported(Ready) is not None)
     return lab
-
-
-class AddressWatch:
-    """Warns when this computer gets another address in its network: its nodes keep the old one."""
-
-    def __init__(
-        self, warn: Callable[[str], object], address: Callable[[], str] = own_address
-    ) -> None:
-        """Start; `address` returns the current address, '' without a network."""
-        self._warn, self._address, self._last = warn, address, address()
-
-    def look(self) -> None:
-        """Warn if the address has changed since the last look."""
-        if (address := self._address()) != self._last:
-            self._warn(
-                f"this computer's address has changed from {self._last or 'none'} to "
-                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
-            )
-            self._last = address
 
 
 class Experiment:

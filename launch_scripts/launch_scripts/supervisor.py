@@ -127,19 +127,6 @@ class Supervisor:
                         'it returns; Ctrl-C stops'
                     )
 
-    def run_to_end(
-        self, child: Child, on_tick: Callable[[], None] = lambda: None, may_end: bool = True
-    ) -> int:
-        """Show output until a process ends, or the user stops the command; return the status."""
-        try:
-            self.run(on_tick=on_tick)
-        except StoppedError:
-            self.stop(child)
-        except ChildDiedError as death:
-            if not may_end or child.process.returncode < 0:
-                return self.report_death(death)
-        return child.exit_status
-
     def wait(self, seconds: float) -> None:
         """Show output for some seconds, whatever happens."""
         deadline = time.monotonic() + seconds
@@ -241,4 +228,11 @@ def run_node(
         child = supervisor.start(args.verb, node_command(module, [*arguments, *ros]))
         for name, command in companions:
             supervisor.start(name, command, needed=False)
-        return supervisor.run_to_end(child, may_end=may_end)
+        try:
+            supervisor.run()
+        except StoppedError:
+            supervisor.stop(child)
+        except ChildDiedError as death:
+            if not may_end or child.process.returncode < 0:
+                return supervisor.report_death(death)
+        return child.exit_status

@@ -8,7 +8,7 @@ import pytest
 from processes import refuses, run_setcmas
 
 from launch_scripts import environment
-from launch_scripts.experiment import AddressWatch, experiment_environment
+from launch_scripts.experiment import experiment_environment
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
 
@@ -203,15 +203,3 @@ def test_nodes_import_numpy_without_threads_that_spin(monkeypatch):
     assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '1'
     monkeypatch.setenv('OPENBLAS_NUM_THREADS', '2')
     assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '2'
-
-
-def test_another_address_of_this_computer_is_told_of_once():
-    told, addresses = [], iter(['10.0.0.5', '10.0.0.5', '10.0.0.9', '10.0.0.9', ''])
-    watch = AddressWatch(told.append, lambda: next(addresses))
-    for _ in range(4):
-        watch.look()
-
-    assert [line.partition(':')[0] for line in told] == [
-        "this computer's address has changed from 10.0.0.5 to 10.0.0.9",
-        "this computer's address has changed from 10.0.0.9 to none",
-    ]

@@ -13,12 +13,14 @@ from __future__ import annotations
 import argparse
 
 from launch_scripts.command_scenario import add_scenario_arguments, scenario_of
-from launch_scripts.commands.view import NONE, ViewOptions, fleet_views, shown_robots
+from launch_scripts.commands.view import NONE, ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import CONTROLLER, add_ros_arguments
 from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import ControllerOptions, FleetOptions, WatchOptions
+
+_SHOWN = 8  # robots in RViz 2, where it is not known how many there are
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,20 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; return the exit status."""
-    fleet, arguments = _prepared(args)
-    robots = shown_robots(fleet.robots, fleet.nb_robots)
-    require_ros()
-    view = ViewOptions.of(args)
-    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
-        return run_node(args, CONTROLLER, arguments, companions)
-
-
-def _prepared(args: argparse.Namespace) -> tuple[FleetOptions, list[str]]:
-    """Return the fleet, and the arguments of the node."""
     scenario = scenario_of(args)
     fleet = FleetOptions.among({**scenario.robots.values(), **FleetOptions.typed(args)})
     scenario.check()  # mistakes are found before anything starts
     for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas ctrl: {note}')
     options = ControllerOptions(**fleet.values(), watch=args.watch)
-    return fleet, scenario.law.arguments(scenario.communication, scenario.safety, options)
+    require_ros()
+    laws = scenario.law.arguments(scenario.communication, scenario.safety, options)
+    # The number of robots is that of the running fleet, unless it is given.
+    robots = list(fleet.robots or range(1, (fleet.nb_robots or _SHOWN) + 1))
+    with fleet_views(ViewOptions.of(args), robots, ros_arguments=args.ros_args) as views:
+        return run_node(args, CONTROLLER, laws, views)

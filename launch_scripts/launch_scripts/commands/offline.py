@@ -17,21 +17,20 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
 from launch_scripts.command_scenario import (
+    add_from_argument,
     add_scenario_arguments,
-    name_scripts,
+    earlier_run,
     output_folder,
-    scenario_of,
+    scenario_to_simulate,
 )
 from launch_scripts.commands.csv_to_plot import print_evaluation
 from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import (
     OfflineOptions,
@@ -40,7 +39,7 @@ from setcmas_tools.run.run_folder import (
     inputs_of,
     kept_record,
 )
-from setcmas_tools.run.run_info import INFO_FILE, RunState, origin_changes, read_info
+from setcmas_tools.run.run_info import RunState
 from setcmas_tools.run.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -61,12 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; return the exit status."""
-    scenario, earlier = scenario_of(args, earlier=earlier_scenario(args)), earlier_run(args)
-    scenario.check()  # mistakes are found before anything starts
-    scenario.start_poses()
-    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
-        warn(f'setcmas offline: {note}')
-    scenario = scenario.found()
+    scenario, earlier = scenario_to_simulate(args).found(), earlier_run(args)
     inputs = inputs_of(scenario)
     folder = RunFolder(output_folder(args, scenario), inputs)
     folder.check(args.overwrite)
@@ -84,56 +78,6 @@ def main(args: argparse.Namespace) -> int:
     if run.outcome.state in (RunState.COMPLETE, RunState.FAILED) and run.table.t[-1] < elapsed:
         warn(f'setcmas offline: {_slowness(scenario, elapsed / run.table.t[-1])}')
     return _report_outcome(run)
-
-
-def add_from_argument(parser: argparse.ArgumentParser) -> None:
-    """Add --from."""
-    run = (
-        'repeat the run in this folder, or a run of a study, such as study/417, from its own '
-        'files, and compare the two; other options on the command line override its scenario'
-    )
-    parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
-
-
-def earlier_scenario(args: argparse.Namespace) -> Scenario | None:
-    """Return the scenario of the run that --from names; None without one.
-
-    Raises:
-        SetcmasError: The run has no scenario, or the command line also names a scenario file.
-    """
-    folder: Path | None = args.earlier
-    if folder is None:
-        return None
-    if args.scenario:
-        raise SetcmasError(
-            f"'{args.scenario}' and --from {folder} both say what to run; leave one out"
-        )
-    is_run = (folder / INFO_FILE).is_file()
-    scenario = Scenario.load(folder / INFO_FILE) if is_run else _scenario_of_study(folder)
-    name_scripts(args.verb, scenario, folder)
-    if (info := read_info(folder)) and info.origin:
-        for line in origin_changes(info.origin):
-            warn(f'setcmas {args.verb}: {line}')
-    return scenario
-
-
-def _scenario_of_study(folder: Path) -> Scenario:
-    """Return the scenario of a run of a study, such as study/417, or raise SetcmasError."""
-    from setcmas_tools.study.study_plan import FILE_NAME, read_plan
-
-    if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
-        return read_plan(folder.parent).scenario(int(folder.name))
-    raise SetcmasError(
-        f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
-        'of a study and the number of a run, such as study/417; to simulate a recording, give '
-        'its law and start poses (--algo, --pose) in place of --from'
-    )
-
-
-def earlier_run(args: argparse.Namespace) -> Path | None:
-    """Return the folder of the run that --from names; None if there is none to compare with."""
-    earlier: Path | None = args.earlier
-    return earlier if earlier and (earlier / INFO_FILE).is_file() else None
 
 
 def _speed(run: Run, elapsed: float) -> str:

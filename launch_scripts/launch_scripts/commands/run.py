@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import Any
 
 from launch_scripts.command_scenario import (
+    add_from_argument,
     add_scenario_arguments,
+    earlier_run,
     output_folder,
-    scenario_of,
+    scenario_to_simulate,
 )
 from launch_scripts.commands.csv_to_plot import print_evaluation
-from launch_scripts.commands.offline import add_from_argument, earlier_run, earlier_scenario
 from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.processes import PAGE, Child
@@ -55,11 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; return the exit status."""
-    scenario, earlier = scenario_of(args, earlier=earlier_scenario(args)), earlier_run(args)
-    scenario.check()  # mistakes are found before anything starts
-    scenario.start_poses()
-    for note in (*scenario.notes_on_simulation, *scenario.safety.notes):
-        warn(f'setcmas run: {note}')
+    scenario, earlier = scenario_to_simulate(args), earlier_run(args)
     folder, info = new_run(args, scenario)
     require_ros("'setcmas offline' takes the same options and needs no ROS; ")
     robots = list(range(1, scenario.nb_robots + 1))

@@ -33,19 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Simulate until Ctrl-C; return the exit status."""
-    given = _simulation(args)
-    robots = given.simulated().robots
-    require_ros()
-    view = ViewOptions.of(args)
-    with fleet_views(view, robots, ros_arguments=args.ros_args) as companions:
-        return run_node(args, SIMULATOR, given.arguments(), companions)
-
-
-def _simulation(args: argparse.Namespace) -> SimulationOptions:
     own = {'robots': args.robots, 'cmd_vel_type': args.cmd_vel_type}
     scenario = scenario_of(args, needs_law=False)
     values = {k: v for k, v in scenario.values().items() if k in SimulationOptions.options()}
     with typed_words():
         given = SimulationOptions(**own, **values)
-    given.simulated()  # mistakes are reported before anything starts
-    return replace(given, nb_robots=given.fleet_size)
+    simulated = given.simulated()  # mistakes are reported before anything starts
+    require_ros()
+    view = ViewOptions.of(args)
+    with fleet_views(view, simulated.robots, ros_arguments=args.ros_args) as views:
+        arguments = replace(given, nb_robots=given.fleet_size).arguments()
+        return run_node(args, SIMULATOR, arguments, views)

@@ -66,38 +66,6 @@ def main(args: argparse.Namespace) -> int:
 
 
 _RVIZ = 'rviz2'
-_ROBOTS_IF_UNKNOWN = 8
-
-Companion = tuple[str, list[str]]
-"""Name and command of an optional process."""
-
-
-def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
-    """Return the robots in --robots or --nb-robots; by default the first 8."""
-    return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
-
-
-@contextmanager
-def rviz_companion(
-    wanted: bool, robots: list[int], experiment: bool = False, namespace: str = ''
-) -> Iterator[list[Companion]]:
-    """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page.
-
-    The namespace of the fleet has no slash at its ends.
-    """
-    missing = why_no_rviz() if wanted else ''
-    if missing:
-        warn(f'--rviz: {missing}; to see the robots in a browser, run setcmas view')
-    if not wanted or missing:
-        yield []
-        return
-    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
-        path = Path(folder) / 'fleet.rviz'
-        config = rviz_config(robots, experiment)
-        if namespace:
-            config = config.replace('Value: /', f'Value: /{namespace}/')
-        path.write_text(config, encoding='utf-8')
-        yield [('rviz', [_RVIZ, '-d', str(path)])]
 
 
 def why_no_rviz() -> str:
@@ -148,12 +116,23 @@ def fleet_views(
     experiment: bool = False,
     palette: str = PALETTES[0],
     ros_arguments: Sequence[str] = (),
-) -> Iterator[list[Companion]]:
-    """Yield the views of a fleet, as companions of the robots' process, in its namespace."""
-    attended = sys.stdout.isatty() and 'CI' not in os.environ
-    rviz, browser = choose_view(options, attended, why_no_rviz())
+) -> Iterator[list[tuple[str, list[str]]]]:
+    """Yield names and commands of processes that show a fleet, in its namespace.
+
+    If RViz 2 is wanted but not available, warn and suggest the page.
+    """
+    attended, no_rviz = sys.stdout.isatty() and 'CI' not in os.environ, why_no_rviz()
+    rviz, browser = choose_view(options, attended, no_rviz)
     rule = namespace_rule(ros_arguments)
     page = [(PAGE, node_command(BROWSER_VIEW, [f'--palette={palette}', *rule]))] if browser else []
-    namespace = '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/')
-    with rviz_companion(rviz, robots, experiment, namespace) as companions:
-        yield companions + page
+    if rviz and no_rviz:
+        warn(f'--rviz: {no_rviz}; to see the robots in a browser, run setcmas view')
+    if not rviz or no_rviz:
+        yield page
+        return
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        path, config = Path(folder) / 'fleet.rviz', rviz_config(robots, experiment)
+        if namespace := '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/'):
+            config = config.replace('Value: /', f'Value: /{namespace}/')
+        path.write_text(config, encoding='utf-8')
+        yield [('rviz', [_RVIZ, '-d', str(path)]), *page]
