@@ -95,8 +95,8 @@ class CmdVelBridge(RobotNode):
         self._names = NameWait()
         self.sent = (0.0, 0.0)
         self._next_look, self._looked = 0.0, -math.inf
-        self._told: Cause | None = None  # why it stopped for a while
-        self._told_at = -math.inf
+        self._warned_of: Cause | None = None  # why it stopped for a while
+        self._warned_at = -math.inf
 
     def look(self) -> RobotView:
         """Take all news of the robot; return what is known of it now."""
@@ -135,7 +135,7 @@ class CmdVelBridge(RobotNode):
         decision = decide(self.view, fleet, self.lab, self.time.now)
         self._send(decision)
         self.wheel_watch.switch(decision, self.view, self.time.now)
-        self._tell(decision)
+        self._warn_of(decision)
         return decision
 
     def report(self, decision: Decision) -> DiagnosticStatus:
@@ -202,17 +202,17 @@ class CmdVelBridge(RobotNode):
         self.view = replace(self.view, driven_since=since)
         self.cmd_vel.publish(*self.sent)
 
-    def _tell(self, decision: Decision) -> None:
+    def _warn_of(self, decision: Decision) -> None:
         """Show once why the robot stops for a while; the pause node shows what lasts."""
         now, why = self.time.now, decision.why
         if why and why.cause is Cause.POSE_LATE:  # known only after the pause
             self.warn_once('late', f'robot {self.robot}: {why.text}')
         if why and not why.cause.lasts and not decision.pause:
-            if why.cause is not self._told:
+            if why.cause is not self._warned_of:
                 self.warn(f'robot {self.robot}: {why.text}')
-            self._told, self._told_at = why.cause, now
-        elif now - self._told_at > _OVER_AFTER_S:
-            self._told = None
+            self._warned_of, self._warned_at = why.cause, now
+        elif now - self._warned_at > _OVER_AFTER_S:
+            self._warned_of = None
 
 
 class WheelWatch:
@@ -234,7 +234,7 @@ class WheelWatch:
         self._limits = lab.limits
         self._by_mocap = Obedience(lab.limits, RUNS_AWAY_AFTER_S)  # of a robot without odometry
         self._was_paused = False
-        self._may_roll = False  # it has not stood since it was told to move; else it is carried
+        self._may_roll = False  # it has not stood since it was to move; else it is carried
 
     def judge(self, wheels: Velocities | None, sent: Velocities, now: float) -> str:
         """Return how the robot disobeys, empty if it obeys; cut the motors if it ignores zero.

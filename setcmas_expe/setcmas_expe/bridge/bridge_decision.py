@@ -184,8 +184,8 @@ class Decision:
             return why
         if not self.pause.is_of_operator:
             text = f'{BridgeState.PAUSED.value}: {self.pause.text}'
-            is_told = self.pause.cause is PauseCause.LATCHED or not why
-            return text if is_told else f'{text}; {why}'
+            says_all = self.pause.cause is PauseCause.LATCHED or not why
+            return text if says_all else f'{text}; {why}'
         return f'{BridgeState.PAUSED.value}; {why}' if why else BridgeState.PAUSED.value
 
 

@@ -72,7 +72,7 @@ class CmdVelGuard(RobotNode):
     """Decides what reaches the wheels of robot i: cmd_vel in, cmd_vel_guarded out.
 
     Attributes:
-        sent: What its base was last told: V in m/s, omega in rad/s.
+        sent: The last command to its base: V in m/s, omega in rad/s.
     """
 
     fleet_namespace = ''  # the fleet's topics are in the root, whatever the robot's namespace is
