@@ -118,9 +118,9 @@ def picture(status: Status) -> Group:
     for robot in status.robots:
         table.add_row(
             robot.name,
-            f'{float(robot.pose_age):.2f} s' if robot.pose_age else '-',
-            f'{robot.battery} %' if robot.battery else '-',
-            f'{abs(float(robot.speed)):.2f} m/s' if robot.speed else '-',
+            '-' if robot.pose_age is None else f'{robot.pose_age:.2f} s',
+            '-' if robot.battery is None else f'{robot.battery:.0f} %',
+            '-' if robot.speed is None else f'{abs(robot.speed):.2f} m/s',
             Text(robot.state.value, style=_STYLES[min(robot.level, 2)]),
             Text(robot.why or robot.reason),
         )

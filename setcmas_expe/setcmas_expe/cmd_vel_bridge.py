@@ -152,9 +152,9 @@ class CmdVelBridge(RobotNode):
             name=topics.robot_name(self.robot),
             level=ord(level),
             runs_away=runs_away,
-            pose_age=f'{age:.3f}' if math.isfinite(age) else '',
-            battery=f'{view.charge:.0f}' if math.isfinite(view.charge) else '',
-            speed=f'{view.velocities[0]:.3f}' if age <= self.lab.timeouts.pose_s else '',
+            pose_age=round(age, 3) if math.isfinite(age) else None,
+            battery=round(view.charge) if math.isfinite(view.charge) else None,
+            speed=round(view.velocities[0], 3) if age <= self.lab.timeouts.pose_s else None,
         )
         name, text = report.name, report.reason
         message = diagnostic_status(level, name, text, self.topic, report.values)

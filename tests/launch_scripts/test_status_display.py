@@ -19,9 +19,9 @@ def status(paused=False, emergency=False, state=BridgeState.MOVING):
             reason=REASON,
             state=state,
             ready=True,
-            pose_age='0.02',
-            battery='87',
-            speed='0.004',
+            pose_age=0.02,
+            battery=87,
+            speed=0.004,
         ),
         BridgeReport(name='tb3_12', level=2, reason='paused; not seen yet', why='not seen yet'),
     )

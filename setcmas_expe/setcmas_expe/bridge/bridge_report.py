@@ -27,7 +27,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
         pause: Name of the `PauseCause` for which all robots are paused; empty if they are not.
         pause_why: The cause of the pause in words.
         runs_away: Whether it moves although it is commanded zero.
-        pose_age: Age of its last good pose in s; empty if unknown, as are the next two.
+        pose_age: Age of its last good pose in s; None if unknown, as are the next two.
         battery: Its charge in percent.
         speed: Its forward speed in m/s.
     """
@@ -42,9 +42,9 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     pause: str = ''
     pause_why: str = ''
     runs_away: bool = False
-    pose_age: str = ''
-    battery: str = ''
-    speed: str = ''
+    pose_age: float | None = None
+    battery: float | None = None
+    speed: float | None = None
 
     @classmethod
     def of(cls, decision: Decision, **more: Any) -> BridgeReport:
@@ -64,17 +64,20 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
     @classmethod
     def read(cls, name: str, level: int, reason: str, values: Mapping[str, str]) -> BridgeReport:
         """Return the report with such key-value pairs; an invalid one is of a stopped robot."""
-        known = {'name': name, 'level': level, 'reason': reason}
+        known: dict[str, Any] = {key: value for key, value in values.items() if value}
+        known |= {'name': name, 'level': level, 'reason': reason}
         try:
-            return msgspec.convert({**values, **known}, cls, strict=False)
+            return msgspec.convert(known, cls, strict=False)
         except msgspec.ValidationError:
             return cls(name=name, level=level, reason=reason)
 
     @property
     def values(self) -> dict[str, str]:
-        """Its key-value pairs."""
-        fields = msgspec.to_builtins(self).items()
-        return {key: str(one) for key, one in fields if key not in ('name', 'level', 'reason')}
+        """Its key-value pairs; the value of what is unknown is empty."""
+        fields = msgspec.to_builtins(self)
+        for key in ('name', 'level', 'reason'):
+            del fields[key]
+        return {key: '' if value is None else str(value) for key, value in fields.items()}
 
     @property
     def is_intruded(self) -> bool:

@@ -55,7 +55,7 @@ class Bridge:
         decision = Decision(
             0.1, 0.0, BridgeState.PAUSED if pause else BridgeState.MOVING, why, pause
         )
-        pairs = BridgeReport.of(decision, name='tb3_1', level=0, speed='0.1').values.items()
+        pairs = BridgeReport.of(decision, name='tb3_1', level=0, speed=0.1).values.items()
         values = [KeyValue(key=key, value=value) for key, value in pairs]
         if not self.silent:
             message = DiagnosticStatus(name='tb3_1', message=decision.text, values=values)
@@ -335,7 +335,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     operator = operate()
     operator.press_until('start', lambda: goes(paused))
     peer.wait_for(lambda: operator.status)
-    assert (operator.status.robots[0].name, operator.status.robots[0].speed) == ('tb3_1', '0.1')
+    assert (operator.status.robots[0].name, operator.status.robots[0].speed) == ('tb3_1', 0.1)
     operator.alive = False
     peer.wait_for(lambda: is_paused(paused))
     peer.spin(REACTION_S)
