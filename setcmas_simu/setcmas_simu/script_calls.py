@@ -7,7 +7,6 @@ import enum
 import mmap
 import os
 import sys
-import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -152,6 +151,8 @@ def shared_file() -> int:
     if sys.platform == 'linux':
         descriptor = os.memfd_create('setcmas_current_call')
     else:
+        import tempfile  # here: nodes have no use for it, and it imports half a megabyte
+
         with tempfile.TemporaryFile() as file:
             descriptor = os.dup(file.fileno())
     os.truncate(descriptor, ctypes.sizeof(CurrentCall))
