@@ -68,6 +68,11 @@ class PauseWatch:
         is_sure = now - self._go_since >= SURE_AFTER_S
         return None if is_sure else _reason(PauseCause.OPERATOR)
 
+    @property
+    def is_on(self) -> bool:
+        """Whether robots are paused."""
+        return self.reason() is not None
+
     def latch(self, why: str) -> None:
         """Pause until the pause node says pause and then go again."""
         self._may_go = False

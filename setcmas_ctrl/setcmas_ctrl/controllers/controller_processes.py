@@ -14,7 +14,6 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.communication_settings import CommunicationOptions
@@ -162,7 +161,14 @@ def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Control
     return replace(options, nb_robots=size or None)
 
 
-def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
+def run_controllers(
+    process: RosProcess,
+    node: FleetNode,
+    parameters: NodeParameters[LawOptions],
+    communication: CommunicationOptions,
+    safety: FilterOptions,
+    options: ControllerOptions,
+) -> int:
     """Find a fleet and control its robots until the process must stop; then they rest.
 
     The arguments and errors are those of `prepared_fleet`. Return the exit status.
@@ -170,7 +176,7 @@ def run_controllers(process: RosProcess, node: FleetNode, *given: Any) -> int:
     canvas = MarkerCanvas(node)
     with seeded_generators(), named_output(), drawn_on(canvas):
         try:
-            fleet = prepared_fleet(process, node, *given)
+            fleet = prepared_fleet(process, node, parameters, communication, safety, options)
         except StopCall:
             return 0
         canvas.clock, scripts = fleet.time.clock, fleet.scripts

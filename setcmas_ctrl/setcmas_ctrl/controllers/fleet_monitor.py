@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
@@ -44,12 +44,10 @@ class FleetMonitor:
         self.lost: set[int] = set()
         self.urgent: list[PolledTopic] = []
         if options.experiment:
-            pause = PauseWatch(node, options.pause_timeout)
-            self._is_paused: Callable[[], bool] = lambda: pause.reason() is not None
+            self._pause: PauseWatch | FleetPause = PauseWatch(node, options.pause_timeout)
         else:
-            fleet_pause = FleetPause(node, drivers, launcher)
-            self.urgent += fleet_pause.topics
-            self._is_paused = lambda: fleet_pause.is_on
+            self._pause = FleetPause(node, drivers, launcher)
+            self.urgent += self._pause.topics
         self.run_time, self.time_topic = FleetTime(), None
         if len(robots) < poses.poses.shape[1]:  # other processes may control the others
             self.time_topic = FleetTimeTopic(node, [*robots], self.run_time, time.clock)
@@ -60,7 +58,7 @@ class FleetMonitor:
         """Set t of a step; return whether the robots are paused."""
         # A step cannot receive odometry while it runs.
         self._find_lost(POSE_TIMEOUT_S + self._time.now - self._stepped)
-        is_paused = self._is_paused()
+        is_paused = self._pause.is_on
         self._time.t = self.run_time.step(self._time.now, is_paused)
         return is_paused
 
