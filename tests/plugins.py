@@ -1,6 +1,6 @@
 """Plugins of another package, without installing it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from setcmas_simu import plugins
 from setcmas_simu.plugins import Plugin
@@ -10,7 +10,7 @@ from setcmas_simu.plugins import Plugin
 class LoadedPlugin(Plugin):
     """A plugin whose object is there."""
 
-    thing: object = None
+    thing: object = field(default=None, compare=False)
 
     def load(self):
         return self.thing
