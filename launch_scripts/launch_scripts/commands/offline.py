@@ -32,13 +32,7 @@ from launch_scripts.commands.csv_to_plot import print_evaluation
 from launch_scripts.terminal import progress_output, warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_tools.plots.plot_options import PlotOptions
-from setcmas_tools.run.run_folder import (
-    OfflineOptions,
-    RunFolder,
-    RunOptions,
-    inputs_of,
-    kept_record,
-)
+from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import RunState
 from setcmas_tools.run.scenario import Scenario
 
@@ -61,17 +55,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; return the exit status."""
     scenario, earlier = scenario_to_simulate(args).found(), earlier_run(args)
-    inputs = inputs_of(scenario)
-    folder = RunFolder(output_folder(args, scenario), inputs)
+    folder = RunFolder(output_folder(args, scenario))
     folder.check(args.overwrite)
     run, elapsed = _simulate(scenario, args.call_timeout)
     from setcmas_tools.run.run import Run  # late: help texts do not wait for it
 
     if not len(run.table.t):
         return _report_outcome(run)
-    command = ['setcmas', *sys.argv[1:]]
-    info = replace(run.info, command=command, scenario=kept_record(scenario, inputs))
-    replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
+    info = replace(run.info, command=['setcmas', *sys.argv[1:]])
+    replace(run, info=info).save(folder.path, args.overwrite)
     # Measure what the files contain, so that `setcmas metrics` gives the same.
     files = print_evaluation(args, folder, Run.load(folder.path, warn), earlier)
     print(f'{_speed(run, elapsed)}{files}')

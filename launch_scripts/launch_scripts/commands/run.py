@@ -106,7 +106,7 @@ def new_run(
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(RunState.NOT_FINISHED),
-        kept_record(found.replace(nb_robots=found.nb_robots), inputs),
+        kept_record(found, inputs),
         lab,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )

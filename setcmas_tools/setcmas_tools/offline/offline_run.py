@@ -16,6 +16,7 @@ from setcmas_tools.offline.offline_simulation import checked_steps, motion, simu
 from setcmas_tools.offline.run_progress import size_of
 from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess, Warn
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import inputs_of, kept_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.scenario import Scenario
 
@@ -32,7 +33,7 @@ class OfflineRun(ScriptProcess[Run]):
             [*scenario.law.scripts().paths, *others],
             size_of(checked_steps(scenario) + 1, scenario.nb_robots),
         )
-        self._scenario = scenario
+        self._scenario, self._inputs = scenario, tuple(inputs_of(scenario))
 
     def result(
         self,
@@ -69,4 +70,5 @@ class OfflineRun(ScriptProcess[Run]):
         states = self.progress.states(self._scenario.nb_robots)
         times = np.arange(len(states)) / self._scenario.robots.robot_rate
         table = motion(times, states[:, :3], states[:, 3], states[:, 5])
-        return Run(table, info=RunInfo(outcome=outcome))
+        info = RunInfo(outcome=outcome, scenario=kept_record(self._scenario, self._inputs))
+        return Run(table, info=info, inputs=self._inputs)

@@ -261,7 +261,7 @@ class Simulation:
         )
         failures = [*laws.failures, *conversions.failures, *conditions.failures]
         failures.sort(key=attrgetter('t'))
-        record = kept_record(self._scenario.replace(nb_robots=self._nb_robots), self._inputs)
+        record = kept_record(self._scenario, self._inputs)
         return RunInfo(outcome=outcome, scenario=record, failures=failures or None)
 
 

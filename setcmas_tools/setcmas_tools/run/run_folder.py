@@ -171,10 +171,12 @@ def inputs_of(scenario: Scenario) -> list[RunInput]:
 def kept_record(scenario: Scenario, inputs: Iterable[RunInput]) -> dict[str, Any]:
     """Return the record of a scenario, which names its files where the folder of a run has them.
 
-    The scenario has absolute paths, as `Scenario.found` returns it.
+    It has the number of robots, given or not. The scenario has absolute paths, as from
+    `Scenario.found`.
     """
     kept = {(one.option, str(one.path)): f'{one.folder}/{one.path.name}' for one in inputs}
-    return scenario.located(lambda name, text: kept.get((name, text), text)).record()
+    sized = scenario.replace(nb_robots=scenario.nb_robots)
+    return sized.located(lambda name, text: kept.get((name, text), text)).record()
 
 
 def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]:
