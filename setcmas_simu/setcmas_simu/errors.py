@@ -59,6 +59,8 @@ def file_errors(what: str) -> Iterator[None]:
     """Raise SetcmasError for an OSError inside; `what` is such as "'a.csv' cannot be read"."""
     try:
         yield
+    except BrokenPipeError:  # the reader of the output is gone; the command ends quietly
+        raise
     except OSError as error:
         raise SetcmasError(f'{what}: {error.strerror}') from error
 

@@ -14,14 +14,13 @@ from __future__ import annotations
 
 import argparse
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from launch_scripts.terminal import warn
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_simu.limited_file import write_together
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import DURATION, Number, Whole
@@ -86,7 +85,7 @@ def main(args: argparse.Namespace) -> int:
 
         top = f'{rubric.file.stem}_check'
         content = archive({f'{top}/{path}': one for path, one in handout(rubric).items()})
-        with _writing(args.handout):
+        with file_errors(f"'{args.handout}' cannot be written"):
             args.handout.write_bytes(content)
         print(f'for students: {args.handout}')
         return 0
@@ -97,21 +96,11 @@ def main(args: argparse.Namespace) -> int:
         place = f"in the folder of the submissions, '{args.folder}'"
         raise SetcmasError(f"grades '{folder}' would be {place}; choose another folder with -o")
     try:
-        with _writing(folder):
+        with file_errors(f"'{folder}' cannot be written"):
             return _grade(args, rubric, options, folder)
     except KeyboardInterrupt:
         warn('setcmas grade: stopped; run the same command to continue')
         raise
-
-
-@contextmanager
-def _writing(place: Path) -> Iterator[None]:
-    try:
-        yield
-    except BrokenPipeError:  # the reader of the output is gone; the command ends quietly
-        raise
-    except OSError as error:
-        raise SetcmasError(f"'{place}' cannot be written: {error.strerror}") from error
 
 
 def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, folder: Path) -> int:
