@@ -42,7 +42,7 @@ MAY_IMPORT_ROS = {
     'setcmas_expe.mocap': 'camera_node receiver',
     'setcmas_expe.pause': 'bridge_watch joystick_reader operator_joystick pause_node',
     'setcmas_expe': 'bridges cmd_vel_bridge mocap_bridge',
-    'setcmas_simu': 'robot_node simulator virtual_robot',
+    'setcmas_simu': 'simulator virtual_robot',
     'setcmas_simu.ros': (
         'clocks cmd_vel_topics dds_setup fleet_node fleet_topic messages parameters polling '
         'process qos robot_state'

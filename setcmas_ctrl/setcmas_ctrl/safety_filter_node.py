@@ -20,7 +20,6 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.parameters import NodeParameters
-from setcmas_simu.ros.polling import newest
 
 _ROUNDED = 1.0 + 1e-6  # velocities come in single precision
 
@@ -71,7 +70,7 @@ class SafetyFilterNode(FleetNode):
         for robot in numbers:
             source = self.full_name(topics.robot_topic(robot, topics.CMD_CART_VEL))
             target = topics.robot_topic(robot, topics.CMD_CART_VEL_ALLOWED)
-            self.wanted.append(newest(self, Point32, source, qos.COMMAND))
+            self.wanted.append(self.newest(Point32, source, qos.COMMAND))
             self.allowed.append(self.create_publisher(Point32, target, qos.COMMAND))
         self.velocities = np.zeros((2, len(robots)))
         self.received_at = np.full(len(robots), -math.inf)

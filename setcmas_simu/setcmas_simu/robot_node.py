@@ -22,15 +22,11 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from rclpy.qos import QoSProfile
-
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import ROBOT_PATTERN, robot_name
 from setcmas_simu.option_kinds import Number
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
-from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.process import RosProcess
 
 MOST_WITH_SERVICES = 20
@@ -125,13 +121,6 @@ class RobotNode(FleetNode):
     def fleet_namespace(self) -> str:
         """Namespace of the fleet: by default that of this node without the robot's name."""
         return re.sub(r'/tb3_\d+$', '', self.get_namespace().rstrip('/'))
-
-    def newest(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Callable[[], Any]:
-        """Subscribe; return a function that returns the newest message since its last call.
-
-        It returns None if no message has come since then.
-        """
-        return newest(self, kind, topic, profile)
 
     def number(self, name: str, value: float, text: str) -> float:
         """Do the same as `fixed` for a finite number; otherwise raise SetcmasError."""

@@ -25,7 +25,7 @@ from setcmas_simu.ros.clocks import ScaledClock
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
-from setcmas_simu.ros.polling import RequestWait, newest
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
 from setcmas_simu.ros.simulator_watch import SimulatorWatch, refuse_second_simulator
 from setcmas_simu.simulation_options import SimulationOptions
@@ -126,7 +126,7 @@ class Simulator:
         for robot in robots:
             robot.time = self.time
         node.create_service(Trigger, '~/reset', self._answer_reset)
-        self._reset = newest(node, Empty, topics.FLEET_RESET, qos.EVENT)
+        self._reset = node.newest(Empty, topics.FLEET_RESET, qos.EVENT)
         self._clock = None
         if clock:
             self._clock = node.create_publisher(Clock, topics.CLOCK, qos.STATE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, cast
 
@@ -18,11 +18,14 @@ from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polling import POLLED, UNREADABLE
 
 SIMULATED_TIME = 'use_sim_time'
 """Parameter of every ROS node: follow /clock."""
@@ -118,6 +121,27 @@ class FleetNode(Node):
         kwargs.setdefault('event_callbacks', silent)
         return super().create_subscription(msg_type, self.full_name(topic), *args, **kwargs)
 
+    def newest(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Callable[[], Any]:
+        """Subscribe; return a function that returns the newest message since its last call.
+
+        It returns None if none has come, or one that its sender has cut short.
+        """
+        latest = QoSProfile(
+            depth=1, reliability=profile.reliability, durability=profile.durability
+        )
+        handle = self.create_subscription(
+            kind, topic, _ignore, latest, callback_group=POLLED
+        ).handle
+
+        def take() -> Any:
+            try:
+                taken = handle.take_message(kind, False)
+            except UNREADABLE:
+                return None
+            return taken and taken[0]
+
+        return take
+
     def count_publishers(self, topic_name: str) -> int:
         """Return the number of publishers of a topic."""
         return super().count_publishers(self.full_name(topic_name))
@@ -138,6 +162,10 @@ class FleetNode(Node):
         """Return the topics of this fleet, without those of fleets in namespaces within."""
         found = super().get_topic_names_and_types(no_demangle)
         return topics.of_fleet(found, self.fleet_namespace)
+
+
+def _ignore(_: Any) -> None:
+    """Stand in for the callback that every subscription must have."""
 
 
 _nodes: weakref.WeakSet[FleetNode] = weakref.WeakSet()

@@ -25,7 +25,8 @@ class _NeverCalledBack(CallbackGroup):
 
 POLLED = _NeverCalledBack()
 """Callback group of what is polled."""
-_UNREADABLE = rclpy_implementation.RMWError  # its sender has cut it short
+UNREADABLE = rclpy_implementation.RMWError
+"""Raised for a message that its sender has cut short."""
 
 
 class PolledTopic:
@@ -60,7 +61,7 @@ class PolledTopic:
             for _ in range(self._depth):
                 try:
                     taken = handle.take_message(self.subscription.msg_type, False)
-                except _UNREADABLE:
+                except UNREADABLE:
                     continue
                 if taken is None:
                     return
@@ -69,30 +70,6 @@ class PolledTopic:
     def close(self) -> None:
         """Unsubscribe."""
         self._node.destroy_subscription(self.subscription)
-
-
-def newest(node: Node, kind: type, topic: str, profile: QoSProfile) -> Callable[[], Any]:
-    """Subscribe; return a function that returns the newest message since its last call, or None.
-
-    Messages that their sender has cut short are left out.
-    """
-    latest = QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
-    subscription = node.create_subscription(kind, topic, _ignore, latest, callback_group=POLLED)
-
-    handle = subscription.handle
-
-    def take() -> Any:
-        try:
-            taken = handle.take_message(kind, False)
-        except _UNREADABLE:
-            return None
-        return taken and taken[0]
-
-    return take
-
-
-def _ignore(_: Any) -> None:
-    """Stand in for the callback that every subscription must have."""
 
 
 class RequestWait:

@@ -24,13 +24,12 @@ with ros_process() as process:
 ARRIVES_AT_ONCE = """
 from geometry_msgs.msg import Point32
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.polling import newest
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import ros_process
 with ros_process():
     sender, receiver = FleetNode('sender'), FleetNode('receiver')
     publisher = sender.create_publisher(Point32, 'cmd_cart_vel', qos.COMMAND)
-    take = newest(receiver, Point32, 'cmd_cart_vel', qos.COMMAND)
+    take = receiver.newest(Point32, 'cmd_cart_vel', qos.COMMAND)
     while not publisher.get_subscription_count():
         pass
     arrived = 0
