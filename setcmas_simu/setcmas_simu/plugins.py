@@ -24,8 +24,7 @@ T = TypeVar('T')
 
 GROUPS = (
     'setcmas.algorithms', 'setcmas.conditions', 'setcmas.exercises', 'setcmas.metrics',
-    'setcmas.mocap_sources', 'setcmas.plots', 'setcmas.predictions', 'setcmas.robot_models',
-    'setcmas.tasks',
+    'setcmas.mocap_sources', 'setcmas.plots', 'setcmas.robot_models', 'setcmas.tasks',
 )  # fmt: skip
 """Groups of entry points; each has built-in objects."""
 

@@ -36,7 +36,8 @@ def main(args: argparse.Namespace) -> int:
     """Compare; return the exit status."""
     from setcmas_tools.measures.comparison import best_shift, differences, metrics_table
     from setcmas_tools.measures.metrics import measure
-    from setcmas_tools.plots.comparison_plots import write_pictures
+    from setcmas_tools.plots.plot import drawn_pictures
+    from setcmas_tools.plots.style import write_figures
     from setcmas_tools.run.run import Run
 
     if len(args.runs) < 2:
@@ -49,6 +50,6 @@ def main(args: argparse.Namespace) -> int:
     for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
         found = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
-    look = PlotOptions.of(args)
-    print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
+    drawn = drawn_pictures(names, runs, shifted)
+    print(*write_figures(drawn, args.output, PlotOptions.of(args)), sep='\n')
     return 0

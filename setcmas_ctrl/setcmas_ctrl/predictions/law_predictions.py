@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import cache
 from math import asin, ceil
 from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl.communication.graph import reachable
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
 from setcmas_ctrl.predictions.prediction import Conditions, LinearLaw, Prediction, Theorem
 from setcmas_simu.arrays import Floats
 
@@ -139,3 +142,35 @@ def _centre(place: Floats, formula: str) -> tuple[Theorem, ...]:
         Theorem('consensus.final_centre_x_m', float(place[0]), formula),
         Theorem('consensus.final_centre_y_m', float(place[1]), formula),
     )
+
+
+PREDICTIONS: dict[str, Callable[[Any, Conditions], Prediction]] = {
+    predict.__name__: predict
+    for predict in (
+        bearing_formation, consensus, containment, cyclic_pursuit, distance_formation,
+        distributed_optimisation, dynamic_average, kuramoto, laplacian_consensus,
+        second_order_consensus, velocity_alignment,
+    )
+}  # fmt: skip
+"""By the names of the laws."""
+
+_MOST_ROBOTS = 300
+"""Larger fleets are not predicted: their eigenvalues would take seconds."""
+
+
+@cache
+def predicted_law(script: bytes) -> str | None:
+    """Return the name of the built-in law with this text; None if it has no predictions."""
+    names = (name for name in PREDICTIONS if ALGORITHMS.file(name).read_bytes() == script)
+    return next(names, None)
+
+
+def predicted(name: str, settings: Mapping[str, Any], conditions: Conditions) -> Prediction:
+    """Return what theory says of a run of a law; nothing of more than 300 robots.
+
+    `settings` are the values of --set by name.
+    """
+    if len(conditions.adjacency) > _MOST_ROBOTS:
+        return Prediction()
+    law = load_script(ALGORITHMS.file(name), 1, settings=settings)
+    return PREDICTIONS[name](law, conditions)

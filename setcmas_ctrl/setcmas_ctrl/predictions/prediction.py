@@ -1,23 +1,18 @@
-"""Predictions of laws: what theory says of a run, found by the name of its law."""
+"""Predictions: conditions of a run, and what theory says of a linear law under them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
 from math import ceil, log
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication import graph
-from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import InvalidPluginError, PluginGroup, a_function
 
 
 class Departure(Enum):
@@ -234,51 +229,3 @@ class Prediction:
 
     linear: LinearLaw | None = None
     theorems: tuple[Theorem, ...] = ()
-
-
-Predict = Callable[[Any, Conditions], Prediction]
-"""Predicts runs of a law: gets its script, such as `law.K`, and the conditions."""
-
-
-_MOST_ROBOTS = 300
-"""Larger fleets are not predicted: their eigenvalues would take seconds."""
-
-PREDICTIONS: PluginGroup[Predict] = PluginGroup(
-    'setcmas.predictions', 'prediction', a_function('a function of a law and of conditions')
-)
-"""Predictions of the laws of installed packages, by the name of the law."""
-
-
-@cache
-def predicted_law(script: bytes) -> str | None:
-    """Return the name of the law of a package with this text; None if it has no predictions."""
-    for name in PREDICTIONS.plugins():
-        try:
-            if ALGORITHMS.file(name).read_bytes() == script:
-                return name
-        except SetcmasError:  # that of another package is damaged
-            continue
-    return None
-
-
-def predicted(name: str, law: Mapping[str, Any], conditions: Conditions) -> Prediction:
-    """Return what theory says of a run; nothing of more than 300 robots.
-
-    Args:
-        name: Name of the law.
-        law: The top-level names of its loaded script, with their values.
-        conditions: Those of the run.
-
-    Raises:
-        SetcmasError: The prediction cannot be imported.
-        InvalidPluginError: It returns something else.
-    """
-    if len(conditions.adjacency) > _MOST_ROBOTS:
-        return Prediction()
-    result = PREDICTIONS.get(name)(SimpleNamespace(**law), conditions)
-    if not isinstance(result, Prediction):
-        raise InvalidPluginError(
-            f'of {PREDICTIONS.plugin(name).title} returned a {type(result).__name__}; it must '
-            'return a Prediction'
-        )
-    return result

@@ -8,14 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
-from setcmas_ctrl.predictions.prediction import (
-    Conditions,
-    Departure,
-    of_all_links,
-    predicted,
-    predicted_law,
-)
+from setcmas_ctrl.predictions.law_predictions import predicted, predicted_law
+from setcmas_ctrl.predictions.prediction import Conditions, Departure, of_all_links
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
@@ -94,20 +88,15 @@ def _rounded(value: float) -> float:
 def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     """Return what theory says of the law of a run and its metrics; None if it says nothing.
 
-    Only laws of installed packages are predicted, because this runs their code: a script of the
-    run counts as such a law if it has the same text.
-
-    Raises:
-        SetcmasError: The prediction cannot be imported.
-        InvalidPluginError: The prediction fails.
+    Only built-in laws are predicted, because this runs their code: a script of the run counts as
+    such a law if it has the same text.
     """
     scripts = [one.contents[0] for one in run.inputs if one.option == 'algo']
     name = predicted_law(scripts[0]) if len(scripts) == 1 else None
     if name is None or not (conditions := conditions_of(run)):
         return None
-    settings = run.parameters.get('set') or {}
-    law = vars(load_script(ALGORITHMS.file(name), 1, settings=settings))
-    found, left_out = predicted(name, law, conditions), departures(run)
+    found = predicted(name, run.parameters.get('set') or {}, conditions)
+    left_out = departures(run)
     if found.linear and conditions.delay:
         left_out.pop(Departure.DELAY)
     theorems = [*(found.linear.theorems(conditions) if found.linear else ()), *found.theorems]

@@ -28,8 +28,7 @@ from setcmas_tools.measures.comparison import (
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
-from setcmas_tools.plots.comparison_plots import drawn_pictures
-from setcmas_tools.plots.plot import drawn_plots
+from setcmas_tools.plots.plot import drawn_pictures, drawn_plots
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import RunInput, find_run
@@ -296,7 +295,7 @@ def plot_pictures(pair: Pair) -> Iterator[PlotPicture]:
         figures: Iterable[tuple[str, Figure]] = ()
         if pair.other and pair.shifted:
             names, runs = [pair.name, pair.other_name], [pair.run, pair.other]
-            figures = drawn_pictures(names, runs, [pair.shifted]).items()
+            figures = drawn_pictures(names, runs, [pair.shifted])
         for name, figure in chain(figures, drawn_plots(pair.run, pair.warn)):
             content = base64.b64encode(_png(figure)).decode('ascii')
             share = min(1.0, figure.get_figwidth() / _WIDEST_IN)

@@ -8,7 +8,6 @@ import json
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -45,55 +44,34 @@ def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: s
         scenarios: Scenario files.
         place: Folder or address of Pyodide; '' is that of jsDelivr.
     """
-    python = _pyodide(place)
+    is_folder = bool(place) and '://' not in place
+    known = json.loads((resources.files(__package__) / 'templates/site/pyodide.json').read_text())
+    lock, core, version = known['lock'], known['core'], known['lock']['info']['version']
+    if is_folder:
+        address, lock = 'pyodide/', _lock(Path(place), version)
+        core = {name: _sha256(_content(Path(place), name)) for name in core}
+    else:
+        address = _address(place or CDN.format(version=version))
+    first, later = _parts(lock, core, address)
     rubrics = [Path(one) for one in exercises if _is_file(one)]
     names = [one for one in exercises if not _is_file(one)]
     offered = catalogue(names, rubrics, scenarios)
     own = {
         SETCMAS: archive(installed_packages()),
         GIVEN: archive(dict([*_given_rubrics(rubrics), *_given_scenarios(scenarios)])),
-        LOCK: json.dumps(python.lock).encode(),
+        LOCK: json.dumps(lock).encode(),
     }
     parts = {
-        'first': [*python.first, *(_part(one, one, _sha256(own[one])) for one in own)],
-        'later': python.later,
+        'first': [*first, *(_part(one, one, _sha256(own[one])) for one in own)],
+        'later': later,
         'packages': FIRST,
         'later_packages': LATER,
     }
-    texts = site_files(__version__, python.origin)
+    origin = '' if is_folder else '{0.scheme}://{0.netloc}'.format(urlsplit(address))
+    texts = site_files(__version__, origin)
     texts |= {'catalogue.json': json.dumps(offered), PARTS: json.dumps(parts)}
-    return {path: text.encode() for path, text in texts.items()} | own | python.files
-
-
-@dataclass(frozen=True)
-class Pyodide:
-    """Where the page gets Pyodide from.
-
-    Attributes:
-        lock: Its packages, those of the page only.
-        first: Name, address and digest of the files for the first run.
-        later: Those for plots.
-        origin: Server that the page connects to; '' for its own.
-        files: Contents, if the page's folder has them.
-    """
-
-    lock: dict[str, Any]
-    first: list[dict[str, str]]
-    later: list[dict[str, str]]
-    origin: str = ''
-    files: Files = field(default_factory=dict)
-
-
-def _pyodide(place: str) -> Pyodide:
-    """Return the source of Pyodide at an address, or in a folder, or raise SetcmasError."""
-    known = json.loads((resources.files(__package__) / 'templates/site/pyodide.json').read_text())
-    version = known['lock']['info']['version']
-    if not place or '://' in place:
-        address = _address(place or CDN.format(version=version))
-        parts = _parts(known['lock'], known['core'], address)
-        origin = '{0.scheme}://{0.netloc}'.format(urlsplit(address))
-        return Pyodide(known['lock'], *parts, origin)
-    return _copied(Path(place), known['core'], version)
+    files = {path: text.encode() for path, text in texts.items()} | own
+    return files | _copied(Path(place), first + later) if is_folder else files
 
 
 def _address(text: str) -> str:
@@ -107,16 +85,15 @@ def _address(text: str) -> str:
     return text.rstrip('/') + '/'
 
 
-def _copied(folder: Path, core: Iterable[str], version: str) -> Pyodide:
-    lock = _lock(folder, version)
-    parts = _parts(lock, {name: _sha256(_content(folder, name)) for name in core}, 'pyodide/')
+def _copied(folder: Path, parts: Iterable[Mapping[str, str]]) -> Files:
+    """Return the contents of parts, by their addresses, or raise SetcmasError."""
     files = {}
-    for one in (part for half in parts for part in half):
+    for one in parts:
         content = _content(folder, one['name'])
         if one['integrity'] != _integrity(_sha256(content)):
             raise SetcmasError(f"'{folder / one['name']}' is not the file that {LOCK} lists")
         files[one['address']] = content
-    return Pyodide(lock, *parts, files=files)
+    return files
 
 
 def _lock(folder: Path, version: str) -> dict[str, Any]:

@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
+from setcmas_simu.errors import file_errors
 from setcmas_simu.fleet import fleet, palettes
 from setcmas_simu.fleet.palettes import Colour, is_bright, plot_colour
-from setcmas_tools.plots.plot_options import PAPERS
+from setcmas_tools.plots.plot_options import PAPERS, PlotOptions
 
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _SAMPLES = 5
@@ -119,11 +120,24 @@ def _final_height(figure: Figure) -> float:
     return float(flat * height / width * final_width(width))
 
 
-def save_in(formats: Sequence[str], figure: Figure, stem: Path) -> list[Path]:
-    """Write a figure in several formats, as `save` does; return the files."""
-    paths = [stem.with_name(f'{stem.name}.{ending}') for ending in formats]
-    for path in paths:
-        save(figure, path)
+def write_figures(
+    drawn: Iterable[tuple[str, Figure]], folder: Path, look: PlotOptions
+) -> list[Path]:
+    """Write figures by name in the formats of a look, as they are drawn; return the files.
+
+    Raises:
+        SetcmasError: They cannot be written.
+    """
+    paths = []
+    with (
+        plot_style(look.palette, look.paper),
+        file_errors(f"plots cannot be written to '{folder}'"),
+    ):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, figure in drawn:
+            for ending in look.formats:
+                paths.append(folder / f'{name}.{ending}')
+                save(figure, paths[-1])
     return paths
 
 

@@ -13,12 +13,12 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from setcmas_simu.errors import SetcmasError, file_errors
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_options import PlotOptions
-from setcmas_tools.plots.style import as_written, finish, legend, plot_style, save_in
+from setcmas_tools.plots.style import as_written, finish, legend, plot_style, write_figures
 from setcmas_tools.study.study import Study, runs_in_words, shown
 from setcmas_tools.study.study_columns import COLUMNS, predicted
 
@@ -155,15 +155,12 @@ def plot(
 ) -> list[Path]:
     """Write plots of metrics, by default those of the task; return the files."""
     chosen = look or PlotOptions()
-    paths: list[Path] = []
-    with file_errors(f"study '{folder}' cannot be written"):
-        folder.mkdir(parents=True, exist_ok=True)
-        for metric in metrics or _of_task(study):
-            for name in study.names:
-                drawn = figure(study, metric, name, chosen.palette, chosen.paper)
-                with plot_style(chosen.palette, chosen.paper):
-                    paths += save_in(chosen.formats, drawn, folder / f'{metric}_{name}')
-    return paths
+    drawn = (
+        (f'{metric}_{name}', figure(study, metric, name, chosen.palette, chosen.paper))
+        for metric in metrics or _of_task(study)
+        for name in study.names
+    )
+    return write_figures(drawn, folder, chosen)
 
 
 def _of_task(study: Study) -> Iterator[str]:

@@ -156,8 +156,8 @@ def test_predicted_values_are_written():
     assert line in '\n'.join(theory_lines(metrics.parts))
 
 
-def test_another_result_is_reported(monkeypatch, capsys):
-    monkeypatch.setattr(law_predictions, 'consensus', lambda law, _: {RATE: law.K})
+def test_a_prediction_that_fails_is_reported(monkeypatch, capsys):
+    monkeypatch.setitem(law_predictions.PREDICTIONS, 'consensus', lambda law, _: law.missing)
 
     assert 'prediction' not in simulate('consensus', 3, 5.0).metrics()
-    assert 'returned a dict; it must return a Prediction' in capsys.readouterr().out
+    assert 'prediction failed: AttributeError: ' in capsys.readouterr().out
