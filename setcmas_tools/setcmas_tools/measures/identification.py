@@ -22,7 +22,7 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import LIMITS, limits_named
 from setcmas_simu.robots.models_by_name import is_model_file
-from setcmas_tools.measures.response_fit import Fit, HeldCommand, MeasuredSpeeds, fitted
+from setcmas_tools.measures.response_fit import Fit, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
 
@@ -129,7 +129,7 @@ def measured_speeds(commands: Floats, track: FleetTable) -> dict[str, MeasuredSp
     overlap = max(1.0, float(np.median(last - first))) if len(first) else 1.0
     sent, V, omega = commands
     return {
-        name: MeasuredSpeeds(HeldCommand(sent, u), t[first], t[last], moved / time, overlap)
+        name: MeasuredSpeeds(sent, u, t[first], t[last], moved / time, overlap)
         for name, u, moved in ((FORWARD, V, arc), (TURN, omega, 2.0 * half))
     }
 

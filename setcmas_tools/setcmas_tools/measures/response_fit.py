@@ -10,51 +10,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import needs
 from setcmas_simu.robots.identified_robot import LONGEST_DELAY_S, Response
 
-
-class HeldCommand:
-    """A command over time, and the answer of a first-order lag with dead time."""
-
-    def __init__(self, t: Floats, u: Floats) -> None:
-        """Take the times (s), sorted, and the commands, shape (K,); zero before the first."""
-        changed = np.concatenate([[True], np.diff(u) != 0.0])
-        self._t = np.concatenate([[t[0] - 1.0], t[changed]])
-        self._u = np.concatenate([[0.0], u[changed]])
-        held = np.diff(self._t) * self._u[:-1]
-        self._sum = np.concatenate([[0.0], np.cumsum(held)])
-        self._lag, self._speeds = 0.0, self._lagging(0.0)  # of the last call
-
-    def _lagging(self, lag: float) -> Floats:
-        """Return the speeds w at the changes, lag w' = u - w, shape (K + 1,); lag in s."""
-        shares = np.exp(-np.diff(self._t) / max(lag, 1e-9)).tolist()
-        speeds = [0.0]
-        for share, u in zip(shares, self._u.tolist(), strict=False):
-            speeds.append(u + (speeds[-1] - u) * share)
-        return np.array(speeds)
-
-    def means(self, begin: Floats, end: Floats, lag: float, delay: float) -> Floats:
-        """Return the mean speeds over windows, of gain 1.
-
-        The integral of w is that of u less lag times the change of w.
-
-        Args:
-            begin: Their starts in s, shape (M,).
-            end: Their ends in s, shape (M,).
-            lag: Time constant in s.
-            delay: Dead time in s.
-        """
-        if lag != self._lag:
-            self._lag, self._speeds = lag, self._lagging(lag)
-        ways = [self._way(times - delay) for times in (begin, end)]
-        return (ways[1] - ways[0]) / (end - begin)
-
-    def _way(self, times: Floats) -> Floats:
-        k = np.maximum(np.searchsorted(self._t, times, side='right') - 1, 0)
-        since, u = np.maximum(times - self._t[k], 0.0), self._u[k]
-        w = u + (self._speeds[k] - u) * np.exp(-since / max(self._lag, 1e-9))
-        way: Floats = self._sum[k] + u * since - self._lag * w
-        return way
-
-
 LEAST_FIT = 30.0
 """Percent of the motion that a usable model explains."""
 
@@ -97,27 +52,59 @@ class Fit:
         return self.gain_known and max(self.errors.lag, self.errors.delay) <= MOST_DOUBT_S
 
 
-@dataclass(frozen=True)
+@dataclass
 class MeasuredSpeeds:
-    """Mean speeds in windows, and the command behind them.
+    """Mean speeds of a robot in M windows, and the K commands behind them.
 
     Attributes:
-        begin: Starts of the windows in s, shape (K,).
-        end: Their ends in s, shape (K,).
-        y: The mean speeds, shape (K,).
+        t: Times of the commands in s, sorted, shape (K,); each is held until the next one.
+        u: The commands, shape (K,); zero before the first.
+        begin: Starts of the windows in s, shape (M,).
+        end: Their ends in s, shape (M,).
+        y: The mean speeds, shape (M,).
         overlap: Number of windows that overlap.
     """
 
-    command: HeldCommand
+    t: Floats
+    u: Floats
     begin: Floats
     end: Floats
     y: Floats
     overlap: float
 
+    def __post_init__(self) -> None:
+        changed = np.concatenate([[True], np.diff(self.u) != 0.0])
+        self._t = np.concatenate([[self.t[0] - 1.0], self.t[changed]])
+        self._u = np.concatenate([[0.0], self.u[changed]])
+        held = np.diff(self._t) * self._u[:-1]
+        self._sum = np.concatenate([[0.0], np.cumsum(held)])
+        self._lag, self._speeds = 0.0, self._lagging(0.0)  # of the last call
+
+    def _lagging(self, lag: float) -> Floats:
+        """Return the speeds w at the changes, lag w' = u - w; lag in s."""
+        shares = np.exp(-np.diff(self._t) / max(lag, 1e-9)).tolist()
+        speeds = [0.0]
+        for share, u in zip(shares, self._u.tolist(), strict=False):
+            speeds.append(u + (speeds[-1] - u) * share)
+        return np.array(speeds)
+
     def predicted(self, response: Response) -> Floats:
-        """Return the mean speeds of a model, shape (K,)."""
-        means = self.command.means(self.begin, self.end, response.lag, response.delay)
+        """Return the mean speeds of a first-order lag with dead time, shape (M,).
+
+        The integral of w is that of u less lag times the change of w.
+        """
+        if response.lag != self._lag:
+            self._lag, self._speeds = response.lag, self._lagging(response.lag)
+        ways = [self._way(times - response.delay) for times in (self.begin, self.end)]
+        means = (ways[1] - ways[0]) / (self.end - self.begin)
         return response.gain * means
+
+    def _way(self, times: Floats) -> Floats:
+        k = np.maximum(np.searchsorted(self._t, times, side='right') - 1, 0)
+        since, u = np.maximum(times - self._t[k], 0.0), self._u[k]
+        w = u + (self._speeds[k] - u) * np.exp(-since / max(self._lag, 1e-9))
+        way: Floats = self._sum[k] + u * since - self._lag * w
+        return way
 
 
 def fitted(measured: MeasuredSpeeds) -> Fit:

@@ -1,11 +1,12 @@
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import Response
-from setcmas_tools.measures.response_fit import HeldCommand, MeasuredSpeeds, fitted
+from setcmas_tools.measures.response_fit import MeasuredSpeeds, fitted
 
 RATE_HZ = 50.0
 
@@ -29,7 +30,7 @@ def measured(response, changes, noise=0.0, seconds=40.0):
     end = begin + 0.2
     moved = np.interp(end, fine, way) - np.interp(begin, fine, way)
     y = moved / 0.2 + rng.normal(0.0, noise, len(begin))
-    return MeasuredSpeeds(HeldCommand(t, u), begin, end, y, 10.0)
+    return MeasuredSpeeds(t, u, begin, end, y, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -59,10 +60,8 @@ def test_standard_errors_grow_with_noise_and_hold_the_truth():
 def test_a_robot_that_stands_or_ignores_commands_gives_no_values():
     standing = measured(Response(0.9, 0.15, 0.2), 40)
     noise = np.random.default_rng(2).normal(0.0, 0.05, len(standing.y))
-    ignoring = MeasuredSpeeds(standing.command, standing.begin, standing.end, noise, 10.0)
-    unmoved = MeasuredSpeeds(
-        HeldCommand(np.array([0.0, 1.0]), np.zeros(2)), standing.begin, standing.end, noise, 10.0
-    )
+    ignoring = replace(standing, y=noise)
+    unmoved = replace(ignoring, t=np.array([0.0, 1.0]), u=np.zeros(2))
 
     assert not fitted(ignoring).gain_known
     assert not fitted(unmoved).gain_known
@@ -71,8 +70,8 @@ def test_a_robot_that_stands_or_ignores_commands_gives_no_values():
 def test_a_constant_command_gives_neither_lag_nor_delay():
     constant = measured(Response(0.9, 0.15, 0.2), changes=1, noise=0.05)
     late = constant.begin > 2.0
-    alone = MeasuredSpeeds(
-        constant.command, constant.begin[late], constant.end[late], constant.y[late], 10.0
+    alone = replace(
+        constant, begin=constant.begin[late], end=constant.end[late], y=constant.y[late]
     )
 
     found = fitted(alone)
@@ -99,7 +98,7 @@ def test_gain_of_a_simulation_that_holds_a_command_for_its_whole_step(early):
     begin, end = steps[:-2], steps[2:]
     y = (way[2:] - way[:-2]) / (end - begin)
 
-    found = fitted(MeasuredSpeeds(HeldCommand(t, u), begin, end, y, 2.0))
+    found = fitted(MeasuredSpeeds(t, u, begin, end, y, 2.0))
 
     assert found.response.gain == pytest.approx(1.0, abs=0.002)
     assert found.response.delay == 0.0
