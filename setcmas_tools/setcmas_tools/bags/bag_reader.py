@@ -1,7 +1,4 @@
-"""Bags of any kind: their topics, and their messages in the order of time.
-
-Of an mcap file that was cut short, a copy of what is left is read.
-"""
+"""Bags of any kind: their topics, and their messages in the order of time."""
 
 from __future__ import annotations
 
@@ -17,9 +14,6 @@ from pathlib import Path, PurePath
 from typing import Any, TypeAlias
 
 import yaml
-from mcap.reader import NonSeekingReader
-from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
 from rosbags.interfaces import Connection, ConnectionExtRosbag1, ConnectionExtRosbag2, Qos
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
@@ -29,6 +23,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet import topics
+from setcmas_tools.bags.bag_writer import copy_of_mcap
 from setcmas_tools.bags.message_types import UnknownDefinitionError, add_type_of, one_line
 
 BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
@@ -349,7 +344,7 @@ def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:
             ) from error
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
     copy = folder / file.name
-    loss = _copy_of_mcap(file, copy)
+    loss = copy_of_mcap(file, copy)
     reader = _opened(copy, stack)
     if not loss:
         return reader, ''
@@ -357,39 +352,3 @@ def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:
     if not count:
         raise SetcmasError(f"bag '{file}' {loss}: no messages were read")
     return reader, f"'{file}' {loss}: {count:,} messages up to {duration / 1e9:.1f} s were read"
-
-
-def _copy_of_mcap(damaged: Path, target: Path) -> str:
-    """Copy what can be read of an mcap file, up to the first damage.
-
-    Returns:
-        What happened to the rest, such as 'was cut short'; empty if no message is missing, as in
-        a file that only lacks indices.
-    """
-    size = damaged.stat().st_size
-    channels: dict[int, int] = {}
-    loss = ''
-    with damaged.open('rb') as source, target.open('wb') as file:
-        writer = McapWriter(file, compression=CompressionType.NONE)
-        writer.start(profile='ros2')
-        # A length beyond the file is garbage.
-        reader = NonSeekingReader(source, validate_crcs=True, record_size_limit=size)
-        try:
-            for schema, channel, message in reader.iter_messages(log_time_order=False):
-                if channel.id not in channels:
-                    number = schema and writer.register_schema(
-                        schema.name, schema.encoding, schema.data
-                    )
-                    channels[channel.id] = writer.register_channel(
-                        channel.topic, channel.message_encoding, number or 0, channel.metadata
-                    )
-                writer.add_message(
-                    channels[channel.id], message.log_time, message.data, message.publish_time
-                )
-        except OSError:
-            raise
-        except Exception:  # of bytes that are no record
-            at = source.tell()
-            loss = 'was cut short' if at == size else f'is damaged or cut short at byte {at:,}'
-        writer.finish()
-    return loss

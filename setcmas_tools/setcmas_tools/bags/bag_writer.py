@@ -1,4 +1,4 @@
-"""Writer of a rosbag2 bag that stays readable when its recorder is killed."""
+"""Writer of a rosbag2 bag that stays readable when its recorder is killed; copies of cut files."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, cast
 
+from mcap.reader import NonSeekingReader
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapFile
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
@@ -95,3 +98,39 @@ class BagWriter(Writer):
     def _write_out(self) -> None:
         # rosbags itself leaves up to 1 MB in memory: minutes of a small fleet.
         cast(McapWriter, self.storage).bio.flush()
+
+
+def copy_of_mcap(damaged: Path, target: Path) -> str:
+    """Copy what can be read of an mcap file, up to the first damage.
+
+    Returns:
+        What happened to the rest, such as 'was cut short'; empty if no message is missing, as in
+        a file that only lacks indices.
+    """
+    size = damaged.stat().st_size
+    channels: dict[int, int] = {}
+    loss = ''
+    with damaged.open('rb') as source, target.open('wb') as file:
+        writer = McapFile(file, compression=CompressionType.NONE)
+        writer.start(profile='ros2')
+        # A length beyond the file is garbage.
+        reader = NonSeekingReader(source, validate_crcs=True, record_size_limit=size)
+        try:
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                if channel.id not in channels:
+                    number = schema and writer.register_schema(
+                        schema.name, schema.encoding, schema.data
+                    )
+                    channels[channel.id] = writer.register_channel(
+                        channel.topic, channel.message_encoding, number or 0, channel.metadata
+                    )
+                writer.add_message(
+                    channels[channel.id], message.log_time, message.data, message.publish_time
+                )
+        except OSError:
+            raise
+        except Exception:  # of bytes that are no record
+            at = source.tell()
+            loss = 'was cut short' if at == size else f'is damaged or cut short at byte {at:,}'
+        writer.finish()
+    return loss
