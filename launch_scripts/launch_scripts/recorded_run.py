@@ -20,7 +20,7 @@ from launch_scripts.processes import (
     node_command,
 )
 from launch_scripts.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal import Stream, write_line
+from launch_scripts.terminal import Stream
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, Status
@@ -38,6 +38,15 @@ _START_TIMEOUT_S = 60.0  # fifty robots take half of it on a busy machine
 _PAGE_TIMEOUT_S = 15.0
 _STOPPING_S = 2.0
 _ROUNDING_S = 1e-9
+
+
+class ProgressSupervisor(Supervisor):
+    """Supervisor that writes above a progress bar on its stderr."""
+
+    def write(self, line: str, stream: Stream) -> None:
+        """Write a line of output."""
+        with tqdm.external_write_mode(file=self.stderr):
+            super().write(line, stream)
 
 
 class RecordedRun:
@@ -237,12 +246,6 @@ def run_robots(
         The exit status, and the outcome; None if the run has not begun.
     """
     folder.create(info)  # not earlier: Ctrl-C would leave it behind
-
-    def write(line: str, stream: Stream) -> None:
-        with tqdm.external_write_mode(file=supervisor.stderr):
-            write_line(line, stream)
-
-    supervisor.write = write
     pages = [supervisor.start(name, command, needed=False) for name, command in views]
     pages = [page for page in pages if page.name == PAGE]
     run: Robots | None = None

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import IO, Any, cast
+from typing import IO, Any, TypeVar, cast
 
 from launch_scripts.environment import local_environment
 from launch_scripts.processes import HANGS_S, Child, ChildDiedError, node_command
@@ -25,6 +25,8 @@ _ENDS_S = 5.0
 _TICK_S = 0.05  # longest delay before a key press is noticed
 _LATE_S = 1.0  # a longer script call keeps its process from ending
 _LATE_ENDS_S = 1.5
+
+AnySupervisor = TypeVar('AnySupervisor', bound='Supervisor')
 
 
 class StoppedError(Exception):
@@ -40,7 +42,6 @@ class Supervisor:
     def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
         """Prepare; with `prefix`, lines of output start with the name of their process."""
         self.children: list[Child] = []
-        self.write: Callable[[str, Stream], None] = write_line
         self._output = OutputQueue()
         self.stdout = QueuedStream(self._output, sys.stdout)
         self.stderr = QueuedStream(self._output, sys.stderr)
@@ -50,7 +51,7 @@ class Supervisor:
         self._stop_signals = 0
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
-    def __enter__(self) -> Supervisor:
+    def __enter__(self: AnySupervisor) -> AnySupervisor:
         self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
         return self
 
@@ -132,6 +133,10 @@ class Supervisor:
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self._show_output(0.02)
+
+    def write(self, line: str, stream: Stream) -> None:
+        """Write a line of output; subclasses keep it apart from what else is in the terminal."""
+        write_line(line, stream)
 
     def warn(self, message: str) -> None:
         """Show a message of the command itself."""

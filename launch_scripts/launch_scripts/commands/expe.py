@@ -34,12 +34,13 @@ from launch_scripts.experiment import (
     joystick_command,
 )
 from launch_scripts.processes import ChildDiedError
-from launch_scripts.recorded_run import RecordedExperiment, run_robots
+from launch_scripts.recorded_run import ProgressSupervisor, RecordedExperiment, run_robots
 from launch_scripts.status_display import KEYS, StatusDisplay
 from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import (
     Keyboard,
     StartKey,
+    Stream,
     open_keyboard,
     open_operator_keyboard,
     single_keys,
@@ -99,15 +100,12 @@ def main(args: argparse.Namespace) -> int:
         open_operator_keyboard(
             args.hold and joystick is not None, scenario.lab.emulate
         ) as keyboard,
-        Supervisor(environment, prefix=True) as supervisor,
+        DisplaySupervisor(environment, prefix=True) as supervisor,
     ):
         if not keyboard.there and not joystick:
             raise SetcmasError(
                 'there is no terminal and no joystick: nothing could start the robots'
             )
-        display = StatusDisplay(supervisor.stdout)
-        supervisor.write = lambda line, _: display.write(line)
-
         try:
             if lab.mocap.source.from_start:
                 _confirm_starts(supervisor, keyboard, lab)
@@ -115,7 +113,7 @@ def main(args: argparse.Namespace) -> int:
                 supervisor,
                 scenario,
                 of_lab,
-                display.show,
+                supervisor.display.show,
                 hold=args.hold,
                 watch=args.watch,
                 joystick=joystick,
@@ -125,13 +123,31 @@ def main(args: argparse.Namespace) -> int:
             ways = ['s'] if keyboard.there and not keyboard.only_stops else []
             ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
             _explain(supervisor, ways, keyboard.there, args.hold)
-            return _serve(supervisor, keyboard, display, experiment, args.hold)
+            return _serve(supervisor, keyboard, experiment, args.hold)
         except StoppedError:
             return 0
         except ChildDiedError as death:
             return supervisor.report_death(death, 'expe')
         finally:
-            display.close()
+            supervisor.display.close()
+
+
+class DisplaySupervisor(Supervisor):
+    """Supervisor that writes above the state of the robots.
+
+    Attributes:
+        display: It shows that state.
+    """
+
+    def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
+        """Prepare, as every supervisor."""
+        super().__init__(environment, prefix)
+        self.display = StatusDisplay(self.stdout)
+
+    def write(self, line: str, stream: Stream) -> None:
+        """Write a line of output, whichever stream it is for."""
+        del stream
+        self.display.write(line)
 
 
 def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
@@ -174,7 +190,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
     with (
         fleet_views(ViewOptions.of(args), robots, True, args.palette) as views,
         open_keyboard() as keyboard,
-        Supervisor(experiment_environment(lab, emulated=True), prefix=True) as supervisor,
+        ProgressSupervisor(experiment_environment(lab, emulated=True), prefix=True) as supervisor,
     ):
         if keyboard.there:
             supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
@@ -242,17 +258,13 @@ class AddressWatch:
 
 
 def _serve(
-    supervisor: Supervisor,
-    keyboard: Keyboard,
-    display: StatusDisplay,
-    experiment: Experiment,
-    hold: bool,
+    supervisor: DisplaySupervisor, keyboard: Keyboard, experiment: Experiment, hold: bool
 ) -> int:
     """Serve the operator until the end of the experiment; return the exit status."""
     start_key, addresses = StartKey(hold), AddressWatch(supervisor.warn)
 
     def serve_terminal() -> None:
-        display.note_silence()
+        supervisor.display.note_silence()
         if not experiment.emulated:
             addresses.look()
         pressed = keyboard.pressed()
@@ -268,7 +280,7 @@ def _serve(
     try:
         supervisor.run(on_tick=serve_terminal)
     except StoppedError:
-        display.close()
+        supervisor.display.close()
         status = experiment.stop()
         experiment.stop_lab()
         if experiment.runaways:

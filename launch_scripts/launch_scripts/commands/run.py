@@ -30,7 +30,7 @@ from launch_scripts.commands.csv_to_plot import print_evaluation
 from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.processes import PAGE, Child
-from launch_scripts.recorded_run import STOPPED, SimulatedRun, run_robots
+from launch_scripts.recorded_run import STOPPED, ProgressSupervisor, SimulatedRun, run_robots
 from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import open_keyboard, warn
 from setcmas_simu.errors import SetcmasError
@@ -63,7 +63,7 @@ def main(args: argparse.Namespace) -> int:
     view = ViewOptions.of(args)
     with (
         fleet_views(view, robots, palette=args.palette) as views,
-        Supervisor(local_environment(), prefix=True) as supervisor,
+        ProgressSupervisor(local_environment(), prefix=True) as supervisor,
     ):
         status, outcome = run_robots(
             'run',
