@@ -54,6 +54,8 @@ def test_every_command_of_the_students_page_works(session, domain):
             continue  # until Ctrl-C, or for a running experiment
         if verb == 'expe':
             words += PATIENT_LAB
+        if verb == 'offline':
+            words.append('--no-plots')  # which test_offline.py draws
         if verb == 'run':
             words += ['--rtf', '2', '--view', 'none', '--duration', '5', '--no-plots']
         done = run_here(verb, *words, cwd=session)
