@@ -27,7 +27,6 @@ from setcmas_simu.robots.models_by_name import (
     check_models,
     is_script,
     robot_models,
-    shape_of,
 )
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
@@ -85,11 +84,9 @@ class VirtualRobot(RobotNode):
 
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)
-        shape = shape_of(self.model_name)
-        self.odom = StatePublisher(self, self.robot, frame, own_frame, shape)
-
         self.on_failure, self.has_started = on_failure, False
         self.apply(self.parameters.options)
+        self.odom = StatePublisher(self, self.robot, frame, own_frame, self.model.shape)
         self.restart()
 
     def restart(self) -> None:

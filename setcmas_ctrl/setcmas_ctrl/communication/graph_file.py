@@ -111,33 +111,14 @@ class _Parser:
         return name, duration, self._graph(entry, keys)
 
     def _graph(self, entry: Entry, keys: dict[str, Entry]) -> Build:
-        given = [key for key in _GRAPH_KEYS if key in keys]
+        readers = {'graph': _preset, 'adjacency': _matrix, 'edges': self._edges}
+        given = [key for key in readers if key in keys]
         if len(given) != 1:
             what = f'has {" and ".join(given)}' if given else 'has no graph'
             raise entry.error(f'{what}; it must be one of {", ".join(_GRAPH_KEYS)}')
-        value = keys[given[0]]
-        build: Build = getattr(self, f'_{given[0]}_of')(value)
-        return build
+        return readers[given[0]](keys[given[0]])
 
-    def _graph_of(self, entry: Entry) -> Build:
-        return PRESETS[OneOf(tuple(PRESETS)).of(entry)]
-
-    def _adjacency_of(self, entry: Entry) -> Build:
-        rows = [[_WEIGHT.of(cell) for cell in row.items()] for row in _items(entry)]
-        if any(len(row) != len(rows) for row in rows):
-            lengths = ', '.join(str(len(row)) for row in rows)
-            raise entry.error(f'the matrix has rows of {lengths} numbers; it must be square')
-
-        def build(nb_robots: int) -> Floats:
-            try:
-                return checked_adjacency(rows, nb_robots)
-            except SetcmasError as error:
-                raise entry.error(str(error)) from error
-
-        build(len(rows))
-        return build
-
-    def _edges_of(self, entry: Entry) -> Build:
+    def _edges(self, entry: Entry) -> Build:
         weights: dict[tuple[int, int], float] = {}
         for item in _items(entry):
             pairs, weight = self._edge(item)
@@ -186,6 +167,26 @@ class _Parser:
             replace(LinkChannel(receiver, sender), **values)
             for receiver, sender in self._pairs(keys['link'], keys['link'].value)
         ]
+
+
+def _preset(entry: Entry) -> Build:
+    return PRESETS[OneOf(tuple(PRESETS)).of(entry)]
+
+
+def _matrix(entry: Entry) -> Build:
+    rows = [[_WEIGHT.of(cell) for cell in row.items()] for row in _items(entry)]
+    if any(len(row) != len(rows) for row in rows):
+        lengths = ', '.join(str(len(row)) for row in rows)
+        raise entry.error(f'the matrix has rows of {lengths} numbers; it must be square')
+
+    def build(nb_robots: int) -> Floats:
+        try:
+            return checked_adjacency(rows, nb_robots)
+        except SetcmasError as error:
+            raise entry.error(str(error)) from error
+
+    build(len(rows))
+    return build
 
 
 def _items(entry: Entry) -> list[Entry]:
