@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -207,15 +208,15 @@ def calls_of(
     may_differ = _MAY_DIFFER[function]
     calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
     replays = [_Replayed(one, calls, function) for one in altered if not one.is_out]
-    sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
     robots = range(1, base.nb_robots + 1)
+    repetitions = {robot: _Repetition(robot, calls, replays) for robot in robots}
     if function is Function.CONDITION:
-        played = base.replace(ctc={robot: _condition(robot, calls, replays) for robot in robots})
+        played = base.replace(ctc={robot: one.ctc for robot, one in repetitions.items()})
     elif function is Function.SI_TO_UNI:
-        own_ways = {robot: _conversion(robot, calls, replays) for robot in robots}
-        played = base.replace(si_to_uni=own_ways)
+        played = base.replace(si_to_uni={i: one.si_to_uni for i, one in repetitions.items()})
     else:
-        laws = {robot: _law(robot, calls, replays, sent) for robot in robots}
+        sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
+        laws = {robot: partial(one.control, sent) for robot, one in repetitions.items()}
         played = base.replace(set={}).replace(algo=laws)
     with silent():
         again = simulate(played, warn=lambda _: None)
@@ -306,28 +307,49 @@ class _Replayed:
         return sends
 
 
-def _law(
-    robot: int,
-    calls: Calls,
-    replays: Sequence[_Replayed],
-    sent: Mapping[tuple[int, float], Value],
-) -> Callable[..., Any]:
-    """Return the law of a robot that repeats what the submission answered, and sent."""
-    times = iter(range(len(calls.t)))
+class _Repetition:
+    """The functions of a robot that repeats what the submission answered, and asks solutions."""
 
-    def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> Any:
+    def __init__(self, robot: int, calls: Calls, replays: Sequence[_Replayed]) -> None:
+        self._robot, self._calls, self._replays = robot, calls, replays
+        self._numbers = iter(range(len(calls.t)))
+
+    def _answer(self, heading: float, *given: Any) -> tuple[float, float]:
+        """Return the answer of a call; given are the arguments of the law or other function."""
+        call = next(self._numbers)
+        self._calls.heading[call, self._robot - 1] = heading
+        for one in self._replays:
+            one.answer(self._robot, call, *given)
+        first, second = self._calls.own[call, self._robot - 1].tolist()
+        return first, second
+
+    def control(
+        self,
+        sent: Mapping[tuple[int, float], Value],
+        robotNo: int,
+        nbRobots: int,
+        poses: Floats,
+        t: float,
+    ) -> tuple[float, float]:
+        """Return the velocity of the submission, and send what it has sent."""
         del robotNo, nbRobots
-        call, adjacency = next(times), network.adjacency()
-        calls.heading[call, robot - 1] = poses[2, robot - 1]
+        adjacency = network.adjacency()
         with network.exchanged_by(Mailbox(t, network.contents())):
-            for one in replays:
-                one.answer(robot, call, poses, t, adjacency)
-        if (robot, round(t, 6)) in sent:
-            network.send(sent[robot, round(t, 6)])
-        vx, vy = calls.own[call, robot - 1].tolist()
-        return vx, vy
+            velocity = self._answer(poses[2, self._robot - 1], poses, t, adjacency)
+        if (self._robot, round(t, 6)) in sent:
+            network.send(sent[self._robot, round(t, 6)])
+        return velocity
 
-    return control
+    def si_to_uni(
+        self, velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
+    ) -> tuple[float, float]:
+        """Return V and omega of the submission."""
+        return self._answer(pose[2], velocity, pose, komega)
+
+    def ctc(self, pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float) -> bool:
+        """Return whether the condition of the submission holds."""
+        gone = np.hypot(*(pos - last_pos)[:2])
+        return bool(self._answer(gone, pos, vit, last_pos, last_vit, t)[0])
 
 
 def _built_in(
@@ -335,34 +357,3 @@ def _built_in(
 ) -> Any:
     """Return V and omega by the built-in si_to_uni."""
     return si_to_uni(velocity, pose[2], komega)
-
-
-def _conversion(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callable[..., Any]:
-    """Return the si_to_uni of a robot that repeats what the submission answered."""
-    times = iter(range(len(calls.t)))
-
-    def own_way(
-        velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
-    ) -> Any:
-        call = next(times)
-        calls.heading[call, robot - 1] = pose[2]
-        for one in replays:
-            one.answer(robot, call, velocity, pose, komega)
-        V, omega = calls.own[call, robot - 1].tolist()
-        return V, omega
-
-    return own_way
-
-
-def _condition(robot: int, calls: Calls, replays: Sequence[_Replayed]) -> Callable[..., Any]:
-    """Return the condition of a robot that repeats what the submission answered."""
-    times = iter(range(len(calls.t)))
-
-    def ctc(pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float) -> bool:
-        call = next(times)
-        calls.heading[call, robot - 1] = np.hypot(*(pos - last_pos)[:2])
-        for one in replays:
-            one.answer(robot, call, pos, vit, last_pos, last_vit, t)
-        return bool(calls.own[call, robot - 1, 0])
-
-    return ctc

@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,59 +36,48 @@ from setcmas_tools.grade.generic_mistakes import (
     plain_multiple,
     scaled,
     shares,
+    times_too,
     tried,
     turned_multiple,
 )
-from setcmas_tools.grade.rubric import TypicalMistake
+from setcmas_tools.grade.rubric import MarkedScenario, Rubric, TypicalMistake
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.scenario import Scenario
 
 _AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 _OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 _TIED = 0.005  # share of all calls by which the better one must be better
 
 
-class Diagnosis(NamedTuple):
-    """The hint of the one mistake that reproduces a submission; otherwise, how it differs."""
+def diagnosis(rubric: Rubric, runs: Sequence[tuple[MarkedScenario, Run]], hint: str) -> str:
+    """Return the hint of the one mistake that reproduces a submission.
 
-    explanation: str = ''
-    measured: str = ''
-
-
-def diagnosis(
-    runs: Sequence[tuple[str, Scenario, Run]],
-    solution: Path | None,
-    mistakes: Sequence[TypicalMistake],
-    function: Function = Function.CONTROL,
-) -> Diagnosis:
-    """Return the diagnosis of a submission.
+    If there is none, return where the submission first differs from the solution, and its hint.
 
     Args:
-        runs: Names of scenarios, these without a law, and the complete runs of the submission.
-        solution: Script of the solution; None is no law, or the default condition or si_to_uni.
-        mistakes: Typical mistakes; they run in this process, as the solution does.
-        function: What the submission is: a control law, a triggering condition, or si_to_uni.
+        rubric: Its typical mistakes run in this process, as the solution does.
+        runs: Scenarios and the complete runs of the submission.
+        hint: The hint of the criterion that it has missed.
     """
-    is_law = function is Function.CONTROL
-    if (is_law and not solution) or any(run.info.started for *_, run in runs):
-        return Diagnosis()
+    solution, mistakes, function = rubric.solution, rubric.mistakes, rubric.function
+    is_unknown = rubric.references or (function is Function.CONTROL and not solution)
+    if is_unknown or any(run.info.started for _, run in runs):
+        return hint
     with (
         TemporaryDirectory(prefix='setcmas_') as folder,
         suppress(SetcmasError),
         np.errstate(all='ignore'),
     ):
         altered = altered_solutions(solution, mistakes, function, Path(folder))
-        found = [calls_of(*each, function, altered) for each in runs]
+        found = [calls_of(one.name, one.base, run, function, altered) for one, run in runs]
         if runs and all(found):  # else a run cannot be repeated
             calls = [one for one in found if one]
             explanation = _explanation(calls, mistakes, function)
             if not explanation and solution and function is not Function.CONDITION:
                 twice = twice_altered_solutions(solution, mistakes, Path(folder))
-                explanation = _both_listed(
-                    [calls_of(*each, function, twice) for each in runs], mistakes
-                )
-            return Diagnosis(explanation, '' if explanation else _measured(calls, function))
-    return Diagnosis()
+                both = [calls_of(one.name, one.base, run, function, twice) for one, run in runs]
+                explanation = _both_listed(both, mistakes)
+            return explanation or f'{_measured(calls, function)} {hint}'.strip()
+    return hint
 
 
 def _explanation(
@@ -120,9 +108,17 @@ def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
     return hints.pop() if len(hints) == 1 else ''
 
 
-def _listed(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
+def _answered(
+    calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]
+) -> Iterator[tuple[TypicalMistake, list[Floats]]]:
+    """Yield mistakes that fail in no scenario, and what the solution answers with each."""
     for number, mistake in enumerate(mistakes):
-        answers = [one.answers.get(str(number)) for one in calls]
+        if all(str(number) in one.answers for one in calls):
+            yield mistake, [one.answers[str(number)] for one in calls]
+
+
+def _listed(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
+    for mistake, answers in _answered(calls, mistakes):
         yield from tried(mistake.hint, calls, answers)
 
 
@@ -132,11 +128,9 @@ def _listed_and_generic(
     """Yield explanations by a listed mistake, and turned velocities or a wrong factor as well."""
     strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
     multiples: list[Explanation] = []
-    for number, mistake in enumerate(mistakes):
-        answers = _answers(calls, number)
-        if len(answers) == len(calls):
-            yield from also_generic(strict, answers, mistake.hint)
-            multiples += also_multiple(strict, answers, mistake.hint)
+    for mistake, answers in _answered(calls, mistakes):
+        yield from also_generic(strict, answers, mistake.hint)
+        multiples += also_multiple(strict, answers, mistake.hint)
     yield from multiples[:1]  # the others are multiples of the first
 
 
@@ -149,11 +143,6 @@ def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[TypicalMistak
         text = f'Probably two mistakes: {" ".join(hints)}'
         found += tried(text, strict, [one.answers[name] for one in strict])
     return _best(strict, found)
-
-
-def _answers(calls: Sequence[Calls], number: int) -> list[Floats]:
-    """Return the answers with a listed mistake in all scenarios in which it does not fail."""
-    return [one.answers[str(number)] for one in calls if str(number) in one.answers]
 
 
 def _of_some(
@@ -187,15 +176,12 @@ def _named(robots: NDArray[np.int_]) -> str:
 
 def _terms(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
     """Yield explanations by the factor of a term, which a mistake leaves out."""
-    for number, mistake in enumerate(mistakes):
-        rest = _answers(calls, number)
-        if mistake.term and len(rest) == len(calls):
-            steps = [one.solution - each for one, each in zip(calls, rest, strict=True)]
-            for factor in shares(calls, rest, steps):
-                both = zip(rest, steps, strict=True)
-                answers = [each + factor * step for each, step in both]
-                hint = _term_hint(mistake.term, factor, calls[0].values)
-                yield from tried(hint, calls, answers)
+    for mistake, rest in _answered(calls, mistakes):
+        steps = [one.solution - each for one, each in zip(calls, rest, strict=True)]
+        for factor in shares(calls, rest, steps) if mistake.term else ():
+            answers = [each + factor * step for each, step in zip(rest, steps, strict=True)]
+            hint = _term_hint(mistake.term, factor, calls[0].values)
+            yield from tried(hint, calls, answers)
 
 
 def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
@@ -203,14 +189,13 @@ def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
     size = abs(factor)
     if abs(size - 1) < EQUAL:
         return f'In your law, {term} has the wrong sign; the rest is right.'
-    ratio = f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
     question = '; the rest is right.'
     for name, value in constants.items():
         if value % 1 and abs(size * value - 1) < EQUAL:
             question = f': is {name} missing?'
         elif value % 1 and abs(size / value - 1) < EQUAL:
             question = f': does {name} multiply it, too?'
-    return f'In your law, {term}{sign} is {ratio}{question}'
+    return f'In your law, {term}{sign} is {times_too(size)}{question}'
 
 
 _TOGETHER = (

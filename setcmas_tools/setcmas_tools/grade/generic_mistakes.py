@@ -181,12 +181,17 @@ def other_turn_rate(calls: Sequence[Calls]) -> Iterator[Explanation]:
     size = abs(factor)
     if size < _SMALLEST:
         return  # as good as zero
-    wrong = f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
     sign = ' and has the wrong sign' if factor < 0 else ''
     hint = (
-        f'V is right, but your turn rate is {wrong}{sign}. Does it depend on L as in the formula?'
+        f'V is right, but your turn rate is {times_too(size)}{sign}. '
+        'Does it depend on L as in the formula?'
     )
     yield from tried(hint, calls, [one.solution * (1.0, factor) for one in calls])
+
+
+def times_too(size: float) -> str:
+    """Return by which factor something is too large or too small, such as '3 times too large'."""
+    return f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
 
 
 def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:

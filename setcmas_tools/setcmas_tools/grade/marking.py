@@ -89,18 +89,16 @@ def _hinted(
     """
     pairs = list(zip(rubric.scenarios, runs, strict=True))
     known = [
-        (one.name, one.base, done.run)
+        (one, done.run)
         for one, done in pairs
         if done.run and done.is_complete and not done.failure and not one.hidden
     ]
-    names = [name for name, *_ in known]
+    names = [one.name for one, _ in known]
     for place, scenario in enumerate(marks):
         missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
         if missed and scenario.name in names:
-            tried = [] if rubric.references else known  # the solution is needed to alter it
-            found = diagnosis(tried, rubric.solution, rubric.mistakes, rubric.function)
             [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
-            text = found.explanation or ' '.join(filter(None, (found.measured, own.hint)))
+            text = diagnosis(rubric, known, own.hint)
             hinted = replace(missed[0], hint=text or missed[0].hint)
             criteria = (hinted if one is missed[0] else one for one in scenario.criteria)
             own_marks = replace(scenario, criteria=tuple(criteria))
