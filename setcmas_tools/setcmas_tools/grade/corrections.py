@@ -92,23 +92,28 @@ def time_of(text: str) -> datetime | None:
 _SHARE = re.compile(r'(\d+(?:\.\d+)?) ?%')
 
 
-def _points_or_share(entry: Entry) -> tuple[float, bool]:
-    """Return points, or a share of the rubric's points, and whether it is a share."""
+def _points_or_share(entry: Entry, rubric: Rubric) -> float:
+    """Return points, which may be written as a share of the rubric's points."""
     if isinstance(entry.value, str) and (found := _SHARE.fullmatch(entry.value.strip())):
-        return float(found[1]) / 100, True
+        return float(found[1]) / 100 * rubric.max_score
     if isinstance(entry.value, str):
         raise entry.mistake("points, or a share of the rubric's points such as 10 %")
-    return _POINTS.of(entry), False
+    return float(_POINTS.of(entry))
 
 
 @dataclass(frozen=True)
 class Lateness:
-    """Points (or a share of the rubric's points) taken for each day begun after a deadline."""
+    """Points taken for each day begun after a deadline, and times by submission.
+
+    Attributes:
+        signed: Who takes them, when and why, without what and points.
+    """
 
     deadline: datetime
-    per_day: tuple[float, bool]
-    most: tuple[float, bool]
+    per_day: float
+    most: float
     submitted: Mapping[str, datetime]
+    signed: Correction
 
     def taken(self, marks: Marks) -> tuple[str, float]:
         """Return the lateness of a submission as text, and the points that it costs."""
@@ -116,20 +121,16 @@ class Lateness:
         if time is None or time <= self.deadline:
             return '', 0.0
         days = math.ceil((time - self.deadline) / timedelta(days=1))
-        per_day, most = (
-            number * marks.max_score if is_share else number
-            for number, is_share in (self.per_day, self.most)
-        )
         text = f'submitted {time:%Y-%m-%d %H:%M}, {days} day{"s" if days > 1 else ""} late'
-        return text, min(days * per_day, most)
+        return text, min(days * self.per_day, self.most)
 
 
-def read_lateness(entry: Entry, fields: Mapping[str, Entry], known: Students) -> Lateness:
-    """Read lateness from the fields of its entry.
+_OF_LATE = ('deadline', 'per_day', 'at_most', 'submitted', 'times', 'reason')
 
-    Raises:
-        SetcmasError: One is invalid, or a student unknown; the message has file and line.
-    """
+
+def _lateness(entry: Entry, known: Students, rubric: Rubric, signed: Correction) -> Lateness:
+    """Return the lateness in an entry, or raise SetcmasError with file and line."""
+    fields = entry.fields(_OF_LATE)
     for key in ('deadline', 'per_day'):
         if key not in fields:
             raise entry.error(f'late has no {key}; it needs deadline and per_day')
@@ -139,11 +140,13 @@ def read_lateness(entry: Entry, fields: Mapping[str, Entry], known: Students) ->
         raise given.mistake('a mapping from students to times')
     for text, one in (given.value if given else {}).items():
         times[known.submission_of(one, text)] = read_time(one)
+    reason = fields['reason'].text() if 'reason' in fields else 'late submission'
     return Lateness(
         deadline=read_time(fields['deadline']),
-        per_day=_points_or_share(fields['per_day']),
-        most=_points_or_share(fields['at_most']) if 'at_most' in fields else (math.inf, False),
+        per_day=_points_or_share(fields['per_day'], rubric),
+        most=_points_or_share(fields['at_most'], rubric) if 'at_most' in fields else math.inf,
         submitted=times,
+        signed=replace(signed, reason=reason),
     )
 
 
@@ -183,21 +186,8 @@ def _times_of_table(entry: Entry, known: Students) -> dict[str, datetime]:
     return times
 
 
-def untimed(
-    entry: Entry, late: Lateness, students: Sequence[tuple[str, Student]]
-) -> tuple[str, ...]:
-    """Return submissions without a time; those that Canvas names LATE must have one."""
-    unknown = tuple(name for name, _ in students if name not in late.submitted)
-    if marked := [name for name in unknown if '_LATE_' in name]:
-        raise entry.error(
-            f'Canvas marks {", ".join(marked)} as late; give the time under submitted'
-        )
-    return unknown
-
-
 _KEYS = ('author', 'date', 'late', 'corrections')
 _OF_ONE = ('student', 'criterion', 'points', 'add', 'total', 'reason')
-_OF_LATE = ('deadline', 'per_day', 'at_most', 'submitted', 'times', 'reason')
 _CHANGE = Number(least=-1e6, most=1e6)
 
 
@@ -225,7 +215,7 @@ class Corrections:
     """
 
     _changes: Mapping[str, Sequence[_Change]] = field(default_factory=dict)
-    _late: tuple[Correction, Lateness] | None = None
+    _late: Lateness | None = None
     untimed: tuple[str, ...] = ()
 
     def applied(self, marks: Marks) -> Marks:
@@ -244,8 +234,8 @@ class Corrections:
             if one.key != 'total':
                 add(one.signed, *_of_criterion(one, marks))
         is_decided = changes or not marks.failure
-        if self._late and is_decided and (taken := self._late[1].taken(marks))[1]:
-            add(self._late[0], taken[0], -taken[1])
+        if self._late and is_decided and (taken := self._late.taken(marks))[1]:
+            add(self._late.signed, taken[0], -taken[1])
         for one in changes:
             if one.key == 'total':
                 add(one.signed, f'total {one.number:g}', one.number - score)
@@ -292,12 +282,13 @@ def read_corrections(
         of_student.append(change)
     if 'late' not in fields:
         return Corrections(changes)
-    entry = fields['late']
-    own = entry.fields(_OF_LATE)
-    reason = own['reason'].text() if 'reason' in own else 'late submission'
-    late = read_lateness(entry, own, known)
-    late_signed = replace(signed, reason=reason)
-    return Corrections(changes, (late_signed, late), untimed(entry, late, students))
+    late = _lateness(fields['late'], known, rubric, signed)
+    untimed = tuple(name for name, _ in students if name not in late.submitted)
+    if marked := [name for name in untimed if '_LATE_' in name]:
+        raise fields['late'].error(
+            f'Canvas marks {", ".join(marked)} as late; give the time under submitted'
+        )
+    return Corrections(changes, late, untimed)
 
 
 def _change(

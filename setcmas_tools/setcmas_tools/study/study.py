@@ -95,7 +95,7 @@ def carry_out(
                 rows[row['run']] = row
         finally:
             if rows:
-                write_table(table_of(plan, rows), place)
+                write_table(plan, rows, place)
     study = Study(plan, read_table(place), place)
     if not folder:
         weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
@@ -225,19 +225,15 @@ class Study:
         return f'Study({self.title}{varied})'
 
 
-def table_of(plan: Plan, rows: Mapping[int, Row]) -> pd.DataFrame:
-    """Return the table of a study from the rows of its runs by number."""
+def write_table(plan: Plan, rows: Mapping[int, Row], folder: Path) -> None:
+    """Write the runs.csv of a study from the rows of its runs by number, whole or not at all."""
     table = pd.DataFrame([{**rows[run], **plan.runs[run - 1]} for run in sorted(rows)])
     first = ['run', *plan.vary, SEED, *OUTCOME]
     others = set(table) - {*first}
     known = [name for name in COLUMNS if name in others]
-    return table[[*first, *known, *sorted(others - {*known})]]
-
-
-def write_table(table: pd.DataFrame, folder: Path) -> None:
-    """Write the runs.csv of a study, whole or not at all."""
+    ordered = table[[*first, *known, *sorted(others - {*known})]]
     with written_whole(folder / TABLE) as file:
-        table.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')
+        ordered.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')
 
 
 def read_table(folder: Path) -> pd.DataFrame:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_tools.measures.metric import METRICS, Metric
+from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import Metrics
 
 _DIGITS = 9
@@ -160,14 +160,6 @@ def _rounded(number: float | None) -> float | None:
     if number is None or not np.isfinite(number):
         return None
     return float(f'{number:.{_DIGITS}g}') + 0.0  # + 0.0: no minus before zero
-
-
-def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Return a study's own metrics, or raise SetcmasError if a name is taken."""
-    for name in metrics:
-        if name in METRICS or name in COLUMNS:
-            raise SetcmasError(f"metric '{name}' exists already; choose another name")
-    return dict(metrics)
 
 
 def check_known(names: Sequence[str]) -> None:

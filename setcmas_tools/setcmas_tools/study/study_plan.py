@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.measures.metric import Metric
+from setcmas_tools.measures.metric import METRICS, Metric
 from setcmas_tools.offline.offline_simulation import Simulation
 from setcmas_tools.run.run_folder import RunInput, inputs_of, kept_record, remove_parts
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import Origin, read_record, this_origin, write_record
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_files import INPUTS, OF_FILES, ScenarioFolder
-from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, check_metrics
+from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
 from setcmas_tools.study.variation import (
     Variation,
     checked_name,
@@ -115,7 +115,10 @@ def make_plan(
                 f"the table already has a column '{name}'; rename the variable of the script"
             )
         varied[name] = values_by_label(name, values)
-    plan = Plan(base, varied, seeds, check_metrics(metrics or {}))
+    for name in metrics or {}:
+        if name in METRICS or name in COLUMNS:
+            raise SetcmasError(f"metric '{name}' exists already; choose another name")
+    plan = Plan(base, varied, seeds, dict(metrics or {}))
     for labels in _covering(plan.vary):
         scenario = plan.scenario_of(labels)
         Simulation(scenario)
