@@ -9,8 +9,11 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, plain_values
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 
-_FILLED_IN = ('control', 'ctc', 'si_to_uni')
-"""The functions that students fill in."""
+FUNCTIONS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
+"""The functions that students fill in: a control law, a triggering condition, or si_to_uni."""
+
+UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
+"""What `ast.parse` raises for what is not Python, or too deeply nested."""
 
 
 def exercise_of(script: Path) -> str:
@@ -52,7 +55,7 @@ def same_functions(source: bytes, exercise: bytes) -> bool:
     """Return whether a script has the functions of an empty exercise, unchanged."""
     try:
         return _functions(source) == _functions(exercise) != []
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except UNREADABLE:
         return False
 
 
@@ -70,7 +73,8 @@ def unfilled_note(script: Path) -> str:
 def _functions(source: bytes) -> list[str]:
     tree = ast.parse(source)
     nodes = (node for node in tree.body if isinstance(node, ast.FunctionDef))
-    functions = [node for node in nodes if node.name in _FILLED_IN]
+    names = [one.value for one in FUNCTIONS]
+    functions = [node for node in nodes if node.name in names]
     for function in functions:
         if ast.get_docstring(function) is not None:
             del function.body[0]

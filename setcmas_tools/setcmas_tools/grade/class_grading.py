@@ -25,7 +25,7 @@ from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
 from setcmas_tools.submissions.confined_program import READ
-from setcmas_tools.submissions.likeness import Print, fingerprint, likenesses
+from setcmas_tools.submissions.likeness import Print, Similar, fingerprint, likenesses
 from setcmas_tools.submissions.sandbox import (
     ConfinedProcess,
     NoProcessError,
@@ -212,7 +212,7 @@ def grade(
                 kept.keep(one, made)
             marks[one.name] = made or unmarked(rubric, one, NOT_RUN)
             progress.update()
-    like = likenesses(*_prints(submissions, rubric))
+    like = _likenesses(submissions, rubric)
     return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
 
 
@@ -242,10 +242,8 @@ def _graded(
             yield from _graded([one], grader, jobs=2)
 
 
-def _prints(
-    submissions: Sequence[Submission], rubric: Rubric
-) -> tuple[dict[str, Print], dict[str, Print]]:
-    """Return fingerprints of submissions and built-in laws."""
+def _likenesses(submissions: Sequence[Submission], rubric: Rubric) -> dict[str, list[Similar]]:
+    """Return what each submission is like: others, the solution and built-in laws."""
     given: Print = frozenset()
     if rubric.exercise:
         given = fingerprint([EXERCISES.file(rubric.exercise).read_bytes()])
@@ -255,4 +253,4 @@ def _prints(
     if rubric.solution:
         laws = {rubric.solution: 'the solution', **laws}
     known = {name: fingerprint([file.read_bytes()], given) for file, name in laws.items()}
-    return own, known
+    return likenesses(own, known)

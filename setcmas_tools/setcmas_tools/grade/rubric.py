@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.laws.exercise import exercise_of, solution_of
+from setcmas_ctrl.laws.exercise import FUNCTIONS, exercise_of, solution_of
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError, did_you_mean
@@ -36,9 +36,6 @@ _SUBMITTED = {
     Function.SI_TO_UNI: ('si_to_uni',),
 }
 """Values of scenarios that a submission gives, by its function; the first is the submission."""
-
-FUNCTIONS = tuple(_SUBMITTED)
-"""Functions that a submission may define: a control law, a triggering condition, or si_to_uni."""
 
 _OWN = ('name', 'criteria', 'hidden', 'compared_robots')
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import yaml
 
-from setcmas_ctrl.laws.exercise import solution_of
+from setcmas_ctrl.laws.exercise import FUNCTIONS, solution_of
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
-from setcmas_tools.grade.rubric import FUNCTIONS, Rubric
+from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.run.run_tables import RunTables, write_tables
 from setcmas_tools.run.scenario_files import ScenarioFolder
 

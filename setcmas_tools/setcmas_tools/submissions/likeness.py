@@ -11,11 +11,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
+from setcmas_ctrl.laws.exercise import UNREADABLE
+
 _RUN = 8  # syntax tree nodes per compared run
 _MOST_NODES = 20_000  # per script
 _LIKE = 0.8
 _FEWEST = 30  # with fewer runs of nodes, all solutions are similar
-_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 Print = frozenset[tuple[str, ...]]
 
@@ -34,7 +35,7 @@ def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:
     for source in sources:
         try:
             nodes = list(islice(_nodes(ast.parse(source)), _MOST_NODES))
-        except _UNREADABLE:
+        except UNREADABLE:
             continue
         runs |= {tuple(nodes[i : i + _RUN]) for i in range(len(nodes) - _RUN + 1)}
     return frozenset(runs - given)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
+from setcmas_ctrl.laws.exercise import FUNCTIONS, UNREADABLE
 from setcmas_simu.errors import SetcmasError
 
 _TRANSPARENT = ('%%time', '%%capture', '%%writefile')  # the rest of the cell is ordinary code
@@ -20,8 +21,7 @@ _MAGIC = re.compile(
 )
 _OF_JUPYTER = {'display', 'get_ipython'}
 _OF_NOTEBOOKS = {'IPython', 'google', 'ipywidgets'}  # modules that need not be here
-_LAWS = {'control', 'ctc', 'si_to_uni'}
-_INVALID = (SyntaxError, ValueError, RecursionError, MemoryError)
+_LAWS = {one.value for one in FUNCTIONS}
 MOST_SOURCE = 200_000
 """Bytes of Python of a submission; Python takes minutes for 1 MB of f-strings."""
 
@@ -86,7 +86,7 @@ def _without_magics(cell: str) -> str:
 def _parsed(cell: str) -> ast.Module | None:
     try:
         return ast.parse(cell)
-    except _INVALID:
+    except UNREADABLE:
         return None
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from setcmas_ctrl.laws.exercise import same_functions
+from setcmas_ctrl.laws.exercise import FUNCTIONS, UNREADABLE, same_functions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.likeness import Print, fingerprint
@@ -29,10 +29,8 @@ from setcmas_tools.submissions.submitted_files import (
     unpacked,
 )
 
-_LAWS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
 _CODE = ('.py', '.ipynb')
 _SUFFIXES = (*_CODE, '.zip', '.rar', '.7z', '.tar', '.gz')
-_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 _MOST_NAMES = 5
 
 
@@ -147,7 +145,7 @@ def submitted_notebook(path: Path) -> Submission:
     """
     files = {PurePosixPath(path.name): path.read_bytes()}
     notebooks = _with_scripts(files)
-    chosen = [chosen_script(files, function) for function in _LAWS]
+    chosen = [chosen_script(files, function) for function in FUNCTIONS]
     script, problem = next((one for one in chosen if not one[1]), chosen[0])
     if problem:
         raise SetcmasError(_of_notebooks(problem, notebooks))
@@ -267,7 +265,7 @@ def _defines(source: bytes, function: Function) -> bool:
     """Return whether a script defines or assigns a function, or seems to if it is not Python."""
     try:
         tree = ast.parse(source)
-    except _UNREADABLE:
+    except UNREADABLE:
         return _mentions(source, function)
     for node in tree.body:
         targets = node.targets if isinstance(node, ast.Assign) else ()
