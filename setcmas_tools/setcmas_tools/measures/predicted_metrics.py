@@ -139,16 +139,12 @@ def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
     return None if value is None else float(value)
 
 
-def _turns(run: Run) -> bool:
-    """Return whether robots turn before they drive."""
-    return any(motion_of(model) is not Motion.FREE for model in models_of(run).values())
-
-
 def departures(run: Run) -> dict[Departure, str]:
     """Return what a run has and points without limits have not, each with a detail or ''."""
     given, commands, record = run.parameters, run.commands, run.record
     channel, is_triggered = channel_of(run, len(run.robots)), bool(given.get('event_triggered'))
-    found: dict[Departure, str | bool] = {Departure.TURNING: _turns(run)}
+    turns = any(motion_of(model) is not Motion.FREE for model in models_of(run).values())
+    found: dict[Departure, str | bool] = {Departure.TURNING: turns}
     found[Departure.OWN_TURNING] = any(one.option == 'si_to_uni' for one in run.inputs)
     if commands is not None:
         t, speeds = commands.t, np.hypot(commands.vx, commands.vy)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,16 +42,16 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Meas
         starts = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
         ends = np.concatenate([starts[..., 1:], starts[..., -1:]], axis=2)
         others, reach = grid.robots[i + 1 :], radii[i] + radii[i + 1 :]
-        passing = _passing(starts, ends, reach)
-        j = int(np.argmin(passing.distances.min(axis=1)))
-        k = int(np.argmin(passing.distances[j]))
-        if passing.distances[j, k] < least:
-            least, pair = float(passing.distances[j, k]), (robot, others[j])
-            when = float(grid.t[k] + passing.nearest[j, k] * lasts[k])
-        touches = passing.distances < reach[:, None]
+        distances, nearest, contact = _passing(starts, ends, reach)
+        j = int(np.argmin(distances.min(axis=1)))
+        k = int(np.argmin(distances[j]))
+        if distances[j, k] < least:
+            least, pair = float(distances[j, k]), (robot, others[j])
+            when = float(grid.t[k] + nearest[j, k] * lasts[k])
+        touches = distances < reach[:, None]
         for j in np.flatnonzero(touches.any(axis=1)).tolist():
             k = int(np.argmax(touches[j]))
-            t = float(grid.t[k] + passing.contact[j, k] * lasts[k])
+            t = float(grid.t[k] + contact[j, k] * lasts[k])
             touched.append((robot, others[j], round(t, 3)))
     if not np.isfinite(least):
         return None
@@ -91,22 +90,14 @@ def _radius(model: str) -> float:
     return math.sqrt(area / math.pi)
 
 
-class _Passing(NamedTuple):
-    """How points pass the origin on straight ways, each of shape (M, K).
-
-    The distances in m are infinite where unknown; the shares of the ways are those up to the
-    nearest point, and up to the first point within a radius, if there is one.
-    """
-
-    distances: Floats
-    nearest: Floats
-    contact: Floats
-
-
-def _passing(starts: Floats, ends: Floats, radii: Floats) -> _Passing:
-    """Return how M points pass on ways in m, (2, M, K), with radii (M,).
+def _passing(starts: Floats, ends: Floats, radii: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return how M points pass the origin on straight ways in m, (2, M, K), with radii (M,).
 
     Where the end of a way is NaN, its start counts.
+
+    Returns:
+        The least distances in m, infinite where unknown, and the shares of the ways up to there,
+        and up to the first point within the radius, if there is one; shapes (M, K).
     """
     steps = np.nan_to_num(ends - starts)
     lengths = np.maximum(np.hypot(*steps), np.finfo(float).tiny)
@@ -115,7 +106,7 @@ def _passing(starts: Floats, ends: Floats, radii: Floats) -> _Passing:
     distances = np.hypot(*(starts + nearest * steps))
     before = np.sqrt(np.maximum(radii[:, None] ** 2 - distances**2, 0.0)) / lengths
     contact = np.maximum(nearest - before, 0.0)
-    return _Passing(np.nan_to_num(distances, nan=np.inf), nearest, contact)
+    return np.nan_to_num(distances, nan=np.inf), nearest, contact
 
 
 def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:

@@ -106,9 +106,9 @@ def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, A
 
 
 def errors_of(run: Run) -> Errors | None:
-    """Return the errors of a run's task over time; None if there is no task, or no errors."""
+    """Return the errors of a run's task over time; None if it has none at t >= 0."""
     known = task_of(run, ignore)
-    return known[0].errors(run, known[1]) if known else None
+    return known[0].errors(run, known[1]) if known and len(run.counted.t) else None
 
 
 def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:

@@ -17,7 +17,7 @@ from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import Task, ignore, task_of
+from setcmas_tools.measures.task import Task, errors_of, ignore, task_of
 from setcmas_tools.page.document import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
@@ -317,9 +317,7 @@ def curves(run: Run) -> list[Curve]:
         if is_agreement(run):
             values = disagreement(grid.x, grid.y)
             found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
-    known = task_of(run, ignore)
-    errors = known[0].errors(run, known[1]) if known else None
-    if errors:
+    if errors := errors_of(run):
         found.append(Curve(errors.title, errors.unit, grid.t, errors.values))
     return found
 

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
-from setcmas_simu.plugins import InvalidPluginError, PluginGroup
+from setcmas_simu.plugins import PluginGroup, a_function
 from setcmas_tools.measures.comparison import Shifted
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.measures.task import ignore
@@ -56,13 +56,7 @@ def suits(plot: Plot, run: Run) -> bool:
     return condition is None or bool(condition(run))
 
 
-def _plot(thing: object) -> Plot:
-    if not callable(thing):
-        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be draw(figure, run)')
-    return thing
-
-
-PLOTS = PluginGroup('setcmas.plots', 'plot', _plot)
+PLOTS: PluginGroup[Plot] = PluginGroup('setcmas.plots', 'plot', a_function('draw(figure, run)'))
 """Installed plots."""
 
 

@@ -18,7 +18,7 @@ from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import Errors, errors_of
+from setcmas_tools.measures.task import errors_of
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
@@ -81,14 +81,10 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
     legend(axes, time_axis([axes], table.t[0], table.t[-1]))
 
 
-def _errors(run: Run) -> Errors | None:
-    return errors_of(run) if len(run.counted.t) else None
-
-
-@applies_to(lambda run: _errors(run) is not None)
+@applies_to(lambda run: errors_of(run) is not None)
 def draw_errors(figure: Figure, run: Run) -> None:
     """Draw the distance of each robot from its reference or place over time."""
-    errors = _errors(run)
+    errors = errors_of(run)
     assert errors
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
