@@ -237,53 +237,55 @@ def run_robots(
     folder: RunFolder,
     info: RunInfo,
     views: Sequence[tuple[str, list[str]]],
-) -> tuple[int, Outcome | None]:
+) -> tuple[int, RunInfo | None]:
     """Run the robots, from start to end of their processes.
 
     `start` starts those of the robots; `duration` is in s, from the first command.
 
     Returns:
-        The exit status, and the outcome; None if the run has not begun.
+        The exit status, and `info` with how the run went; None if it has not begun.
     """
     folder.create(info)  # not earlier: Ctrl-C would leave it behind
     pages = [supervisor.start(name, command, needed=False) for name, command in views]
     pages = [page for page in pages if page.name == PAGE]
     run: Robots | None = None
+    outcome: Outcome | None = None
     try:
         _wait_for(pages, supervisor)
         run = start()
-        deadline = time.monotonic() + _START_TIMEOUT_S
-        supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
-        if not run.started:
-            supervisor.warn(
-                f'setcmas {verb}: the robots did not start within {_START_TIMEOUT_S:g} s; '
-                f'{run.missing}'
-            )
-            return 1, Outcome(RunState.NOT_STARTED, detail=run.missing)
-        _show_progress(supervisor, duration, run)
-        return _finish(verb, supervisor, run)
+        status, outcome = _controlled(verb, supervisor, run, duration)
     except StoppedError:
+        status = STOPPED
         if run and run.started:
-            return STOPPED, Outcome(RunState.STOPPED)
-        if run:
-            run.recorder.shown = False  # it would report a bag that is then removed
-        return STOPPED, None
+            outcome = Outcome(RunState.STOPPED)
     except ChildDiedError as death:
-        reason = str(death)
-        if reason:
+        status = death.exit_status
+        if reason := str(death):
             supervisor.warn(f'setcmas {verb}: {reason}; the others are stopped')
-            return death.exit_status, Outcome(RunState.DIED, detail=reason)
-        if run:
-            run.recorder.shown = False
-        return death.exit_status, None
+            outcome = Outcome(RunState.DIED, detail=reason)
     finally:
         if run:
+            run.recorder.shown = outcome is not None  # else it reports a bag that is then removed
             run.stop()
-            folder.failures = list(run.failures)
+    if outcome is None:
+        return status, None
+    failures = list(run.failures) if run else []
+    return status, replace(info, outcome=outcome, failures=failures or None)
 
 
-def _finish(verb: str, supervisor: Supervisor, run: Robots) -> tuple[int, Outcome]:
-    """Stop the control laws; return exit status and outcome."""
+def _controlled(
+    verb: str, supervisor: Supervisor, run: Robots, duration: float
+) -> tuple[int, Outcome]:
+    """Wait for the start, and for the end; stop the control laws; return status and outcome."""
+    deadline = time.monotonic() + _START_TIMEOUT_S
+    supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
+    if not run.started:
+        supervisor.warn(
+            f'setcmas {verb}: the robots did not start within {_START_TIMEOUT_S:g} s; '
+            f'{run.missing}'
+        )
+        return 1, Outcome(RunState.NOT_STARTED, detail=run.missing)
+    _show_progress(supervisor, duration, run)
     trouble, is_stuck = run.trouble, run.is_stuck
     status = run.finish()
     outcome = _outcome_of(run.failed)

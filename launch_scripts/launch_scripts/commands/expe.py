@@ -203,10 +203,10 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
             return RecordedExperiment(supervisor, scenario, bag, of_lab, args.watch, serve)
 
         duration = scenario.time.duration
-        status, outcome = run_robots('expe', supervisor, start, duration, folder, info, views)
+        status, ended = run_robots('expe', supervisor, start, duration, folder, info, views)
         supervisor.stop(*supervisor.children)
         with supervisor.signals_handed_back():
-            return concluded(args, folder, info, None, status, outcome)
+            return concluded(args, folder, ended, None, status)
 
 
 def _confirm_starts(supervisor: Supervisor, keyboard: Keyboard, lab: Lab) -> None:

@@ -15,7 +15,6 @@ import argparse
 import sys
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +64,7 @@ def main(args: argparse.Namespace) -> int:
         fleet_views(view, robots, palette=args.palette) as views,
         ProgressSupervisor(local_environment(), prefix=True) as supervisor,
     ):
-        status, outcome = run_robots(
+        status, ended = run_robots(
             'run',
             supervisor,
             lambda: SimulatedRun(supervisor, scenario, folder.bag),
@@ -75,12 +74,12 @@ def main(args: argparse.Namespace) -> int:
             views,
         )
         attended = sys.stdin.isatty() and sys.stdout.isatty()
-        stays = attended and view.view == BROWSER and outcome and outcome.state in _ENDED
+        stays = attended and view.view == BROWSER and ended and ended.outcome.state in _ENDED
         pages = (child for child in supervisor.children if stays and child.name == PAGE)
         page = next(pages, None)
         supervisor.stop(*[child for child in supervisor.children if child is not page])
         with supervisor.signals_handed_back():
-            status = concluded(args, folder, info, earlier, status, outcome)
+            status = concluded(args, folder, ended, earlier, status)
         if page and status != STOPPED:
             _show_until_enter(supervisor, page)
         return status
@@ -116,23 +115,24 @@ def new_run(
 def concluded(
     args: argparse.Namespace,
     folder: RunFolder,
-    info: RunInfo,
+    info: RunInfo | None,
     earlier: Path | None,
     status: int,
-    outcome: Outcome | None,
 ) -> int:
-    """Write the results of a run, and report them; return the exit status."""
-    if outcome is None:
+    """Write the results of a run, and report them; return the exit status.
+
+    Without `info` the run has not begun, and its folder goes.
+    """
+    if info is None:
         folder.discard()
         return status
-    info = replace(info, outcome=outcome, failures=folder.failures or None)
     folder.write_info(info)
     if not folder.bag.exists():
         return status or 1
     try:
         status = _evaluate(args, folder, earlier) or status
-        if outcome.state is RunState.FAILED:
-            warn(f'setcmas {args.verb}: {outcome}; see the messages above the table')
+        if info.outcome.state is RunState.FAILED:
+            warn(f'setcmas {args.verb}: {info.outcome}; see the messages above the table')
         return status
     except KeyboardInterrupt:
         bag = folder.shown(folder.bag)

@@ -14,7 +14,6 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import read_limited
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Number, PathTo
-from setcmas_simu.script_calls import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo, write_info
 from setcmas_tools.run.run_tables import BAG_ENDINGS, RunTables, stem_of_bag, write_tables
@@ -231,7 +230,6 @@ class RunFolder:
         csv: The folder of the CSV files.
         plots: The folder of the plots.
         metrics: The file of the metrics.
-        failures: When scripts failed.
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
@@ -241,7 +239,6 @@ class RunFolder:
             SetcmasError: The path is relative, and the current folder is gone.
         """
         self._named = path
-        self.failures: list[ScriptFailure] = []
         self._inputs = inputs
         with self._writing():
             self.path = path.absolute()
