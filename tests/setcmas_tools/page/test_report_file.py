@@ -206,15 +206,6 @@ def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
     check_page(page, overwrite=True)
 
 
-@pytest.mark.parametrize(
-    ('page', 'message'),
-    [('out.pdf', r"the page '.*out\.pdf' must end with \.html"), ('no/out.html', 'no folder')],
-)
-def test_a_page_that_cannot_be_written_is_reported_first(tmp_path, page, message):
-    with pytest.raises(SetcmasError, match=message):
-        check_page(tmp_path / page)
-
-
 def test_a_page_is_named_after_its_runs(failed, failed_run, tmp_path):
     for path in (failed, failed / 'csv', failed / 'csv' / 'fleet.csv'):
         assert str(page_named_after([path])) == 'failed.html'
