@@ -72,7 +72,7 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
         with ConfinedProcess(is_confined, READ + msgspec.msgpack.encode(packed)) as process:
             answer = process.answer(b'', _READ_S, late, _MOST_READ)
         read = msgspec.msgpack.decode(answer, type=Submission)
-        if not _is_of(read, packed):
+        if not _may_be_of(read, packed):
             raise ValueError(read.name)
     except ProcessEndedError as error:
         return Submission(name, packed.student, problem=f'it cannot be unpacked: {error}')
@@ -81,7 +81,7 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
     return read
 
 
-def _is_of(read: Submission, packed: Packed) -> bool:
+def _may_be_of(read: Submission, packed: Packed) -> bool:
     """Return whether what a confined process has read may be of this submission.
 
     Marks, corrections and likeness go by its name, and its files are written below a folder.

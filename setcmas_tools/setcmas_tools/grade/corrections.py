@@ -35,10 +35,10 @@ class Students:
         for submission, student in students:
             for key in filter(None, (student.name, student.id, student.email, submission)):
                 self._names[key] = None
-                self._found[_same(key)].add(submission)
+                self._found[_canonical(key)].add(submission)
 
     def __contains__(self, text: str) -> bool:
-        return _same(text) in self._found
+        return _canonical(text) in self._found
 
     def submission_of(self, entry: Entry, text: str) -> str:
         """Return the submission of a student by name, number, email or file.
@@ -46,7 +46,7 @@ class Students:
         Raises:
             SetcmasError: None or several fit.
         """
-        found = sorted(self._found.get(_same(text), ()))
+        found = sorted(self._found.get(_canonical(text), ()))
         if not found:
             near = did_you_mean(text, reversed(self._names))
             raise entry.error(f"there is no student '{text}' in this class{near}")
@@ -57,7 +57,7 @@ class Students:
         return found[0]
 
 
-def _same(name: str) -> str:
+def _canonical(name: str) -> str:
     """Return what all spellings of a name have in common: capitals, spaces and accents."""
     return ' '.join(normalize('NFC', name).casefold().split())
 
@@ -232,7 +232,7 @@ class Corrections:
         changes = self._changes.get(marks.submission, ())
         for one in changes:
             if one.key != 'total':
-                add(one.signed, *_of_criterion(one, marks))
+                add(one.signed, *_as_points(one, marks))
         is_decided = changes or not marks.failure
         if self._late and is_decided and (taken := self._late.taken(marks))[1]:
             add(self._late.signed, taken[0], -taken[1])
@@ -242,7 +242,7 @@ class Corrections:
         return replace(marks, corrections=tuple(corrections))
 
 
-def _of_criterion(change: _Change, marks: Marks) -> tuple[str, float, bool]:
+def _as_points(change: _Change, marks: Marks) -> tuple[str, float, bool]:
     """Return what a change is about, its points, and whether students may not see that."""
     if change.criterion is None:
         return 'bonus' if change.number >= 0 else 'deduction', change.number, False

@@ -96,12 +96,14 @@ def _explanation(
     else:
         groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
         groups += [plain_multiple(calls), fixed_length(calls), turned_multiple(calls)]
-        groups += [_of_some(calls, each) for each in (generic_laws, plain_multiple, fixed_length)]
+        groups += [
+            _some_robots(calls, each) for each in (generic_laws, plain_multiple, fixed_length)
+        ]
         groups += [_listed_and_generic(calls, mistakes)]
-    return next(filter(None, (_best(calls, group) for group in groups)), '')
+    return next(filter(None, (_best_hint(calls, group) for group in groups)), '')
 
 
-def _best(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
+def _best_hint(calls: Sequence[Calls], candidates: Iterable[Explanation]) -> str:
     found = sorted(candidates, key=lambda one: one.differing)
     margin = _TIED * sum(one.own.shape[0] * one.own.shape[1] for one in calls)
     hints = {one.hint for one in found if one.differing <= found[0].differing + margin}
@@ -142,10 +144,10 @@ def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[TypicalMistak
         hints = sorted(mistakes[int(number)].hint for number in name.split())  # by their TODO
         text = f'Probably two mistakes: {" ".join(hints)}'
         found += tried(text, strict, [one.answers[name] for one in strict])
-    return _best(strict, found)
+    return _best_hint(strict, found)
 
 
-def _of_some(
+def _some_robots(
     calls: Sequence[Calls], generic: Callable[[Sequence[Calls]], Iterable[Explanation]]
 ) -> Iterator[Explanation]:
     """Yield generic explanations of the robots that are wrong, if others are always right."""

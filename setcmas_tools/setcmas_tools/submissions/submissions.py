@@ -119,7 +119,7 @@ def read_submission(packed: Packed) -> Submission:
     top = tops.get(original, packed.files[-1].top)
     shown = printable(top)
     if problem:
-        return Submission(shown, packed.student, problem=_of_notebooks(problem, notebooks))
+        return Submission(shown, packed.student, problem=_naming_notebooks(problem, notebooks))
     neighbours = {
         path.relative_to(script.parent).as_posix(): content
         for path, content in files.items()
@@ -148,7 +148,7 @@ def submitted_notebook(path: Path) -> Submission:
     chosen = [chosen_script(files, function) for function in FUNCTIONS]
     script, problem = next((one for one in chosen if not one[1]), chosen[0])
     if problem:
-        raise SetcmasError(_of_notebooks(problem, notebooks))
+        raise SetcmasError(_naming_notebooks(problem, notebooks))
     own = {str(one): content for one, content in files.items()}
     return Submission(
         path.name, Student(path.name), script.name, {**files_near(path), **own}, '', path.name,
@@ -171,7 +171,7 @@ def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> 
         SetcmasError: There are none.
     """
     found: defaultdict[str, list[tuple[Identity, PackedFile]]] = defaultdict(list)
-    for path, content in _of_class(files_of_class(place), function).items():
+    for path, content in _relative_to_class(files_of_class(place), function).items():
         top, *inside = path.parts
         identity = identity_of(top)
         if not (inside or identity.group or path.suffix in _SUFFIXES):  # such as a list of names
@@ -197,7 +197,7 @@ def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> 
     return packed
 
 
-def _of_class(files: Files, function: Function) -> Files:
+def _relative_to_class(files: Files, function: Function) -> Files:
     """Return files by path relative to the folder of the class, which may be inside another."""
     tops = {path.parts[0] for path in files}
     if len(tops) != 1 or any(identity_of(top).group for top in tops):
@@ -207,12 +207,16 @@ def _of_class(files: Files, function: Function) -> Files:
         for path, content in files.items()
         if len(path.parts) > 1
     }
-    some = {path.parts[0] for path, content in inner.items() if _may_be(path, content, function)}
+    some = {
+        path.parts[0]
+        for path, content in inner.items()
+        if _may_be_submission(path, content, function)
+    }
     is_class = len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner)
     return inner if is_class else files
 
 
-def _may_be(path: PurePosixPath, content: bytes, function: Function) -> bool:
+def _may_be_submission(path: PurePosixPath, content: bytes, function: Function) -> bool:
     """Return whether a file may be a submission with a function, without parsing it."""
     return path.suffix == '.zip' or (path.suffix in _CODE and _mentions(content, function))
 
@@ -293,7 +297,7 @@ def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
     return found
 
 
-def _of_notebooks(problem: str, notebooks: Iterable[PurePosixPath]) -> str:
+def _naming_notebooks(problem: str, notebooks: Iterable[PurePosixPath]) -> str:
     """Return a problem with the names of notebooks instead of those of their scripts."""
     for path in notebooks:
         problem = problem.replace(script_of(path).name, path.name)

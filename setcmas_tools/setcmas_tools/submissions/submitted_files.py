@@ -116,23 +116,23 @@ def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
         if (
             not folders
             and not names
-            and (path := _path(Path(folder).relative_to(place).as_posix()))
+            and (path := _cleaned_path(Path(folder).relative_to(place).as_posix()))
         ):
             yield path / 'nothing', Unread.because(f'the folder {path.name} is empty')
         for name in sorted(names):
             file = Path(folder, name)
-            if path := _path(file.relative_to(place).as_posix()):
-                yield path, _of_disk(file, path)
+            if path := _cleaned_path(file.relative_to(place).as_posix()):
+                yield path, _content_of(file, path)
 
 
-def _of_disk(file: Path, path: PurePosixPath) -> bytes:
+def _content_of(file: Path, path: PurePosixPath) -> bytes:
     """Return the content of a file, or why it is not read."""
     try:
         status = file.lstat()
         if not stat.S_ISREG(status.st_mode):
             return Unread.because(f'{path.name} is a symbolic link or no file; put a copy there')
         with file.open('rb') as opened:
-            return _checked(opened.read(_most(path) + 1), path)
+            return _checked(opened.read(_largest_size(path) + 1), path)
     except OSError as error:
         return Unread.because(f'{path.name} cannot be read: {error.strerror}')
 
@@ -140,17 +140,17 @@ def _of_disk(file: Path, path: PurePosixPath) -> bytes:
 def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes]]:
     """Yield the files of a zip file; those that cannot be read are `Unread`."""
     for info in sorted(archive.infolist(), key=lambda one: one.filename):
-        path = _path(info.filename)
+        path = _cleaned_path(info.filename)
         if not path or info.is_dir():
             continue
         try:
             with archive.open(info) as file:
-                yield path, _checked(file.read(_most(path) + 1), path)
+                yield path, _checked(file.read(_largest_size(path) + 1), path)
         except _BROKEN:
             yield path, Unread.because(f'{path.name} is damaged or has a password')
 
 
-def _path(name: str) -> PurePosixPath | None:
+def _cleaned_path(name: str) -> PurePosixPath | None:
     """Return the path of a file in its submission, without '..'; None if it does not count."""
     parts = [one for one in name.replace('\\', '/').split('/') if one not in ('', '.', '..')]
     text = '/'.join(parts).encode(errors='backslashreplace').decode()  # whatever bytes it has
@@ -161,7 +161,7 @@ def _path(name: str) -> PurePosixPath | None:
     return path.with_suffix(path.suffix.lower())
 
 
-def _most(path: PurePosixPath) -> int:
+def _largest_size(path: PurePosixPath) -> int:
     return _LARGEST.get(path.suffix, _SMALL)
 
 
@@ -169,9 +169,9 @@ def _checked(content: bytes, path: PurePosixPath) -> bytes:
     """Return the content of a file, or why it does not count."""
     if len(path.as_posix()) > _LONGEST_PATH:
         return Unread.because(f'the path of {path.name[:50]} is too long')
-    if len(content) <= _most(path):
+    if len(content) <= _largest_size(path):
         return content
-    return Unread.because(f'{path.name} is larger than {_most(path) >> 20} MB')
+    return Unread.because(f'{path.name} is larger than {_largest_size(path) >> 20} MB')
 
 
 def lay_out(files: Mapping[str, bytes], folder: Path) -> None:
