@@ -101,7 +101,7 @@ class ControlledFleet:
         if isinstance(self.node, RobotNode):
             self.node.time = self.time
             return [self.node]
-        limits = options.limits or limits_named(self._announced.limits)
+        limits = options.limits or limits_named(self._announced.first.limits)
         has_services = len(self.robots) <= MOST_WITH_SERVICES
         of_nodes: dict[str, Any] = {
             'fleet': self.node, 'time': self.time, 'has_services': has_services

@@ -111,8 +111,8 @@ def clock_of_robots(process: RosProcess, node: FleetNode, announced: FleetListen
     Raises:
         StopCall: The process was asked to stop meanwhile.
     """
-    if announced.rtf != 1.0:
-        return ScaledClock(announced.rtf, announced.begin)
+    if announced.first.rtf != 1.0:
+        return ScaledClock(announced.first.rtf, announced.first.begin)
     if not node.get_parameter(SIMULATED_TIME).value:
         return SteadyClock()
     clock = TopicClock(node)

@@ -59,19 +59,9 @@ class FleetListener:
         }
 
     @property
-    def limits(self) -> str:
-        """Name of the velocity limits of announced unicycles."""
-        return next((one.limits for one in self.announcements), 'ideal')
-
-    @property
-    def rtf(self) -> float:
-        """Simulated seconds per second."""
-        return next((one.rtf for one in self.announcements), 1.0)
-
-    @property
-    def begin(self) -> float:
-        """Time 0 of a simulation that is not in real time, in s of the system's clock."""
-        return next((one.begin for one in self.announcements), 0.0)
+    def first(self) -> Announcement:
+        """The first one, for what is the same in all: limits and time; defaults if none came."""
+        return self.announcements[0] if self.announcements else Announcement(0, ())
 
     @property
     def is_complete(self) -> bool:

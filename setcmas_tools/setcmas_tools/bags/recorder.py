@@ -72,9 +72,10 @@ class GraphRecorder:
     def look(self) -> None:
         """Follow changes of the graph since the last look, and answer requests."""
         self._fleet.take()
-        if self._fleet.robots and self._fleet.rtf != self._rtf:
+        rtf = self._fleet.first.rtf
+        if self._fleet.robots and rtf != self._rtf:
             self._print_once(
-                f'times in the bag are wrong: the simulator has --rtf {self._fleet.rtf:g}; stop, '
+                f'times in the bag are wrong: the simulator has --rtf {rtf:g}; stop, '
                 'and record with the same option'
             )
         self._requests.take()

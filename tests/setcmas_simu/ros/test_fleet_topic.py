@@ -49,7 +49,7 @@ def test_a_simulator_that_starts_again_replaces_the_one_before(peer, listener, w
     again.announce(Announcement(3, (1, 2, 3), limits='burger'))
 
     wait_for(lambda: listener.robots == [1, 2, 3])
-    assert (listener.nb_robots, listener.rtf, listener.limits) == (3, 1.0, 'burger')
+    assert (listener.nb_robots, listener.first.rtf, listener.first.limits) == (3, 1.0, 'burger')
 
 
 def test_robots_are_forgotten_when_nobody_announces_any(peer, listener, wait_for):
