@@ -228,10 +228,8 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
     panels = list(figure.subplots(len(shifted), sharex=True, squeeze=False)[:, 0])
     for axes, name, other in zip(panels, names[1:], shifted, strict=True):
         robots = list(other.distances)
-        drawn = {robot: other.distances[robot] for robot in drawn_robots(robots)}
-        dashes = trajectories.shared_dashes([(other.t, distance) for distance in drawn.values()])
-        for (robot, distance), look in zip(drawn.items(), dashes, strict=True):
-            axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
+        curves = {robot: (other.t, other.distances[robot]) for robot in drawn_robots(robots)}
+        trajectories.draw_curves(axes, curves, len(robots))
         axes.set(ylabel=as_written(f'distance to {names[0]} (m)'), ylim=(0.0, None))
         shift = f', shifted by {-other.shift:g} s' if other.shift else ''
         axes.set_title(as_written(f'{name}{shift}'))

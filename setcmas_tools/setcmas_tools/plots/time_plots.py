@@ -89,10 +89,8 @@ def draw_errors(figure: Figure, run: Run) -> None:
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
     t, robots = run.counted_grid.t, sorted(errors.values)
-    drawn = {robot: errors.values[robot] for robot in drawn_robots(robots)}
-    dashes = trajectories.shared_dashes([(t, values) for values in drawn.values()])
-    for (robot, values), look in zip(drawn.items(), dashes, strict=True):
-        axes.plot(t, values, **line_look(robot, len(run.robots)) | look)
+    curves = {robot: (t, errors.values[robot]) for robot in drawn_robots(robots)}
+    trajectories.draw_curves(axes, curves, len(run.robots))
     axes.set_ylim(bottom=0.0)
     time_axis([axes], t[0], t[-1])
     legend(axes, line_handles(robots))

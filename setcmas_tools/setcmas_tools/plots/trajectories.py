@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,10 @@ _NEAR = 0.005  # share of the range of all curves
 _DASH = 4.0  # in widths of the line
 
 
+Curve = tuple[Floats, Floats]
+"""Times in s, and values, shape (K,) each."""
+
+
 def with_gaps(track: FleetTable, *columns: Floats) -> list[Floats]:
     """Return columns of one robot with a NaN in each gap, which breaks lines."""
     breaks = np.flatnonzero(gaps(track)) + 1
@@ -59,35 +63,32 @@ def draw_robot_lines(
     for robot in drawn_robots(robots):
         rows = finite_rows(table.of(robot), name)
         values = getattr(rows, name)
-        curves[robot] = with_gaps(rows, rows.t, change(values) if change else values)
-    shared = shared_dashes([(t, values) for t, values in curves.values()])
-    for (robot, (t, values)), dashes in zip(curves.items(), shared, strict=True):
-        axes.plot(t, values, **line_look(robot, len(robots)) | dashes)
+        t, values = with_gaps(rows, rows.t, change(values) if change else values)
+        curves[robot] = t, values
+    draw_curves(axes, curves, len(robots))
 
 
-def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any]]:
-    """Return line styles for curves (times, values): coinciding ones alternate in dashes.
-
-    Each style is keyword arguments; a curve without coinciding ones has none.
-    """
-    known = np.concatenate([values for _, values in curves])
+def draw_curves(axes: Axes, curves: Mapping[int, Curve], nb_robots: int) -> None:
+    """Draw curves of some robots of a fleet; coinciding ones alternate in dashes."""
+    known = np.concatenate([values for _, values in curves.values()])
     near = _NEAR * float(np.ptp(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0
     groups: list[list[int]] = []
-    for number, curve in enumerate(curves):
+    for robot, curve in curves.items():
         same = [group for group in groups if _coincide(curves[group[0]], curve, near)]
         if same:
-            same[0].append(number)
+            same[0].append(robot)
         else:
-            groups.append([number])
-    looks: list[dict[str, Any]] = [{} for _ in curves]
+            groups.append([robot])
+    dashes: dict[int, dict[str, Any]] = {}
     for group in groups:
-        for place, number in enumerate(group if len(group) > 1 else []):
+        for place, robot in enumerate(group if len(group) > 1 else []):
             off = _DASH * (len(group) - 1)
-            looks[number] = {'linestyle': (off + _DASH - _DASH * place, (_DASH, off))}
-    return looks
+            dashes[robot] = {'linestyle': (off + _DASH - _DASH * place, (_DASH, off))}
+    for robot, curve in curves.items():
+        axes.plot(*curve, **line_look(robot, nb_robots) | dashes.get(robot, {}))
 
 
-def _coincide(one: tuple[Floats, Floats], other: tuple[Floats, Floats], near: float) -> bool:
+def _coincide(one: Curve, other: Curve, near: float) -> bool:
     """Return whether two curves are nowhere farther apart than `near`."""
     (t, values), (u, others) = one, other
     if len(t) < 2 or len(u) < 2:
