@@ -74,9 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Grade a class, or write the rubric for students; return the exit status."""
-    from setcmas_tools.grade.rubric import (
-        chosen_rubric,  # late: help texts need not wait for numpy
-    )
+    from setcmas_tools.grade.rubric import chosen_rubric  # late: help needs no numpy
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
