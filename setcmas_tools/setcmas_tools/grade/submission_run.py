@@ -109,19 +109,9 @@ class SandboxRunner:
                 # The first error is in the marks.
                 run = simulate(script.scenario(scenario), warn=ignore)
             except LostError:
-                done = ScenarioRun(None, self._located(script.failure), is_complete=False)
+                done = ScenarioRun(None, script.failure, is_complete=False)
                 return done, script.was_killed
-        return ScenarioRun(run, self._located(script.failure)), False
-
-    def _located(self, failure: Failure | None) -> Failure | None:
-        """Return a failure with its line, if that is in a file of the submission."""
-        if not failure:
-            return None
-        file, line = failure.script, failure.line
-        if not line and (found := _PLACE.search(failure.message)):
-            file, line = found[1], int(found[2])
-        is_own = file in self.submission.files and line
-        return replace(failure, script=file if is_own else '', line=line if is_own else 0)
+        return ScenarioRun(run, script.failure), False
 
 
 class RunScript:
@@ -234,8 +224,7 @@ class RunScript:
                 self._lose(replace(here, message=_INVALID))
             return answer.numbers
         message, place = answer.message, (Path(answer.file), answer.line)
-        if not self.failure:
-            self.failure = replace(here, message=message, script=answer.file, line=answer.line)
+        self._note(replace(here, message=message, script=answer.file, line=answer.line))
         raise ControlError(message, (answer.kind, *place), place=place)
 
     def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
@@ -266,8 +255,18 @@ class RunScript:
         return answer
 
     def _lose(self, failure: Failure) -> NoReturn:
-        self.failure = self.failure or failure
+        self._note(failure)
         raise LostError(failure.message)
+
+    def _note(self, failure: Failure) -> None:
+        """Note the first failure, with its line if that is in a file of the submission."""
+        if self.failure:
+            return
+        file, line = failure.script, failure.line
+        if not line and (found := _PLACE.search(failure.message)):
+            file, line = found[1], int(found[2])
+        is_own = file in self._work.files and line
+        self.failure = replace(failure, script=file if is_own else '', line=line if is_own else 0)
 
 
 def _bytes(*arrays: Floats) -> bytes:
