@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from numbers import Real
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup, a_function
@@ -27,6 +27,7 @@ def words_and_unit(field: str) -> tuple[str, str]:
     return field.removesuffix(f'_{ending}').replace('_', ' '), _UNITS.get(ending, '')
 
 
+@dataclass
 class Measured:
     """What a metric says of a run, and how the table shows it.
 
@@ -38,13 +39,9 @@ class Measured:
         columns: Columns of the table with a value per robot.
     """
 
-    def __init__(
-        self,
-        values: Mapping[Any, Any],
-        lines: Sequence[str] = (),
-        columns: Columns = MappingProxyType({}),
-    ) -> None:
-        self.values, self.lines, self.columns = values, lines, columns
+    values: Mapping[Any, Any]
+    lines: Sequence[str] = field(default=(), repr=False)
+    columns: Columns = field(default_factory=dict, repr=False)
 
     def __getattr__(self, name: str) -> Any:
         if name in vars(self).get('values', ()):
@@ -54,8 +51,11 @@ class Measured:
     def __getitem__(self, name: Any) -> Any:
         return self.values[name]
 
-    def __repr__(self) -> str:
-        return f'{type(self).__name__}({self.values})'
+    def __contains__(self, name: Any) -> bool:
+        return name in self.values
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.values)
 
 
 class Value(Measured):

@@ -252,3 +252,16 @@ def test_what_theory_says_is_told_only_when_asked():
     assert theory_lines(parts)[0].startswith('theory: convergence rate 0.5 1/s')
     parts = simulate('nav_wp', 1, 1).metrics().parts
     assert theory_lines(parts) == ['theory: nothing is predicted for this law']
+
+
+def test_equal_runs_have_equal_metrics_by_the_names_of_the_file():
+    first, again, slower = (
+        simulate('consensus', 2, 5.0, vnom=v).metrics() for v in (0.5, 0.5, 0.2)
+    )
+
+    assert first == again != slower
+    assert 1 in first['robots']
+    assert [*first['robots']] == [1, 2]
+    assert first['consensus']['start_time_s'] == first['consensus'].start_time_s == 0.0
+    with pytest.raises(AttributeError, match="has no value 'speed'"):
+        first['consensus'].speed  # noqa: B018
