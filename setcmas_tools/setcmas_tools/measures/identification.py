@@ -95,8 +95,9 @@ def recorded_commands(run: Run, warn: Callable[[str], None]) -> dict[int, Floats
         if recorded:
             found[robot] = (moving or recorded)[0]
     if not found:
+        source = f"'{run.bag}'" if run.bag else 'this run, without a bag,'
         raise SetcmasError(
-            'this run has no robot with both commands and motion; its bag must contain '
+            f'{source} has no robot with both commands and motion; its bag must contain '
             f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
         )
     return found
