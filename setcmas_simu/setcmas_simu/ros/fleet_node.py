@@ -13,7 +13,7 @@ import rclpy
 from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.impl.rcutils_logger import RcutilsLogger, _internal_callers
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -70,9 +70,13 @@ class FleetNode(Node):
         """Namespace of the fleet; '' for the root."""
         return self.get_namespace().rstrip('/')
 
+    @cached_property
+    def _log(self) -> RcutilsLogger:
+        return _Logger(super().get_logger().name)
+
     def get_logger(self) -> RcutilsLogger:
         """Return the logger of this node."""
-        return _Logger(super().get_logger().name)
+        return self._log
 
     def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
         """Declare a parameter that can only be set at the start; return its value.
@@ -223,6 +227,9 @@ class _Logger(RcutilsLogger):
             level, self.name, message, code.co_name, code.co_filename, caller.f_lineno
         )
         return True
+
+
+_internal_callers.append(__file__)  # in the search of rclpy, which a filter still needs
 
 
 class _NoParameterEvents:
