@@ -69,7 +69,7 @@ class Plugin:
     @property
     def module(self) -> str:
         """The module of the object."""
-        return self.value.partition(':')[0].strip()
+        return re.split(r'[:\[]', self.value)[0].strip()
 
     def load(self) -> object:
         """Import the object; the import may raise anything."""
@@ -211,28 +211,59 @@ def _entries() -> dict[str, list[Plugin]]:
     """
     found: dict[str, list[Plugin]] = defaultdict(list)
     seen: set[str] = set()
-    folders = (info for folder in sys.path for info in Path(folder).glob('*-info'))
-    for folder in folders:  # such as my_package-1.0.dist-info, or .egg-info
-        package = re.sub(r'[-_.]+', '_', folder.stem.partition('-')[0]).lower()
-        file = folder / 'entry_points.txt'
-        if package not in seen and file.is_file():
-            text = file.read_text(encoding='utf-8')
-            declared = _declared(text) if f'[{_OURS}' in text else ()
-            for group, name, value in declared:
-                found[group].append(Plugin(name, *_name_and_version(folder), value))
+    for full_name, folder in _metadata_folders():
+        package = re.sub(r'[-_.]+', '_', full_name.partition('-')[0]).lower()
+        text = '' if package in seen else _text(folder / 'entry_points.txt')
+        if declared := [*_declared(text)] if f'[{_OURS}' in text else []:
+            name, version = _name_and_version(full_name, folder)
+            for group, plugin, value in declared:
+                found[group].append(Plugin(plugin, name, version, value))
         seen.add(package)
     return found
 
 
-@functools.cache
-def _name_and_version(folder: Path) -> tuple[str, str]:
-    """Return those of the package with this folder of metadata."""
-    files = (folder / name for name in ('METADATA', 'PKG-INFO'))
-    text = next(file.read_text(encoding='utf-8') for file in files if file.is_file())
-    name, version = (
-        re.search(rf'^{key}: *(\S+)', text, re.MULTILINE) for key in ('Name', 'Version')
-    )
-    return name[1] if name else folder.stem, version[1] if version else ''
+def _metadata_folders() -> Iterator[tuple[str, Any]]:
+    """Yield the folders with metadata of packages, and their names, such as my_package-1.0.
+
+    They are my_package-1.0.dist-info, or .egg-info; in a folder or an archive of Python's path
+    that is my_package-1.0.egg, it is EGG-INFO.
+    """
+    for place in sys.path:
+        for folder in _listed(place):
+            stem, dot, kind = folder.name.rpartition('.')
+            if dot and kind.lower() in ('dist-info', 'egg-info'):
+                yield stem, folder
+            elif place.endswith('.egg') and kind == 'EGG-INFO':
+                yield Path(place).stem, folder
+
+
+def _listed(place: str) -> list[Any]:
+    """Return what may be metadata in a folder, or an archive; nothing where none can be read."""
+    try:
+        return [one for one in Path(place).iterdir() if one.name.lower().endswith('-info')]
+    except NotADirectoryError:
+        import zipfile  # here: Python's path rarely has archives
+
+        return [*zipfile.Path(place).iterdir()] if zipfile.is_zipfile(place) else []
+    except OSError:
+        return []
+
+
+def _text(file: Any) -> str:
+    """Return what is in a file; nothing if it is missing, or cannot be read."""
+    try:
+        return str(file.read_bytes().decode(errors='replace'))
+    except (OSError, KeyError):  # KeyError: an archive has no such file
+        return ''
+
+
+def _name_and_version(full_name: str, folder: Any) -> tuple[str, str]:
+    """Return those in a package's metadata; else those in the name of their folder."""
+    text = _text(folder / 'METADATA') or _text(folder / 'PKG-INFO')
+    found = (re.search(rf'^{key}: *(\S+)', text, re.MULTILINE) for key in ('Name', 'Version'))
+    name, version, *_ = [*full_name.split('-'), '']
+    of_name, of_version = found
+    return of_name[1] if of_name else name, of_version[1] if of_version else version
 
 
 def _declared(text: str) -> Iterator[tuple[str, str, str]]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import weakref
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from types import FrameType
 from typing import Any, cast
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.impl import rcutils_logger
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.impl.rcutils_logger import RcutilsLogger, _internal_callers
 from rclpy.logging import LoggingSeverity
@@ -221,7 +224,10 @@ class _Logger(RcutilsLogger):
             return bool(super().log(message, level, **filters))
         if not self.is_enabled_for(level):
             return False
-        caller = sys._getframe(2)  # behind info(), warning() ...
+        caller: FrameType | None = sys._getframe(1)
+        while caller and caller.f_code.co_filename == rcutils_logger.__file__:
+            caller = caller.f_back  # behind info(), warning() ..., if it called one of these
+        assert caller
         code = caller.f_code
         rclpy_implementation.rclpy_logging_rcutils_log(
             level, self.name, message, code.co_name, code.co_filename, caller.f_lineno
@@ -229,7 +235,8 @@ class _Logger(RcutilsLogger):
         return True
 
 
-_internal_callers.append(__file__)  # in the search of rclpy, which a filter still needs
+# In the search of rclpy, which a filter still needs; colcon may have installed a symbolic link.
+_internal_callers.append(os.path.realpath(__file__))
 
 
 class _NoParameterEvents:
