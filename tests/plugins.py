@@ -1,26 +1,16 @@
 """Plugins of another package, without installing it."""
 
-from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 from setcmas_simu import plugins
 from setcmas_simu.plugins import Plugin
-
-
-@dataclass(frozen=True)
-class LoadedPlugin(Plugin):
-    """A plugin whose object is there."""
-
-    thing: object = field(default=None, compare=False)
-
-    def load(self):
-        return self.thing
 
 
 def add_plugins(monkeypatch, group, **things):
     """Add objects of the package my-lab 1.0 to a group, by name."""
     installed = plugins._plugins
     own = {
-        name: LoadedPlugin(name, 'my-lab', '1.0', f'my_lab:{name}', thing=thing)
+        name: Plugin(name, 'my-lab', '1.0', SimpleNamespace(load=lambda thing=thing: thing))
         for name, thing in things.items()
     }
     monkeypatch.setattr(

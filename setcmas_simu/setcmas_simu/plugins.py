@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import operator
-import re
 import sys
 import traceback
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from setcmas_simu.errors import SetcmasError, it_must_be
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint, SelectableGroups
 
 T = TypeVar('T')
 
@@ -52,30 +52,15 @@ class InvalidPluginError(Exception):
 class Plugin:
     """An object of an installed package, imported through its entry point.
 
-    Attributes:
-        name: Its name.
-        package: The package.
-        version: The version of the package.
-        value: Where the object is, such as `my_package.metrics:energy`.
-        hidden: The packages whose object of this name setcmas ignores.
+    `hidden` are the packages whose object of this name setcmas ignores.
     """
 
     name: str
     package: str
     version: str
-    value: str
+    # importlib_metadata, once imported, makes entry points that cannot be compared with these.
+    entry: EntryPoint = field(compare=False)
     hidden: tuple[str, ...] = ()
-
-    @property
-    def module(self) -> str:
-        """The module of the object."""
-        return re.split(r'[:\[]', self.value)[0].strip()
-
-    def load(self) -> object:
-        """Import the object; the import may raise anything."""
-        module = importlib.import_module(self.module)
-        attribute = self.value.partition(':')[2].partition('[')[0].strip()
-        return operator.attrgetter(attribute)(module) if attribute else module
 
     @property
     def title(self) -> str:
@@ -133,7 +118,7 @@ class PluginGroup(_Group, Generic[T]):
         """
         plugin = self.plugin(name)
         try:
-            return self.check(plugin.load())
+            return self.check(plugin.entry.load())
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a plugin may even call sys.exit during its import
@@ -161,7 +146,7 @@ class ScriptGroup(_Group):
             SetcmasError: The name is unknown, or its package has no such file (PluginError).
         """
         plugin = self.plugin(name)
-        module = plugin.module
+        module = plugin.entry.module
         if '.' not in module:  # else site-packages would be the script's folder
             hint = f'its module {module} must be in a package, such as my_{module}.{module}'
             raise PluginError(self.kind, plugin.title, hint)
@@ -198,83 +183,15 @@ def a_function(form: str) -> Callable[[object], Callable[..., Any]]:
     return check
 
 
-_OURS = 'setcmas.'
-"""How the names of our groups of entry points begin."""
-
-
 @functools.cache
-def _entries() -> dict[str, list[Plugin]]:
-    """Return the plugins of all packages by group; the first of two packages of a name counts.
+def _entries() -> SelectableGroups:
+    """Return all entry points; reading those of every package takes about 10 ms.
 
-    importlib.metadata would read all groups, and imports parsers of e-mails and archives: for
-    controllers, in an environment of 280 packages, 27 ms and 2.4 MB more (benchmarks/fleet.py).
+    The type is that of Python 3.10; later versions have another type with the same method.
     """
-    found: dict[str, list[Plugin]] = defaultdict(list)
-    seen: set[str] = set()
-    for full_name, folder in _metadata_folders():
-        package = re.sub(r'[-_.]+', '_', full_name.partition('-')[0]).lower()
-        text = '' if package in seen else _text(folder / 'entry_points.txt')
-        if declared := [*_declared(text)] if f'[{_OURS}' in text else []:
-            name, version = _name_and_version(full_name, folder)
-            for group, plugin, value in declared:
-                found[group].append(Plugin(plugin, name, version, value))
-        seen.add(package)
-    return found
+    from importlib.metadata import entry_points
 
-
-def _metadata_folders() -> Iterator[tuple[str, Any]]:
-    """Yield the folders with metadata of packages, and their names, such as my_package-1.0.
-
-    They are my_package-1.0.dist-info, or .egg-info; in a folder or an archive of Python's path
-    that is my_package-1.0.egg, it is EGG-INFO.
-    """
-    for place in sys.path:
-        for folder in _listed(place):
-            stem, dot, kind = folder.name.rpartition('.')
-            if dot and kind.lower() in ('dist-info', 'egg-info'):
-                yield stem, folder
-            elif place.endswith('.egg') and kind == 'EGG-INFO':
-                yield Path(place).stem, folder
-
-
-def _listed(place: str) -> list[Any]:
-    """Return what may be metadata in a folder, or an archive; nothing where none can be read."""
-    try:
-        return [one for one in Path(place).iterdir() if one.name.lower().endswith('-info')]
-    except NotADirectoryError:
-        import zipfile  # here: Python's path rarely has archives
-
-        return [*zipfile.Path(place).iterdir()] if zipfile.is_zipfile(place) else []
-    except OSError:
-        return []
-
-
-def _text(file: Any) -> str:
-    """Return what is in a file; nothing if it is missing, or cannot be read."""
-    try:
-        return str(file.read_bytes().decode(errors='replace'))
-    except (OSError, KeyError):  # KeyError: an archive has no such file
-        return ''
-
-
-def _name_and_version(full_name: str, folder: Any) -> tuple[str, str]:
-    """Return those in a package's metadata; else those in the name of their folder."""
-    text = _text(folder / 'METADATA') or _text(folder / 'PKG-INFO')
-    found = (re.search(rf'^{key}: *(\S+)', text, re.MULTILINE) for key in ('Name', 'Version'))
-    name, version, *_ = [*full_name.split('-'), '']
-    of_name, of_version = found
-    return of_name[1] if of_name else name, of_version[1] if of_version else version
-
-
-def _declared(text: str) -> Iterator[tuple[str, str, str]]:
-    """Yield group, name and value of our entry points in an entry_points.txt."""
-    group = ''
-    for line in map(str.strip, text.splitlines()):
-        if line.startswith('['):
-            group = line.strip('[]')
-        elif group.startswith(_OURS) and '=' in line and not line.startswith('#'):
-            name, _, value = line.partition('=')
-            yield group, name.strip(), value.strip()
+    return entry_points()
 
 
 def plugin_versions() -> dict[str, str]:
@@ -286,10 +203,14 @@ def plugin_versions() -> dict[str, str]:
 @functools.cache
 def _plugins(group: str) -> dict[str, Plugin]:
     plugins: dict[str, Plugin] = {}
-    found = _entries().get(group, [])
+    found = [
+        Plugin(entry.name, *_name_and_version(entry.dist), entry)
+        for entry in _entries().select(group=group)
+        if entry.dist
+    ]
     for plugin in sorted(found, key=lambda plugin: (not plugin.built_in, plugin.package)):
         first = plugins.setdefault(plugin.name, plugin)
-        if first.value != plugin.value:
+        if first.entry.value != plugin.entry.value:
             plugins[plugin.name] = replace(first, hidden=(*first.hidden, plugin.package))
     ours = {name: plugin for name, plugin in plugins.items() if plugin.built_in}
     return ours | {name: plugins[name] for name in sorted(plugins.keys() - ours.keys())}
@@ -305,7 +226,13 @@ def unknown_groups() -> dict[str, list[str]]:
 
 
 def _groups() -> list[str]:
-    return sorted(_entries())
+    return sorted(group for group in _entries().groups if group.startswith('setcmas.'))
+
+
+@functools.cache
+def _name_and_version(package: Distribution) -> tuple[str, str]:
+    metadata = package.metadata  # is parsed at each access
+    return metadata['Name'], metadata['Version']
 
 
 @functools.cache

@@ -1,8 +1,6 @@
 """Plugins of packages that are really installed: folders with metadata on the path."""
 
-import os
 import sys
-import zipfile
 
 import pytest
 
@@ -48,71 +46,6 @@ def test_a_thing_of_a_package_is_found_by_name(install):
     assert (THINGS.plugin('two').package, THINGS.plugin('two').version) == ('pack_a', '1.2')
     assert not THINGS.plugin('two').built_in
     assert THINGS.get('two') == 2
-
-
-def entry_points(place, text, metadata='Name: pack-m\nVersion: 2.0\n'):
-    """Write a folder of metadata; entry points in bytes are in no known encoding."""
-    place.mkdir(parents=True)
-    (place / 'entry_points.txt').write_bytes(text if isinstance(text, bytes) else text.encode())
-    if metadata:
-        (place / 'PKG-INFO').write_text(metadata)
-
-
-@pytest.mark.parametrize('layout', ['folder', 'archive'])
-@pytest.mark.parametrize('metadata', ['pack_m-2.0.egg/EGG-INFO', 'on_path/pack_m-2.0.dist-info'])
-def test_plugins_of_eggs_and_archives_on_the_path_are_found(
-    install, tmp_path, monkeypatch, layout, metadata
-):
-    folder = tmp_path / metadata
-    entry_points(folder, f'[{GROUP}]\none = pack_m:ONE\n')
-    if layout == 'archive':
-        (packed := tmp_path / 'packed').mkdir()
-        with zipfile.ZipFile(packed / folder.parent.name, 'w') as archive:
-            for file in folder.iterdir():
-                archive.write(file, f'{folder.name}/{file.name}')
-        monkeypatch.syspath_prepend(packed / folder.parent.name)
-    else:
-        monkeypatch.syspath_prepend(folder.parent)
-
-    assert THINGS.plugin('one').title == "'one' of package pack-m 2.0"
-
-
-def test_a_package_without_its_own_metadata_is_named_as_its_folder(install, tmp_path):
-    entry_points(tmp_path / 'pack_m-2.0.dist-info', f'[{GROUP}]\none = pack_m:ONE\n', '')
-
-    assert THINGS.plugin('one').title == "'one' of package pack_m 2.0"
-
-
-def test_a_folder_that_is_only_called_info_hides_no_package(install, tmp_path, monkeypatch):
-    install('pack_a', 'ONE = 1\n', one=':ONE')
-    (tmp_path / 'first' / 'pack_a-info').mkdir(parents=True)
-    monkeypatch.syspath_prepend(tmp_path / 'first')
-
-    assert THINGS.get('one') == 1
-
-
-def test_entry_points_in_an_unknown_encoding_stop_no_other_package(install, tmp_path):
-    install('pack_a', 'ONE = 1\n', one=':ONE')
-    entry_points(tmp_path / 'pack_m-2.0.dist-info', '# é\n[other]\n'.encode('latin-1'))
-
-    assert THINGS.get('one') == 1
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason='root may read all files')
-def test_metadata_that_cannot_be_read_stop_no_other_package(install, tmp_path):
-    install('pack_a', 'ONE = 1\n', one=':ONE')
-    for name in ('pack_m-2.0.dist-info', 'pack_n-2.0.dist-info'):
-        entry_points(tmp_path / name, f'[{GROUP}]\ntwo = pack_m:TWO\n')
-    (tmp_path / 'pack_m-2.0.dist-info').chmod(0)
-    (tmp_path / 'pack_n-2.0.dist-info' / 'entry_points.txt').chmod(0)
-
-    assert list(THINGS.plugins()) == ['one']
-
-
-def test_extras_of_a_package_are_no_part_of_a_module(install, tmp_path):
-    install('pack_e', '', group=LAWS.name, own='.law [fast]')
-
-    assert LAWS.file('own') == tmp_path / 'pack_e' / 'law.py'
 
 
 def test_packages_with_plugins_are_named_with_their_versions(install):

@@ -4,7 +4,6 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Bool, UInt16
 
@@ -192,14 +191,3 @@ def test_between_steps_it_polls_and_right_before_the_next_one_too():
 
     run_steps(steps, time, steps.step, lambda: polls.append(round(clock.t - 100.0, 6)))
     assert polls == pytest.approx([0.01, 0.02, 0.03, 0.04])
-
-
-def test_a_line_logged_by_its_level_names_its_caller(node_of, capfd, monkeypatch):
-    monkeypatch.setattr(fleet_node.rclpy_implementation, 'rclpy_logging_rcutils_log', print)
-    logger = node_of().get_logger()
-
-    logger.log('by level', LoggingSeverity.INFO)
-    logger.warn('by its old name')
-
-    lines = capfd.readouterr().out.splitlines()
-    assert [line.partition(' test_')[2].split()[1] for line in lines] == [__file__, __file__]

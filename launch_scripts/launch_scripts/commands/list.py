@@ -88,7 +88,7 @@ def _described(
     """Yield names, package and summary; names of the same object share a row."""
     same: dict[str, list[Plugin]] = {}
     for plugin in group.plugins().values():
-        same.setdefault(plugin.value, []).append(plugin)
+        same.setdefault(plugin.entry.value, []).append(plugin)
     for same_object in same.values():
         try:
             described = summary(same_object[0].name)

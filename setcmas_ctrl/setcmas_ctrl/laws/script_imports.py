@@ -11,6 +11,7 @@ import threading
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from typing import Any
@@ -49,8 +50,8 @@ def helper_files(module: types.ModuleType) -> list[Path]:
     return imports.files
 
 
-class ScriptImports:
-    """Imports of a robot's script: a finder for `sys.meta_path`."""
+class ScriptImports(MetaPathFinder):
+    """Imports of a robot's script."""
 
     def __init__(self, folder: Path, robot: int) -> None:
         self.robot = robot

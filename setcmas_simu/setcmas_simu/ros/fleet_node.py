@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 import weakref
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from types import FrameType
 from typing import Any, cast
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent, ParameterType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.impl import rcutils_logger
-from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.impl.rcutils_logger import RcutilsLogger, _internal_callers
-from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -72,14 +65,6 @@ class FleetNode(Node):
     def fleet_namespace(self) -> str:
         """Namespace of the fleet; '' for the root."""
         return self.get_namespace().rstrip('/')
-
-    @cached_property
-    def _log(self) -> RcutilsLogger:
-        return _Logger(super().get_logger().name)
-
-    def get_logger(self) -> RcutilsLogger:
-        """Return the logger of this node."""
-        return self._log
 
     def fixed(self, name: str, value: Any, text: str, is_given: bool = True) -> Any:
         """Declare a parameter that can only be set at the start; return its value.
@@ -208,35 +193,6 @@ def of_other_nodes() -> dict[str, Any]:
 
 
 _NAMES = re.compile(r'(__ns|__node|__name):=')
-
-
-class _Logger(RcutilsLogger):
-    """Logs as rclpy does, without its search of all modules for the file of the caller.
-
-    That took 20 ms of processor time for the first line of a process, a 20th of its start
-    (benchmarks/fleet.py, 2 cores of an AMD EPYC).
-    """
-
-    def log(self, message: str, severity: int, **filters: Any) -> bool:
-        """Log a message; `filters` are those of rclpy, such as once=True."""
-        level = LoggingSeverity(severity)
-        if filters:
-            return bool(super().log(message, level, **filters))
-        if not self.is_enabled_for(level):
-            return False
-        caller: FrameType | None = sys._getframe(1)
-        while caller and caller.f_code.co_filename == rcutils_logger.__file__:
-            caller = caller.f_back  # behind info(), warning() ..., if it called one of these
-        assert caller
-        code = caller.f_code
-        rclpy_implementation.rclpy_logging_rcutils_log(
-            level, self.name, message, code.co_name, code.co_filename, caller.f_lineno
-        )
-        return True
-
-
-# In the search of rclpy, which a filter still needs; colcon may have installed a symbolic link.
-_internal_callers.append(os.path.realpath(__file__))
 
 
 class _NoParameterEvents:

@@ -1,6 +1,4 @@
 import random
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -75,40 +73,3 @@ def test_everything_is_as_it_was_afterwards():
     with seeded_generators():
         assert state() != before
     assert state() == before
-
-
-IMPORTED_BY_THE_SCRIPT = """
-import sys
-from pathlib import Path
-from setcmas_ctrl.laws.script_loader import load_script
-from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
-with seeded_generators():
-    with seeded_generators():
-        seed_scripts(3)
-        assert 'numpy.random' not in sys.modules
-        print(load_script(Path(sys.argv[1]), 1).drawn)
-        bit_generator = sys.modules['numpy.random.bit_generator']
-        bits = bit_generator.randbits
-    assert bit_generator.randbits is bits
-assert bit_generator.randbits is not bits
-"""
-
-
-@pytest.mark.parametrize('text', ['np.random.rand()', 'np.random.default_rng().random()'])
-def test_numpy_is_seeded_alike_if_a_script_imports_its_generators_first(draws, tmp_path, text):
-    drawn = draws(text)
-    command = [sys.executable, '-c', IMPORTED_BY_THE_SCRIPT, str(tmp_path / 'law.py')]
-    assert subprocess.check_output(command, text=True).strip() == str(drawn)
-
-
-def test_a_process_whose_scripts_draw_nothing_does_not_import_generators():
-    code = """
-import sys
-before = list(sys.meta_path)
-from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
-with seeded_generators():
-    seed_scripts(3)
-assert sys.meta_path == before
-assert not {'numpy.random', '_hashlib'} & sys.modules.keys()
-"""
-    subprocess.check_call([sys.executable, '-c', code])
