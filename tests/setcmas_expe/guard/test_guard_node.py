@@ -83,16 +83,21 @@ class Robot:
             self.peer.wait_for(lambda: self.received and velocities(self.received[-1]) == command)
 
     def start(self, command=None):
-        """Pause and let go until the robot follows: what a busy machine holds up stops it, too."""
+        """Pause and let go until the robot follows."""
         self.wanted = self.wanted or COMMAND
         self.paused = True
-        self.peer.wait_for(lambda: self._follows(command))
+        self.let_go_until(GuardState.FOLLOWING, command)
 
-    def _follows(self, command):
+    def let_go_until(self, state, command=None):
+        """Let go until this is its state: what a busy machine holds up stops it, too."""
+        self.peer.wait_for(lambda: self._has(state, command))
+
+    def _has(self, wanted, command):
         state = self.report and self.report.state
-        if state is GuardState.FOLLOWING and not self.paused:
+        if state is wanted and not self.paused:
             return command is None or (self.received and velocities(self.received[-1]) == command)
-        self.paused = state is not GuardState.PAUSED
+        if state is not GuardState.FOLLOWING:
+            self.paused = state is not GuardState.PAUSED
         return False
 
 
@@ -176,12 +181,12 @@ def test_commands_that_queue_in_the_network_stop_the_robot_until_a_start(start, 
         robot.delay = min(robot.delay + 0.04, 1.0)  # stamps do not go backwards
 
     growing = peer.node.create_timer(0.05, queue)
-    robot.wait_for(GuardState.SILENT, STOP)
+    robot.let_go_until(GuardState.SILENT, STOP)
     peer.wait_for(lambda: robot.delay == 1.0)
     robot.paused = True  # a start alone does not help
     robot.wait_for(GuardState.PAUSED)
     known, robot.paused = len(robot.reports), False
-    robot.wait_for(GuardState.SILENT)
+    robot.let_go_until(GuardState.SILENT)
     states = {reported(message).state for message in robot.reports[known:]}
     assert GuardState.FOLLOWING not in states
 
