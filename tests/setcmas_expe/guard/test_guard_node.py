@@ -62,7 +62,7 @@ class Robot:
             self._bridge.publish(self.message(self.wanted))
 
     def delay(self):
-        """Return the delay of a command in s; stamps go on, whenever this process comes to them."""
+        """Return the delay of a command in s; it grows more slowly than time, so stamps go on."""
         return min(max(0.0, 0.8 * (time.time() - self.queued_since)), 1.0)
 
     def message(self, wanted):
