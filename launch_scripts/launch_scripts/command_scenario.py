@@ -54,10 +54,10 @@ def scenario_of(args: argparse.Namespace, needs_law: bool = True) -> Scenario:
 
 
 def scenario_to_simulate(args: argparse.Namespace) -> Scenario:
-    """Return the scenario of a verb with --from, and say what is special in a simulation of it.
+    """Return the scenario of a verb that simulates, checked; show its notes as warnings.
 
     Raises:
-        SetcmasError: There is a mistake in it.
+        SetcmasError: It has a mistake.
     """
     scenario = scenario_of(args)
     scenario.check()  # mistakes are found before anything starts

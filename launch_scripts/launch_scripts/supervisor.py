@@ -224,7 +224,7 @@ def run_node(
         args: The arguments of the verb, with --ros-args for the node.
         module: The module to run.
         arguments: Its arguments.
-        companions: Names and commands of optional processes beside it.
+        companions: Names and commands of processes that run alongside; it does not need them.
         environment: Its environment; by default one whose topics stay on this machine.
         may_end: Whether it may end by itself.
     """

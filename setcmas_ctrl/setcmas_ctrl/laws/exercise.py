@@ -13,7 +13,7 @@ FUNCTIONS = Function.CONTROL, Function.CONDITION, Function.SI_TO_UNI
 """The functions that students fill in: a control law, a triggering condition, or si_to_uni."""
 
 UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
-"""What `ast.parse` raises for what is not Python, or too deeply nested."""
+"""Errors of `ast.parse` for text that is not Python, or is nested too deeply."""
 
 
 def exercise_of(script: Path) -> str:
@@ -28,7 +28,8 @@ def exercise_of(script: Path) -> str:
 def solution_of(exercise: str, function: Function) -> Path | None:
     """Return the solution that comes with an exercise; None if there is none.
 
-    Of a law, it is the law of its name; of a condition or si_to_uni, NAME_solution.py beside it.
+    For a law, it is the built-in law of the same name; for a condition or si_to_uni, it is
+    NAME_solution.py in the folder of the exercise.
     """
     if function is Function.CONTROL:
         return ALGORITHMS.file(exercise) if exercise in ALGORITHMS else None

@@ -19,8 +19,9 @@ from setcmas_simu.limited_file import read_limited
 from setcmas_simu.option_kinds import Number
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import rounded
-from setcmas_tools.grade.mark_records import Correction, Marks, Student
+from setcmas_tools.grade.mark_records import Correction, Marks
 from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.submissions.submitted_files import Student
 
 _POINTS = Number(least=0, most=1e6)
 

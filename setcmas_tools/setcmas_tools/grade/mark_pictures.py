@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,8 +16,16 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.grade.mark_records import RobotPath, ScenarioMark
-from setcmas_tools.plots.plot import Picture, show, window
-from setcmas_tools.plots.style import as_written, line_look, plot_style, robot_handles, save
+from setcmas_tools.plots.plot import show, window
+from setcmas_tools.plots.style import (
+    as_written,
+    data_url,
+    line_look,
+    plot_style,
+    png,
+    robot_handles,
+    save,
+)
 
 _PANEL_IN = 4.4  # width and height of a scenario's panel
 _PANELS = 2  # in a row: more are too small on a page and on a slide
@@ -68,12 +74,10 @@ def picture_url(marks: Sequence[ScenarioMark], dpi: int) -> str:
     """Return the picture of scenarios as the data URL of a PNG; '' if none has paths."""
     if not any(one.paths for one in marks):
         return ''
-    content = io.BytesIO()
     with plot_style():
-        figure = Picture()
+        figure = Figure()
         draw_marks(figure, marks)
-        figure.savefig(content, format='png', dpi=dpi)
-    return f'data:image/png;base64,{base64.b64encode(content.getvalue()).decode("ascii")}'
+        return data_url('image/png', png(figure, dpi))
 
 
 def _draw_scenario(axes: Axes, scenario: ScenarioMark) -> None:

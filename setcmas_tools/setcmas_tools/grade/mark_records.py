@@ -20,7 +20,7 @@ from setcmas_tools.grade.criteria import (
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.submissions.likeness import Similar
-from setcmas_tools.submissions.submitted_files import Student as Student
+from setcmas_tools.submissions.submitted_files import Student
 
 
 @dataclass(frozen=True)
@@ -256,10 +256,8 @@ def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:
 
 
 def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
-    points, most = (
-        _sum(mark.points for mark in criteria),
-        _sum(mark.max_points for mark in criteria),
-    )
+    points = _sum(mark.points for mark in criteria)
+    most = _sum(mark.max_points for mark in criteria)
     return CriterionMark(name, points, most, '', '', None, hidden=True)
 
 

@@ -212,12 +212,8 @@ class RunScript:
                 network.send(decoded(sent).value)
             elif answer.messages.are_used:
                 network.received()
-        except (
-            TypeError,
-            ValueError,
-            OverflowError,
-            RuntimeError,
-        ):  # RuntimeError: of a condition
+        # RuntimeError: a triggering condition must not use the network.
+        except (TypeError, ValueError, OverflowError, RuntimeError):
             self._lose(replace(here, message=_INVALID))
         if isinstance(answer, Reply):
             if len(answer.numbers) != size:

@@ -123,7 +123,7 @@ class ScriptProcess(Generic[Result]):
         warn: Warn,
         call_timeout: float = inf,
         timeout: float = inf,
-        look: Callable[[], object] = int,
+        look: Callable[[], object] = lambda: None,
     ) -> Result:
         """Run the function; return its result. Call `look` now and then, and at the end.
 

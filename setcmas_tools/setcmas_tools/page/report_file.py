@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -29,7 +28,7 @@ from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.page.content import run_content
 from setcmas_tools.page.document import answers_html, checkbox, document, element, escaped, stage
 from setcmas_tools.plots.plot import drawn_pictures, drawn_plots
-from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.style import data_url, plot_style, png
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import RunInput, find_run
 from setcmas_tools.run.run_info import RunState
@@ -297,15 +296,13 @@ def plot_pictures(pair: Pair) -> Iterator[PlotPicture]:
             names, runs = [pair.name, pair.other_name], [pair.run, pair.other]
             figures = drawn_pictures(names, runs, [pair.shifted])
         for name, figure in chain(figures, drawn_plots(pair.run, pair.warn)):
-            content = base64.b64encode(_png(figure)).decode('ascii')
             share = min(1.0, figure.get_figwidth() / _WIDEST_IN)
-            yield PlotPicture(name, f'data:image/png;base64,{content}', share)
+            yield PlotPicture(name, data_url('image/png', _png(figure)), share)
 
 
 def _png(figure: Figure) -> bytes:
-    drawn, small = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format='png', dpi=_DPI)
-    picture = Image.open(drawn).convert('RGB')
+    small = io.BytesIO()
+    picture = Image.open(io.BytesIO(png(figure, _DPI))).convert('RGB')
     picture.quantize(_COLOURS, dither=Image.Dither.NONE).save(small, format='png', optimize=True)
     return small.getvalue()
 

@@ -76,7 +76,7 @@ def report_html(request: str, say: Say = str) -> str:
 
 def run_zip() -> bytes:
     """Return the folder of the last run, as `setcmas view` and others read it, as a zip file."""
-    folder, content = _saved(), io.BytesIO()
+    folder, content = _run_made().save(_RUN, overwrite=True), io.BytesIO()
     with zipfile.ZipFile(content, 'w', zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob('*')):
             archive.write(file, file.relative_to(folder.parent))
@@ -336,8 +336,3 @@ def _run_made() -> Run:
     if _last is None:
         raise SetcmasError('there is no run yet; press Run')
     return _last
-
-
-def _saved() -> Path:
-    """Return the folder of the last run, written anew."""
-    return _run_made().save(_RUN, overwrite=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import contextlib
 import math
 import shutil
@@ -28,7 +27,14 @@ from tqdm import tqdm
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.plots.plot_options import FILMS, PaletteOptions
-from setcmas_tools.plots.style import as_written, legend, line_look, plot_style, robot_handles
+from setcmas_tools.plots.style import (
+    as_written,
+    data_url,
+    legend,
+    line_look,
+    plot_style,
+    robot_handles,
+)
 from setcmas_tools.plots.trajectories import (
     MOST_NUMBERS,
     DrawnPlane,
@@ -188,10 +194,11 @@ class Film:
         return f'Film({self.kind}, {len(self.content) / 1e6:.1f} MB)'
 
     def _repr_html_(self) -> str:
-        data = base64.b64encode(self.content).decode('ascii')
         if self.kind == 'gif':
-            return f'<img src="data:image/gif;base64,{data}" alt="video of the run">'
-        return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
+            url = data_url('image/gif', self.content)
+            return f'<img src="{url}" alt="video of the run">'
+        url = data_url('video/mp4', self.content)
+        return f'<video controls loop autoplay muted src="{url}"></video>'
 
 
 def film(run: Run, kind: str | None = None, **look: Any) -> Film:

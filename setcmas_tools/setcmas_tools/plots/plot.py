@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import html as markup
-import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,12 +21,14 @@ from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import (
     as_written,
+    data_url,
     drawn_robots,
     finish,
     legend,
     line_handles,
     line_look,
     plot_style,
+    png,
     time_axis,
     write_figures,
 )
@@ -123,16 +123,14 @@ _SUMMARY_DPI = 55
 
 def html(run: Run) -> str:
     """Return a run as HTML: its title, its trajectories, and the table of its metrics."""
-    content = io.BytesIO()
-    figure(run, 'trajectories').savefig(content, format='png', dpi=_SUMMARY_DPI)
-    picture = base64.b64encode(content.getvalue()).decode('ascii')
+    picture = data_url('image/png', png(figure(run, 'trajectories'), _SUMMARY_DPI))
     try:
         table = str(measure(run, ignore))
     except SetcmasError as error:
         table = str(error)
     return (
         f'<div><b>{markup.escape(run.title)}</b> ({markup.escape(str(run.outcome))})<br>'
-        f'<img src="data:image/png;base64,{picture}" alt="trajectories">'
+        f'<img src="{picture}" alt="trajectories">'
         f'<pre style="line-height:1.2">{markup.escape(table)}</pre></div>'
     )
 
@@ -141,10 +139,8 @@ class Picture(Figure):
     """A figure that a notebook shows."""
 
     def _repr_png_(self) -> bytes:
-        content = io.BytesIO()
         with plot_style():
-            self.savefig(content, format='png', dpi=100)
-        return content.getvalue()
+            return png(self, 100)
 
 
 def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = None) -> Figure:

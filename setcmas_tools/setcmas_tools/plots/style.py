@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import io
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -152,6 +154,18 @@ def save(figure: Figure, path: Path) -> None:
     with warnings.catch_warnings():
         warnings.filterwarnings('ignore', 'Glyph .* missing')  # a name in another alphabet
         figure.savefig(path, metadata={date: None} if date else {})
+
+
+def png(figure: Figure, dpi: float) -> bytes:
+    """Return a figure as the content of a PNG file."""
+    content = io.BytesIO()
+    figure.savefig(content, format='png', dpi=dpi)
+    return content.getvalue()
+
+
+def data_url(kind: str, content: bytes) -> str:
+    """Return the content of a file as a URL for pages; `kind` is such as 'image/png'."""
+    return f'data:{kind};base64,{base64.b64encode(content).decode("ascii")}'
 
 
 def line_look(robot: int, nb_robots: int) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from graded_classes import marks_of
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.corrections import read_corrections
 from setcmas_tools.grade.gradebook import pages_of, tables_of
-from setcmas_tools.grade.mark_records import Failure, Student
+from setcmas_tools.grade.mark_records import Failure
 from setcmas_tools.grade.rubric import read_rubric
+from setcmas_tools.submissions.submitted_files import Student
 
 RUBRIC = """
 scenarios:

@@ -11,10 +11,11 @@ from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import OwnLaw, runs_here
-from setcmas_tools.grade.mark_records import Student, student_view
+from setcmas_tools.grade.mark_records import student_view
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Submission
+from setcmas_tools.submissions.submitted_files import Student
 
 pytestmark = needs_sandbox
 
