@@ -129,8 +129,11 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments[:1] == ['help']:
         arguments = [*arguments[1:2], '--help']
     try:
-        args = _parsed(arguments)
-        return int(copy_context().run(args.main, args))  # a palette is of this command only
+        try:
+            args = _parsed(arguments)
+            return int(copy_context().run(args.main, args))  # a palette is of this command only
+        finally:
+            print(end='', flush=True)  # else Python finds a closed pipe after the end
     except SetcmasError as error:
         print(f'{" ".join(["setcmas", *arguments[:1]])}: {error}', file=sys.stderr)
         return 2

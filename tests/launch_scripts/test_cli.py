@@ -36,6 +36,20 @@ def test_version():
     assert run_here('--version').stdout == f'setcmas {__version__}\n'
 
 
+@pytest.mark.parametrize('arguments', [['list'], ['run', '--help'], ['--version']])
+def test_a_reader_that_has_read_enough_hears_nothing_of_it(arguments):
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, '-m', 'launch_scripts.cli', *arguments]
+    environment = {name: os.environ[name] for name in os.environ.keys() - {'PYTHONUNBUFFERED'}}
+    done = subprocess.run(
+        command, stdout=writing, stderr=subprocess.PIPE, text=True, env=environment
+    )
+    os.close(writing)
+
+    assert (done.returncode, done.stderr) == (0, '')
+
+
 @pytest.mark.parametrize('verb', sorted(VERBS))
 def test_every_verb_explains_itself_with_an_example(verb):
     result = run_here(verb, '--help')
