@@ -24,7 +24,7 @@ class FleetPoses:
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         now: Time in s of the last `take`.
-        new: States of the robots that it found, by robot.
+        new: States that it found, by robot.
     """
 
     def __init__(self, sources: Mapping[int, tuple[FleetNode, str]], nb_robots: int) -> None:

@@ -105,7 +105,8 @@ def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
     fixed = ['rate'] if options.experiment else []
     parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS, fixed)
     parameters.options = _law_of_parameters(node, parameters.options)
-    return run_controllers(
+    prepare = partial(
+        prepared_fleet,
         process,
         node,
         parameters,
@@ -113,6 +114,7 @@ def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
         FilterOptions.of(args),
         _fleet_of_parameters(node, options),
     )
+    return run_controllers(node, prepare)
 
 
 def _run_node(name: str, argv: list[str] | None) -> int:
@@ -142,7 +144,8 @@ def _serve_node(name: str, process: RosProcess, args: argparse.Namespace) -> int
         threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
         ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
         communication = replace(communication, threshold=threshold, ctc=ctc or None)
-    return run_controllers(process, node, parameters, communication, safety, options)
+    prepare = partial(prepared_fleet, process, node, parameters, communication, safety, options)
+    return run_controllers(node, prepare)
 
 
 def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
@@ -161,25 +164,20 @@ def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Control
     return replace(options, nb_robots=size or None)
 
 
-def run_controllers(
-    process: RosProcess,
-    node: FleetNode,
-    parameters: NodeParameters[LawOptions],
-    communication: CommunicationOptions,
-    safety: FilterOptions,
-    options: ControllerOptions,
-) -> int:
-    """Find a fleet and control its robots until the process must stop; then they rest.
+def run_controllers(node: FleetNode, prepare: Callable[[], ControlledFleet]) -> int:
+    """Prepare a fleet and control its robots until the process must stop; then they rest.
 
-    The arguments and errors are those of `prepared_fleet`. Return the exit status.
+    `node` publishes what their scripts draw, also while they load. Errors are those of `prepare`,
+    and StopCall ends the process. Return the exit status.
     """
     canvas = MarkerCanvas(node)
     with seeded_generators(), named_output(), drawn_on(canvas):
         try:
-            fleet = prepared_fleet(process, node, parameters, communication, safety, options)
+            fleet = prepare()
         except StopCall:
             return 0
-        canvas.clock, scripts = fleet.time.clock, fleet.scripts
+        canvas.clock = fleet.time.clock
+        process, scripts = fleet.process, fleet.scripts
         process.take_signals()  # scripts may have changed the handlers while loading
         reloader = ScriptReloader(fleet) if fleet.options.watch and scripts.laws else None
 

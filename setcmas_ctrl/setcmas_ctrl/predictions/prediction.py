@@ -169,7 +169,8 @@ class LinearLaw:
     def _meeting_point(self, conditions: Conditions) -> Iterator[Theorem]:
         """Yield the place, or the value, on which robots agree.
 
-        With w' M = 0 the sum of w' z and w' M_received times what is on its way is constant.
+        If w' M = 0, w' z is constant; if messages are late, w' z minus w' M_received times the
+        integral of z over the delay is.
         """
         values, vectors = np.linalg.eig(self.matrix.T)
         late = conditions.delay - self.own_delay
@@ -183,8 +184,9 @@ class LinearLaw:
     def _event_bound(self, conditions: Conditions) -> Theorem:
         """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
 
-        It tends to |L| c / lambda_2, Seyboth, Dimarogonas and Johansson, Automatica 49(1), 2013,
-        theorem 3.1, here of the sampled model and with what is left of the start.
+        It tends to |L| c / lambda_2 (Seyboth, Dimarogonas and Johansson, Automatica 49(1), 2013,
+        theorem 3.1). This one holds for the sampled model, and adds what is left of the distance
+        at the start.
         """
         h, starts = conditions.period, conditions.starts[:2]
         values = np.linalg.eigvalsh(self.matrix)

@@ -73,7 +73,7 @@ class BridgeReport(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def values(self) -> dict[str, str]:
-        """Its key-value pairs; the value of what is unknown is empty."""
+        """Its key-value pairs; unknown values are empty."""
         fields = msgspec.to_builtins(self)
         for key in ('name', 'level', 'reason'):
             del fields[key]

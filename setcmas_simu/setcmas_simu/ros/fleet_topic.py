@@ -60,7 +60,7 @@ class FleetListener:
 
     @property
     def first(self) -> Announcement:
-        """The first one, for what is the same in all: limits and time; defaults if none came."""
+        """The first announcement: all have the same limits and time. Defaults if none has come."""
         return self.announcements[0] if self.announcements else Announcement(0, ())
 
     @property

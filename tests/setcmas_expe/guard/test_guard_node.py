@@ -282,7 +282,8 @@ def test_an_emergency_stop_of_any_node_is_released_by_the_node_that_held_it_and_
     peer.wait_for_new(robot.received, 5)
     robot.stopped = False
     robot.wait_for(GuardState.HELD, STOP)
-    assert True not in robot.motors[1:]  # not before the next start
+    peer.wait_for_new(robot.motors)  # the guard asks again every second
+    assert True not in robot.motors[1:]  # and not to switch them on before the next start
     robot.start()
     peer.wait_for(lambda: robot.motors[-1] is True)
 
