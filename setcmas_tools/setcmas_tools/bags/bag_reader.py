@@ -2,66 +2,29 @@
 
 from __future__ import annotations
 
-import heapq
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
-from operator import itemgetter
-from pathlib import Path, PurePath
-from typing import Any, TypeAlias
+from pathlib import Path
+from typing import Any
 
-import yaml
-from rosbags.interfaces import Connection, ConnectionExtRosbag1, ConnectionExtRosbag2, Qos
-from rosbags.rosbag1 import Reader as Ros1Reader
-from rosbags.rosbag2 import Reader as Ros2Reader
-from rosbags.rosbag2.storage_mcap import McapReader
-from rosbags.serde import SerdeError
+from mcap.reader import NonSeekingReader
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapFile
+from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.interfaces import Connection, Qos
 from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet import topics
-from setcmas_tools.bags.bag_writer import copy_of_mcap
-from setcmas_tools.bags.message_types import UnknownDefinitionError, add_type_of, one_line
 
 BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
-_ROS2 = ('.mcap', '.db3', '.zstd')
-_ROS1 = '.bag'
-_REPAIRS = {
-    '.db3': 'sqlite3 FILE .recover recovers a damaged one',
-    '.bag': 'rosbag reindex recovers a damaged one',
-    '.zstd': 'zstd -d FILE unpacks it',
-}
-
-BagReader: TypeAlias = Ros1Reader | Ros2Reader
-
-
-class _Part:
-    """Messages of some topics from one reader of a bag, up to its first damage.
-
-    Attributes:
-        loss: Why some are missing, once all others were read; '' if none are.
-    """
-
-    def __init__(self, reader: BagReader, found: Mapping[tuple[str, str], BagTopic]) -> None:
-        self.loss = ''
-        self._reader, self._found = reader, found
-
-    def messages(self) -> Iterator[Message]:
-        """Yield topic, receive time (ns) and bytes of each message."""
-        own = [one for one in self._reader.connections if _key(one) in self._found]
-        count, most = 0, sum(connection.msgcount for connection in own)
-        reason = 'some are missing'
-        try:
-            for connection, time_ns, data in self._reader.messages(own) if own else ():
-                count += 1
-                yield self._found[_key(connection)], time_ns, data
-        except Exception as error:  # a damaged file makes any of several libraries fail
-            reason = one_line(error)
-        if count < most:
-            self.loss = reason
+_ENDINGS = ('.mcap', '.db3', '.bag')
+_METADATA = 'metadata.yaml'
+_LONGEST_REASON = 120
 
 
 @contextmanager
@@ -77,7 +40,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
     """
     with ExitStack() as stack:
         with file_errors(f"bag '{path}' cannot be read"):
-            bag = Bag(path, *_open_readers(path, stack))
+            bag = Bag(path, *_opened(path, stack))
         yield bag
 
 
@@ -88,7 +51,7 @@ class BagTopic:
     Attributes:
         name: Full name, such as `/tb3_1/odom`.
         msgtype: Type of its messages, such as `nav_msgs/msg/Odometry`.
-        decode: Makes a message object from its bytes; raises SerdeError.
+        decode: Makes a message object from its bytes; raises AnyReaderError.
         count: Number of messages in the bag.
         offered_qos: Quality of service of its publishers, if the bag stores it.
     """
@@ -114,48 +77,67 @@ class Bag:
         path: As the user gave it.
         types: The types of its messages and of their parts.
         topics: Those with messages whose type is known, sorted by name.
-        count: Number of messages of these topics.
         start_ns: Time of the first message in ns.
         end_ns: Time of the last message in ns.
         notices: A line for each loss; complete once `messages` or `deliver` has ended.
     """
 
-    def __init__(self, path: Path, readers: list[BagReader], notices: list[str]) -> None:
-        """Resolve the topics of open readers; `notices` has a line for each loss so far.
+    def __init__(self, path: Path, reader: AnyReader, notices: list[str]) -> None:
+        """Resolve the topics of an open reader; `notices` has a line for each loss so far.
 
         Raises:
             SetcmasError: There is no message, or none of a known type.
         """
         self.path = path
-        self.types = get_typestore(Stores.EMPTY)
+        self.types = reader.typestore
         self.notices = notices
-        self._is_damaged = False
-        self._readers = [reader for reader in readers if reader.message_count]
+        self._reader = reader
         self._topics = self._resolve()
         if not self._topics:
             reason = self.notices[-1] if self.notices else 'it holds no messages'
             raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
         self.topics = [self._topics[key] for key in sorted(self._topics)]
-        self.count = sum(topic.count for topic in self.topics)
-        self.start_ns = min(reader.start_time for reader in self._readers)
-        self.end_ns = max(reader.end_time for reader in self._readers) - 1  # rosbags adds a ns
+        self.start_ns = reader.start_time
+        self.end_ns = reader.end_time - 1  # rosbags adds a ns
+
+    def _resolve(self) -> dict[tuple[str, str], BagTopic]:
+        # Publishers of one topic may have a connection each, and files repeat them.
+        connections: dict[tuple[str, str], list[Connection]] = {}
+        for connection in self._reader.connections:
+            if connection.msgcount:
+                connections.setdefault(_key(connection), []).append(connection)
+        found = {}
+        for (name, msgtype), own in connections.items():
+            if msgtype not in self.types.fielddefs:
+                self.notices.append(
+                    f'topic {name} ({msgtype}) is left out: the bag has no definition of its type'
+                )
+                continue
+            found[name, msgtype] = BagTopic(
+                f'/{name.lstrip("/")}',  # ROS 1 has names without a slash
+                msgtype,
+                partial(self._reader.deserialize, typ=msgtype),
+                sum(one.msgcount for one in own),
+                tuple(getattr(own[0].ext, 'offered_qos_profiles', ())),  # none in ROS 1
+            )
+        return found
 
     def messages(self, chosen: Container[BagTopic] | None = None) -> Iterator[Message]:
-        """Yield topic, receive time (ns) and bytes of each message in the order of time."""
-        found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
-        parts = [_Part(reader, found) for reader in self._readers]
-        yield from heapq.merge(*(part.messages() for part in parts), key=itemgetter(1))
-        if any(part.loss for part in parts) and not self._is_damaged:
-            self._is_damaged = True
-            self.notices.append(self._damage())
+        """Yield topic, receive time (ns) and bytes of each message up to the first damage.
 
-    def _damage(self) -> str:
-        """Return how much of a damaged bag can be read, the same whichever topics were wanted."""
-        parts = [_Part(reader, self._topics) for reader in self._readers]
-        count = sum(1 for part in parts for _ in part.messages())
-        reasons = '; '.join(dict.fromkeys(part.loss for part in parts if part.loss))
-        read = f'{count:,} of {self.count:,} messages were read'
-        return f"'{self.path}' is damaged ({reasons}): {read}"
+        They are in the order of time.
+        """
+        found = {k: one for k, one in self._topics.items() if chosen is None or one in chosen}
+        own = [one for one in self._reader.connections if _key(one) in found]
+        if not own:  # rosbags would yield all messages
+            return
+        try:
+            for connection, time_ns, data in self._reader.messages(own):
+                yield found[_key(connection)], time_ns, data
+        except Exception as error:  # a damaged file makes any of several libraries fail
+            line = f"'{self.path}' is damaged ({_one_line(error)}): later messages are missing"
+            if line not in self.notices:
+                self.notices.append(line)
 
     def deliver(self, takers: Mapping[BagTopic, Sequence[Taker]]) -> None:
         """Decode the messages of some topics, and hand them to functions.
@@ -168,9 +150,9 @@ class Bag:
         for topic, time_ns, data in self.messages({one for one, own in takers.items() if own}):
             try:
                 message = topic.decode(data)
-            except SerdeError as error:
+            except AnyReaderError as error:
                 wrong[topic] += 1
-                reasons[topic] = one_line(error)
+                reasons[topic] = _one_line(error)
                 continue
             for take in takers[topic]:
                 take(time_ns - zero_ns, message)
@@ -201,42 +183,9 @@ class Bag:
         robots = ((topic, topics.robot_of(topic.name)) for topic in self.topics)
         return {one for one, i in robots if i and one.name == topics.robot_topic(i, kind)}
 
-    def _resolve(self) -> dict[tuple[str, str], BagTopic]:
-        connections: dict[tuple[str, str], Connection] = {}
-        counts: Counter[tuple[str, str]] = Counter()
-        for connection in (one for reader in self._readers for one in reader.connections):
-            # Publishers of one topic may have a connection each, and files repeat them.
-            connections.setdefault(_key(connection), connection)
-            counts[_key(connection)] += connection.msgcount
-        found = {}
-        for key, count in (+counts).items():
-            try:
-                found[key] = self._topic(connections[key], count)
-            except UnknownDefinitionError as error:
-                self.notices.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
-        return found
-
-    def _topic(self, connection: Connection, count: int) -> BagTopic:
-        """Return a topic, or raise UnknownDefinitionError."""
-        ext = connection.ext
-        is_ros1 = isinstance(ext, ConnectionExtRosbag1)
-        if isinstance(ext, ConnectionExtRosbag2) and ext.serialization_format != 'cdr':
-            raise UnknownDefinitionError(
-                f"it is encoded as '{ext.serialization_format}'; it must be cdr"
-            )
-        add_type_of(connection, self.types, is_ros1)
-        deserialise = self.types.deserialize_ros1 if is_ros1 else self.types.deserialize_cdr
-        return BagTopic(
-            f'/{connection.topic.lstrip("/")}',  # ROS 1 has names without a slash
-            connection.msgtype,
-            partial(deserialise, typename=connection.msgtype),
-            count,
-            tuple(getattr(ext, 'offered_qos_profiles', ())),  # none in ROS 1
-        )
-
 
 def _is_false(topic: BagTopic, data: bytes) -> bool:
-    with suppress(SerdeError, AttributeError):  # damaged, or of another type
+    with suppress(AnyReaderError, AttributeError):  # damaged, or of another type
         return not topic.decode(data).data
     return False
 
@@ -245,110 +194,76 @@ def _key(connection: Connection) -> tuple[str, str]:
     return connection.topic, connection.msgtype
 
 
-def _open_readers(path: Path, stack: ExitStack) -> tuple[list[BagReader], list[str]]:
-    """Open a bag: as a whole if it was closed well, else each of its files that can be read.
+def _one_line(error: Exception) -> str:
+    """Return the message of a library's error in one line that fits a terminal."""
+    text = ' '.join(str(error).split()) or 'inconsistent content'
+    return text if len(text) <= _LONGEST_REASON else f'{text[:_LONGEST_REASON]} ...'
 
-    Args:
-        path: A rosbag2 folder with or without its metadata.yaml, one of its files, a ROS 1 .bag
-            file, or the folder of a run that holds a folder `bag`.
-        stack: Closes the readers at the end, and removes copies of damaged files.
 
-    Returns:
-        At least one reader, and a line for each file that cannot be read whole, and for files
-        that metadata.yaml lists but that are not there.
+def _opened(path: Path, stack: ExitStack) -> tuple[AnyReader, list[str]]:
+    """Open a bag, or copies of its mcap files up to their damage; return a line for each loss.
+
+    `stack` closes the reader at the end, and removes the copies.
 
     Raises:
-        SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
+        SetcmasError: There is no such path, it is not a bag, or no message can be read.
         OSError: A file cannot be read for another reason than its content.
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {BAGS}")
-    files = [path] if path.is_file() else sorted(f for f in path.iterdir() if f.suffix in _ROS2)
-    listed, found = _listed_names(path), {file.name for file in files}
-    is_complete = listed == found and not any(map(_unread_journal, files))
-    if is_complete and (whole := _whole_bag(path, stack)):
-        return [whole], []
-    if not files and (path / 'bag').is_dir():
-        return _open_readers(path / 'bag', stack)
-    if not files or files[0].suffix not in (*_ROS2, _ROS1):
+    files = [path] if path.is_file() else sorted(path.iterdir())
+    files = [file for file in files if file.suffix in _ENDINGS]
+    was_closed = (path / _METADATA).is_file()
+    if not files and not was_closed:
+        if (path / 'bag').is_dir():
+            return _opened(path / 'bag', stack)
         raise SetcmasError(f"'{path}' is not a bag; it must be {BAGS}")
-    readers, losses = [], []
-    for file in files:
-        try:
-            reader, loss = _file_reader(file, stack)
-        except SetcmasError as error:  # the other files may be readable
-            loss = str(error)
-        else:
-            readers.append(reader)
-        losses += [loss] * bool(loss)
-    if not readers:
-        raise SetcmasError(losses[0])
-    if missing := sorted(listed - found):
-        losses.append(f"'{path}' lacks {', '.join(missing)}, which its metadata.yaml lists")
-    return readers, losses
-
-
-def _listed_names(folder: Path) -> set[str]:
-    """Return the names of the files that metadata.yaml lists; none if it cannot be read."""
+    # Bags hold definitions since Iron (mcap: Humble), so those without are Humble's or older.
+    read = partial(AnyReader, default_typestore=get_typestore(Stores.ROS2_HUMBLE))
     try:
-        content = yaml.safe_load((folder / 'metadata.yaml').read_text())
-        paths = content['rosbag2_bagfile_information']['relative_file_paths']
-        return {PurePath(path).name for path in paths}
-    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError):
-        return set()
-
-
-def _unread_journal(file: Path) -> str:
-    """Return a line about messages in a journal of SQLite, which rosbags does not read."""
-    journal = file.with_name(f'{file.name}-wal')
-    if not journal.is_file() or not journal.stat().st_size:
-        return ''
-    return (
-        f"messages in '{journal}' were not read; first run sqlite3 '{file}' "
-        '"PRAGMA wal_checkpoint(TRUNCATE)"'
-    )
-
-
-def _whole_bag(folder: Path, stack: ExitStack) -> BagReader | None:
-    """Return the reader of a bag that was closed well; None if its files must be read singly."""
-    with suppress(Exception):  # a damaged file makes any of several libraries fail
-        reader = _opened(folder, stack)
-        if reader.message_count:
-            return reader
-    return None
-
-
-def _opened(path: Path, stack: ExitStack) -> BagReader:
-    """Open a bag or a file, or raise any exception."""
-    if path.suffix == _ROS1:
-        return stack.enter_context(Ros1Reader(path))
-    reader = stack.enter_context(Ros2Reader(path))
-    for storage in getattr(reader.storage, 'storages', [reader.storage]):  # of a folder: several
-        if isinstance(storage, McapReader):
-            indexed = sum(sum(chunk.channel_count.values()) for chunk in storage.chunks)
-            if indexed != storage.metadata.message_count:  # rosbags reads by the index alone
-                raise ValueError('messages are missing in its index')
-    return reader
-
-
-def _file_reader(file: Path, stack: ExitStack) -> tuple[BagReader, str]:
-    """Return the reader of a file, and a line if it cannot be read whole."""
-    try:
-        return _opened(file, stack), _unread_journal(file)
-    except Exception as error:
-        if file.suffix != '.mcap':
-            raise SetcmasError(
-                _unread_journal(file)
-                or f"bag '{file}' cannot be read ({one_line(error)}); it must be whole "
-                f'({_REPAIRS[file.suffix]})'
-            ) from error
+        return stack.enter_context(read([path] if was_closed else files)), []
+    except Exception as error:  # a damaged file makes any of several libraries fail
+        reason = _one_line(error)
+    recordings = [file for file in files if file.suffix == '.mcap']
+    if not recordings:
+        raise SetcmasError(f"bag '{path}' cannot be read ({reason}); it must be whole")
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
-    copy = folder / file.name
-    loss = copy_of_mcap(file, copy)
-    reader = _opened(copy, stack)
-    if not loss:
-        return reader, ''
-    count, duration = reader.message_count, reader.end_time - 1 - reader.start_time
-    if not count:
-        raise SetcmasError(f"bag '{file}' {loss}: no messages were read")
-    return reader, f"'{file}' {loss}: {count:,} messages up to {duration / 1e9:.1f} s were read"
+    copies = [folder / file.name for file in recordings]
+    cut = [own for own, copy in zip(recordings, copies, strict=True) if not _copied(own, copy)]
+    loss = ', '.join(f"'{file}' is cut short or damaged" for file in cut)
+    loss = loss or f"'{path}' is damaged ({reason})"
+    reader = stack.enter_context(read(copies))
+    if not reader.message_count:
+        raise SetcmasError(f'{loss}: no messages were read')
+    seconds = (reader.end_time - 1 - reader.start_time) / 1e9
+    return reader, [f'{loss}: {reader.message_count:,} messages up to {seconds:.1f} s were read']
+
+
+def _copied(damaged: Path, target: Path) -> bool:
+    """Copy an mcap file up to the first damage; return whether it has none."""
+    channels: dict[int, int] = {}
+    with damaged.open('rb') as source, target.open('wb') as file:
+        writer = McapFile(file, compression=CompressionType.NONE)
+        writer.start(profile='ros2')
+        # A length beyond the file is garbage.
+        size = damaged.stat().st_size
+        reader = NonSeekingReader(source, validate_crcs=True, record_size_limit=size)
+        try:
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                if channel.id not in channels:
+                    number = schema and writer.register_schema(
+                        schema.name, schema.encoding, schema.data
+                    )
+                    channels[channel.id] = writer.register_channel(
+                        channel.topic, channel.message_encoding, number or 0, channel.metadata
+                    )
+                writer.add_message(
+                    channels[channel.id], message.log_time, message.data, message.publish_time
+                )
+        except OSError:
+            raise
+        except Exception:  # of bytes that are no record
+            return False
+        finally:
+            writer.finish()
+    return True

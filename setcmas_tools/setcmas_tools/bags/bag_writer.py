@@ -1,19 +1,19 @@
-"""Writer of a rosbag2 bag that stays readable when its recorder is killed; copies of cut files."""
+"""Writer of a rosbag2 bag that stays readable when its recorder is killed, and its definitions."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
-from mcap.reader import NonSeekingReader
-from mcap.writer import CompressionType
-from mcap.writer import Writer as McapFile
-from rosbags.interfaces import Connection, Qos
+from rosbags.interfaces import Connection, Nodetype, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from setcmas_simu.errors import SetcmasError
@@ -100,37 +100,57 @@ class BagWriter(Writer):
         cast(McapWriter, self.storage).bio.flush()
 
 
-def copy_of_mcap(damaged: Path, target: Path) -> str:
-    """Copy what can be read of an mcap file, up to the first damage.
+class UnknownDefinitionError(Exception):
+    """A message type without a usable definition; the message has the reason."""
 
-    Returns:
-        What happened to the rest, such as 'was cut short'; empty if no message is missing, as in
-        a file that only lacks indices.
+
+class MessageDefinitions:
+    """Finds definitions: those of ROS 2 Jazzy are built in, others are installed .msg files.
+
+    They are in the sourced ROS workspaces or in this Python environment.
+
+    Attributes:
+        store: The types with a known definition.
     """
-    size = damaged.stat().st_size
-    channels: dict[int, int] = {}
-    loss = ''
-    with damaged.open('rb') as source, target.open('wb') as file:
-        writer = McapFile(file, compression=CompressionType.NONE)
-        writer.start(profile='ros2')
-        # A length beyond the file is garbage.
-        reader = NonSeekingReader(source, validate_crcs=True, record_size_limit=size)
+
+    def __init__(self) -> None:
+        self.store = get_typestore(Stores.ROS2_JAZZY)
+
+    def add(self, msgtype: str) -> None:
+        """Find the definition of a type such as `nav_msgs/msg/Odometry`, unless it is known.
+
+        Raises:
+            UnknownDefinitionError: It is neither built in nor installed, or is malformed.
+        """
         try:
-            for schema, channel, message in reader.iter_messages(log_time_order=False):
-                if channel.id not in channels:
-                    number = schema and writer.register_schema(
-                        schema.name, schema.encoding, schema.data
-                    )
-                    channels[channel.id] = writer.register_channel(
-                        channel.topic, channel.message_encoding, number or 0, channel.metadata
-                    )
-                writer.add_message(
-                    channels[channel.id], message.log_time, message.data, message.publish_time
-                )
-        except OSError:
-            raise
-        except Exception:  # of bytes that are no record
-            at = source.tell()
-            loss = 'was cut short' if at == size else f'is damaged or cut short at byte {at:,}'
-        writer.finish()
-    return loss
+            self._register(msgtype)
+            self.store.generate_msgdef(msgtype, ros_version=2)
+            self.store.hash_rihs01(msgtype)
+        except (TypesysError, KeyError) as error:
+            raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
+
+    def _register(self, msgtype: str) -> None:
+        """Register a type after its parts, unless it is known."""
+        if msgtype not in self.store.fielddefs:
+            definition = _installed(msgtype)
+            for _, field in definition[1]:
+                for part in _part_names(field):
+                    self._register(part)
+            self.store.register({msgtype: definition})
+
+
+def _installed(msgtype: str) -> Any:
+    sourced = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    for prefix in filter(None, [*sourced, sys.prefix]):
+        path = Path(prefix, 'share', f'{msgtype}.msg')
+        if path.is_file():
+            return get_types_from_msg(path.read_text(encoding='utf-8'), msgtype)[msgtype]
+    raise UnknownDefinitionError(f'no file {msgtype}.msg is installed')
+
+
+def _part_names(field: Any) -> list[str]:
+    """Return the message type in a field of a definition; none in one of numbers or texts."""
+    kind, detail = field
+    if kind == Nodetype.NAME:
+        return [detail]
+    return _part_names(detail[0]) if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else []

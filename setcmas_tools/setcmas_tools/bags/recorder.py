@@ -29,8 +29,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_simu.ros.polling import PolledServices
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
-from setcmas_tools.bags.bag_writer import BagWriter
-from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
+from setcmas_tools.bags.bag_writer import BagWriter, MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 

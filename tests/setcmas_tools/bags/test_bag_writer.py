@@ -9,11 +9,15 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag_reader import open_bag
-from setcmas_tools.bags.bag_writer import BagWriter
-from setcmas_tools.bags.message_types import MessageDefinitions
+from setcmas_tools.bags.bag_writer import (
+    BagWriter,
+    MessageDefinitions,
+    UnknownDefinitionError,
+)
 
 POINT = 'geometry_msgs/msg/Point32'
 ZERO = QosTime(0, 0)
@@ -38,7 +42,7 @@ def data(store, make):
 
 
 def add_points(writer):
-    return writer.add_topic('/points', POINT, MessageDefinitions([]).store, [LATCHED])
+    return writer.add_topic('/points', POINT, MessageDefinitions().store, [LATCHED])
 
 
 def count(path):
@@ -90,5 +94,48 @@ def test_a_recorder_that_is_killed_while_it_writes_the_index_has_lost_nothing(
 def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_path):
     with BagWriter(tmp_path / 'bag') as writer:
         add_points(writer)
-        with pytest.raises(SetcmasError, match='was cut short: no messages were read'):
+        with pytest.raises(SetcmasError, match='is cut short or damaged: no messages were read'):
             count(tmp_path / 'bag')
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Install .msg files in a sourced workspace."""
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path / "empty"}:{tmp_path}')
+
+    def install(files):
+        for msgtype, text in files.items():
+            path = tmp_path / 'share' / f'{msgtype}.msg'
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+
+    return install
+
+
+def test_installed_definitions_and_what_they_are_made_of(install):
+    install(
+        {
+            'lab_msgs/msg/Probe': 'uint8 GOOD=1\nlab_msgs/Sensor[] sensors\nstd_msgs/Header head',
+            'lab_msgs/msg/Sensor': 'float64 value  # in V\nSensorKind kind',
+            'lab_msgs/msg/SensorKind': 'uint8 kind',
+        }
+    )
+    found = MessageDefinitions()
+    found.add('lab_msgs/msg/Probe')
+
+    text, _ = found.store.generate_msgdef('lab_msgs/msg/Probe', ros_version=2)
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(text, 'lab_msgs/msg/Probe'))
+    assert store.hash_rihs01('lab_msgs/msg/Probe') == found.store.hash_rihs01('lab_msgs/msg/Probe')
+    assert store.types['lab_msgs/msg/Probe'].GOOD == 1
+    assert 'lab_msgs/msg/SensorKind' in store.types
+
+
+@pytest.mark.parametrize(
+    'text', [None, 'lab_msgs/Missing part', 'float64 $ value', 'float64 x\nfloat64 x']
+)
+def test_unknown_and_malformed_definitions(install, text):
+    install({'lab_msgs/msg/Probe': text} if text else {})
+
+    with pytest.raises(UnknownDefinitionError, match=r'is installed|malformed'):
+        MessageDefinitions().add('lab_msgs/msg/Probe')
