@@ -70,8 +70,7 @@ def step_time(nb_robots: int, jam: bool) -> float:
     box = RandomPoses.of(f'box={side:g}x{side:g},distance=0.5')
     poses, goals = box.draw(nb_robots, 0, {}), box.draw(nb_robots, 1, {})[:2]
     goals *= not jam
-    robots = range(1, nb_robots + 1)
-    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), robots, nb_robots, len)
+    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), nb_robots, len)
     commander.use([UNICYCLE] * nb_robots)
     times = []
     for _ in range(150):

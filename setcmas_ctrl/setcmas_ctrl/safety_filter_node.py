@@ -16,7 +16,9 @@ from setcmas_ctrl.laws.control_options import GainOptions
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import Conversion, VelocityConversion
 from setcmas_ctrl.si_to_uni_node import RESTS_S, SiToUni
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.parameters import NodeParameters
@@ -33,8 +35,8 @@ class SafetyFilterNode(FleetNode):
         robots: The nodes of the robots, which follow what it allows.
         wanted: For each of them a function that returns the newest velocity, or None.
         allowed: The publishers of the velocities that are allowed.
-        velocities: The velocities wanted last, rows vx, vy in m/s, shape (2, R).
-        received_at: When they came, in s, shape (R,).
+        velocities: The velocities wanted last, rows vx, vy in m/s, shape (2, N).
+        received_at: When they came, in s, shape (N,).
     """
 
     def __init__(
@@ -45,35 +47,40 @@ class SafetyFilterNode(FleetNode):
         gains: GainOptions,
         poses: FleetPoses,
     ) -> None:
-        """Filter the velocities of some robots of a fleet; the others count as obstacles.
+        """Filter the velocities of all robots of a fleet.
 
         Raises:
-            SetcmasError: The filter cannot guarantee safety for these robots.
+            SetcmasError: The filter cannot guarantee safety for these robots, or some of them are
+                in another process.
         """
+        nb_robots = poses.poses.shape[1]
+        if len(robots) < nb_robots:
+            here = robots_in_words([robot.robot for robot in robots])
+            raise SetcmasError(
+                f'the safety filter needs all {nb_robots} robots of the fleet in one process, '
+                f'which has {here}: control the whole fleet here, or add --filter none'
+            )
         of_fleet = {'namespace': fleet.fleet_namespace or '/', 'context': fleet.context}
         super().__init__('safety_filter', True, **of_fleet, **of_other_nodes())
         self.teller = fleet
         self.parameters = NodeParameters(self, gains, ('vnom', 'komega'))
         self.robots, self.poses = robots, poses
         self.time = robots[0].time
-        numbers = [robot.robot for robot in robots]
         accel = options.accel or math.inf
         self.conversion = VelocityConversion(
-            len(robots), gains.komega, 1.0 / gains.rate, accel, options.lookahead
+            nb_robots, gains.komega, 1.0 / gains.rate, accel, options.lookahead
         )
-        self.filter = SafetyFilter(
-            options, numbers, poses.poses.shape[1], self.conversion, self.get_logger().warning
-        )
+        self.filter = SafetyFilter(options, nb_robots, self.conversion, self.get_logger().warning)
         self.models: list[Any] = []
         self.wanted: list[Callable[[], Any]] = []
         self.allowed = []
-        for robot in numbers:
+        for robot in range(1, nb_robots + 1):
             source = self.full_name(topics.robot_topic(robot, topics.CMD_CART_VEL))
             target = topics.robot_topic(robot, topics.CMD_CART_VEL_ALLOWED)
             self.wanted.append(self.newest(Point32, source, qos.COMMAND))
             self.allowed.append(self.create_publisher(Point32, target, qos.COMMAND))
-        self.velocities = np.zeros((2, len(robots)))
-        self.received_at = np.full(len(robots), -math.inf)
+        self.velocities = np.zeros((2, nb_robots))
+        self.received_at = np.full(nb_robots, -math.inf)
 
     def convert_by(self, scripts: Sequence[Conversion]) -> None:
         """Expect that the robots convert velocities by a user's own scripts, if there are any."""

@@ -16,6 +16,7 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.fleet_node import FleetNode
 
@@ -80,6 +81,14 @@ def filtered(peer):
     for fleet in fleets:
         for node in fleet.nodes:
             node.destroy_node()
+
+
+def test_a_part_of_a_fleet_is_refused(filtered):
+    fleet = filtered()
+    _, first, _, controllers = fleet.nodes
+
+    with pytest.raises(SetcmasError, match=r'needs all 2 robots .* which has robot 1: control'):
+        SafetyFilterNode(controllers, [first], OPTIONS, GainOptions(), fleet.poses)
 
 
 def test_velocities_of_robots_far_from_each_other_are_kept(filtered):

@@ -135,13 +135,13 @@ def test_velocities_that_the_filter_keeps_are_converted_within_the_limits():
 @pytest.mark.parametrize('accel', [None, 0.3])
 def test_a_conversion_of_each_robot_gives_the_commands_of_the_fleet_to_the_last_bit(accel):
     options = FilterOptions(filter='barrier', accel=accel, min_separation=0.5)
-    gains, robots = GainOptions(), range(1, 5)
-    together = Commander(gains, options, robots, 4)
+    gains = GainOptions()
+    together = Commander(gains, options, 4)
     together.use(MODELS)
-    own = [VelocityConversion(1, 1.5, accel=accel or math.inf) for _ in robots]
+    own = [VelocityConversion(1, 1.5, accel=accel or math.inf) for _ in MODELS]
     for convert, model in zip(own, MODELS, strict=True):
         convert.use([model])
-    node = SafetyFilter(options, robots, 4, VelocityConversion(4, 1.5, accel=accel or math.inf))
+    node = SafetyFilter(options, 4, VelocityConversion(4, 1.5, accel=accel or math.inf))
     node.use(MODELS)
     wanted = single_precision(saturate(VELOCITIES, gains.vnom))
     seen = set()

@@ -1,4 +1,4 @@
-"""Communication graphs in YAML files: matrices or edges, switching graphs, imperfect links.
+"""Communication graphs in YAML files: presets or edges, switching graphs, imperfect links.
 
 docs/communication.md describes the format.
 """
@@ -17,13 +17,12 @@ import numpy as np
 from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
 from setcmas_ctrl.communication.links import LinkChannel
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
 _LINK_FORM = "'1 - 2' (both directions), '1 <- 2' (1 receives from 2) or '2 -> 1' (the same)"
-_GRAPH_KEYS = ('graph', 'adjacency', 'edges')
+_GRAPH_KEYS = ('graph', 'edges')
 
 _WEIGHT = Number(least=0, finite=True)
 _DURATION = Number(above=0, unit='s', finite=True)
@@ -56,8 +55,8 @@ class GraphDescription:
         """Return the graphs for a fleet.
 
         Raises:
-            SetcmasError: The file names a robot outside the fleet, or has a matrix of another
-                size.
+            SetcmasError: The file names a robot outside the fleet, or a matrix in place of a file
+                is not one of this fleet.
         """
         if self._largest and self._largest_robot > nb_robots:
             raise self._largest.error(
@@ -111,12 +110,12 @@ class _Parser:
         return name, duration, self._graph(entry, keys)
 
     def _graph(self, entry: Entry, keys: dict[str, Entry]) -> Build:
-        readers = {'graph': _preset, 'adjacency': _matrix, 'edges': self._edges}
-        given = [key for key in readers if key in keys]
-        if len(given) != 1:
-            what = f'has {" and ".join(given)}' if given else 'has no graph'
+        if ('graph' in keys) == ('edges' in keys):
+            what = 'has graph and edges' if 'graph' in keys else 'has no graph'
             raise entry.error(f'{what}; it must be one of {", ".join(_GRAPH_KEYS)}')
-        return readers[given[0]](keys[given[0]])
+        if 'edges' in keys:
+            return self._edges(keys['edges'])
+        return PRESETS[OneOf(tuple(PRESETS)).of(keys['graph'])]
 
     def _edges(self, entry: Entry) -> Build:
         weights: dict[tuple[int, int], float] = {}
@@ -167,26 +166,6 @@ class _Parser:
             replace(LinkChannel(receiver, sender), **values)
             for receiver, sender in self._pairs(keys['link'], keys['link'].value)
         ]
-
-
-def _preset(entry: Entry) -> Build:
-    return PRESETS[OneOf(tuple(PRESETS)).of(entry)]
-
-
-def _matrix(entry: Entry) -> Build:
-    rows = [[_WEIGHT.of(cell) for cell in row.items()] for row in _items(entry)]
-    if any(len(row) != len(rows) for row in rows):
-        lengths = ', '.join(str(len(row)) for row in rows)
-        raise entry.error(f'the matrix has rows of {lengths} numbers; it must be square')
-
-    def build(nb_robots: int) -> Floats:
-        try:
-            return checked_adjacency(rows, nb_robots)
-        except SetcmasError as error:
-            raise entry.error(str(error)) from error
-
-    build(len(rows))
-    return build
 
 
 def _items(entry: Entry) -> list[Entry]:

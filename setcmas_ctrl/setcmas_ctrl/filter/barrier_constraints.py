@@ -99,22 +99,16 @@ class BarrierConstraints:
             minimum distance to obstacles.
         gamma: Rate at which robots may use up the remaining distance, in 1/s.
         ahead: Distance from each robot's centre to its control point in m, shape (N,).
-        own: Mask of the robots that this process commands, shape (N,).
     """
 
     separation: float
     gamma: float
     ahead: Floats
-    own: NDArray[np.bool_]
 
     @cached_property
     def _pairs(self) -> tuple[Indices, Indices]:
-        """Pairs with at least one own robot, own robot first."""
-        first, second = np.triu_indices(len(self.own), 1)
-        counted = self.own[first] | self.own[second]
-        first, second = first[counted], second[counted]
-        swap = ~self.own[first]
-        return np.where(swap, second, first), np.where(swap, first, second)
+        """All pairs of robots."""
+        return np.triu_indices(len(self.ahead), 1)
 
     def near(self, points: Floats, speed: float) -> Indices:
         """Return the indices of the pairs of points (2, N) that need a constraint.
@@ -122,24 +116,19 @@ class BarrierConstraints:
         Other pairs are too far apart for points of at most this speed (m/s) to break it.
         """
         i, j = self._pairs
-        used_up = 2.0 * speed / self.gamma * (1.0 if self.own.all() else 2.0)
-        far = self.separation + 2.0 * self.ahead.max() + used_up + _MARGIN_M
+        far = self.separation + 2.0 * (self.ahead.max() + speed / self.gamma) + _MARGIN_M
         x, y = points
         return np.flatnonzero((x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2 < far * far)
 
     def of_pairs(self, points: Floats, centres: Floats, which: Indices) -> Constraints:
         """Return the constraints of some pairs of points (2, N), by their indices.
 
-        An own robot and one of another process each take half of the constraint. Points that have
-        passed each other must go back, along the line of the centres (2, N).
+        Points that have passed each other must go back, along the line of the centres (2, N).
         """
         i, j = (ends[which] for ends in self._pairs)
         normal, distance = _apart(points, centres, i, j)
-        bound = self._bound(distance - self.separation - self.ahead[i] - self.ahead[j])
-        alone = ~self.own[j]
-        return Constraints(
-            i, np.where(alone, NO_POINT, j), normal, np.where(alone, 0.5 * bound, bound)
-        )
+        left = distance - self.separation - self.ahead[i] - self.ahead[j]
+        return Constraints(i, j, normal, self._bound(left))
 
     def too_near(self, points: Floats, centres: Floats) -> Indices:
         """Return the robots whose control points are too close for their centres to stay apart."""
@@ -150,42 +139,37 @@ class BarrierConstraints:
 
     def of_arena(self, points: Floats, arena: Arena) -> Constraints:
         """Return the constraints of points (2, N) in an arena."""
-        own = np.flatnonzero(self.own)
-        x, y = points[:, own]
+        every = np.arange(points.shape[1])
+        x, y = points
         sides = (
             ((1.0, 0.0), arena.xmax - x),
             ((-1.0, 0.0), x - arena.xmin),
             ((0.0, 1.0), arena.ymax - y),
             ((0.0, -1.0), y - arena.ymin),
         )
-        return Constraints.stacked(
-            [
-                Constraints.of_single(
-                    own,
-                    np.tile(np.array([normal]).T, len(own)),
-                    self._bound(left - self.ahead[own]),
-                )
-                for normal, left in sides
-            ]
-        )
+        parts = []
+        for normal, left in sides:
+            normals = np.tile(np.array([normal]).T, len(every))
+            parts.append(Constraints.of_single(every, normals, self._bound(left - self.ahead)))
+        return Constraints.stacked(parts)
 
     def of_obstacles(self, points: Floats, obstacles: Obstacles) -> Constraints:
         """Return the constraints of points (2, N) among obstacles: one per disc, one per side."""
-        own = np.flatnonzero(self.own)
         parts = []
         for x, y, radius in obstacles.discs:
-            parts.append(self._off(own, points, np.array([[x], [y]]), radius))
+            parts.append(self._off(points, np.array([[x], [y]]), radius))
         for polygon in obstacles.polygons:
             for start, end in polygon.sides:
-                nearest = nearest_points(points[:, own], np.array(start), np.array(end))
-                parts.append(self._off(own, points, nearest, 0.0))
+                nearest = nearest_points(points, np.array(start), np.array(end))
+                parts.append(self._off(points, nearest, 0.0))
         return Constraints.stacked(parts)
 
-    def _off(self, own: Indices, points: Floats, nearest: Floats, radius: float) -> Constraints:
-        offset = nearest - points[:, own]
+    def _off(self, points: Floats, nearest: Floats, radius: float) -> Constraints:
+        offset = nearest - points
         distance = np.maximum(np.hypot(*offset), 1e-9)
-        left = distance - radius - 0.5 * self.separation - self.ahead[own]
-        return Constraints.of_single(own, offset / distance, self._bound(left))
+        left = distance - radius - 0.5 * self.separation - self.ahead
+        every = np.arange(points.shape[1])
+        return Constraints.of_single(every, offset / distance, self._bound(left))
 
     def _bound(self, left: Floats) -> Floats:
         return np.maximum(self.gamma * (left - _MARGIN_M), -_RECOVERY)

@@ -17,10 +17,9 @@ _FASTEST_TURN = 2.6
 """Turn rate limit in rad/s for robots without limits: that of a TurtleBot3 Burger."""
 
 
-def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
-    """Check that the filter can handle the motion of robots, or raise SetcmasError."""
-    pairs = zip(robots, models, strict=True)
-    others = [robot for robot, model in pairs if model.motion is Motion.OTHER]
+def check_motions(models: Sequence[RobotModel]) -> None:
+    """Check that the filter can handle the motion of a fleet, or raise SetcmasError."""
+    others = [robot for robot, model in enumerate(models, 1) if model.motion is Motion.OTHER]
     if others:
         raise SetcmasError(
             'the safety filter needs robots that turn on the spot or move in any direction; '
@@ -29,51 +28,44 @@ def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
 
 
 class ControlPoints:
-    """Control points of the R robots that a process commands, in a fleet of N.
+    """Control points of a fleet of N robots.
 
     Attributes:
         ahead: Distance from each robot's centre to its control point in m, shape (N,).
+        V_max: Speed limit of each robot in m/s, shape (N,).
     """
 
-    def __init__(
-        self, own: Floats, nb_robots: int, models: Sequence[RobotModel], lookahead: float
-    ) -> None:
-        """Choose the control points of robots with indices `own` (R,) in the fleet.
+    def __init__(self, models: Sequence[RobotModel], lookahead: float) -> None:
+        """Choose the control points of robots by their models.
 
-        The lookahead is the distance from the centre of a unicycle to its control point in m;
-        robots of other processes count as unicycles.
+        The lookahead is the distance from the centre of a unicycle to its control point in m.
         """
         turns = [model.motion is Motion.UNICYCLE for model in models]
-        self._own = own
         self._turns = np.array(turns)
-        self._unicycles = own[self._turns]
-        self.ahead = np.full(nb_robots, lookahead)
-        self.ahead[own[~self._turns]] = 0.0
+        self._unicycles = np.flatnonzero(self._turns)
+        self._lookahead = np.full(len(self._unicycles), lookahead)
+        self.ahead = np.where(self._turns, lookahead, 0.0)
         limits = [model.limits for model, turns in zip(models, turns, strict=True) if turns]
         self._turn_max = np.array([min(limit.omega_max, _FASTEST_TURN) for limit in limits])
         self._wheel_max = np.array([limit.wheel_speed_max for limit in limits])
         self._lever = np.array([0.5 * limit.wheel_separation / lookahead for limit in limits])
-        self.V_max = np.full(nb_robots, math.inf)
-        self.V_max[own] = [model.V_max for model in models]
+        self.V_max = np.array([model.V_max for model in models])
 
     def points(self, poses: Floats) -> Floats:
         """Return the control points (2, N) at poses (3, N)."""
         return poses[:2] + self.ahead * along(poses[2])
 
     def driven(self, commands: Floats, poses: Floats) -> Floats:
-        """Return the velocities (2, R) of the R robots' centres under commands (3, R)."""
-        theta = poses[2, self._own]
-        driven: Floats = commands[0] * along(theta) + commands[1] * across(theta)
-        return driven
+        """Return the velocities (2, N) of the robots' centres under commands (3, N)."""
+        return _rotated(commands[:2], poses[2])
 
     def velocities(self, wanted: Floats, commands: Floats, poses: Floats, Ts: float) -> Floats:
-        """Return the velocities of the control points, (2, N); 0 for other processes' robots.
+        """Return the velocities of the control points, (2, N).
 
-        Robots that move in any direction have the wanted velocities (2, R), unicycles those of
-        their commands (3, R).
+        Robots that move in any direction have the wanted velocities (2, N), unicycles those of
+        their commands (3, N).
         """
-        moved = np.zeros((2, len(self.ahead)))
-        moved[:, self._own] = wanted
+        moved: Floats = wanted.copy()
         moved[:, self._unicycles] = velocities_of_points(
             commands[:, self._turns], poses[2, self._unicycles], self._lookahead, Ts
         )
@@ -107,9 +99,9 @@ class ControlPoints:
         """Return the constraints that limit the rise of speeds to `most` (m/s).
 
         Wanted velocities (2, N) of the points within the limits satisfy them; slowing down has no
-        limit. `before` are the previous commands (3, R).
+        limit. `before` are the previous commands (3, N).
         """
-        theta = poses[2, self._own]
+        theta = poses[2]
         every = np.ones_like(self._turns)
         parts = []
         for axis, last, which in (
@@ -120,14 +112,10 @@ class ControlPoints:
             for side in (1, -1):
                 a = (side * axis)[:, which]
                 b = (np.maximum(0.0, side * last) + share)[which]
-                wanted = (a * velocities[:, self._own[which]]).sum(axis=0)
-                parts.append(Constraints.of_single(self._own[which], a, np.maximum(b, wanted)))
+                wanted = (a * velocities[:, which]).sum(axis=0)
+                robots = np.flatnonzero(which)
+                parts.append(Constraints.of_single(robots, a, np.maximum(b, wanted)))
         return Constraints.stacked(parts)
-
-    @property
-    def _lookahead(self) -> Floats:
-        lookahead: Floats = self.ahead[self._unicycles]
-        return lookahead
 
 
 def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions, Verdict
-from setcmas_ctrl.filter.projection import Projection
 from setcmas_simu.arrays import Floats, single_precision
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import RobotModel
@@ -35,10 +34,10 @@ class Conversion(Protocol):
     last: Floats
 
     def use(self, models: Sequence[RobotModel]) -> None:
-        """Set the models of the R robots."""
+        """Set the models of the N robots."""
 
     def follow(self, velocities: Floats, poses: Floats) -> Floats:
-        """Return the commands (3, R) of robots whose velocities (2, R) are kept."""
+        """Return the commands (3, N) of robots whose velocities (2, N) are kept."""
 
     def __call__(
         self,
@@ -47,16 +46,16 @@ class Conversion(Protocol):
         verdicts: NDArray[np.int64] | None = None,
         kept: Floats | None = None,
     ) -> Floats:
-        """Return the commands (3, R) for allowed velocities (2, R), and remember them as last."""
+        """Return the commands (3, N) for allowed velocities (2, N), and remember them as last."""
 
 
 class Allowed(NamedTuple):
-    """What the filter allows R robots for one period.
+    """What the filter allows N robots for one period.
 
     Attributes:
-        velocities: In m/s, in single precision, shape (2, R): the wanted ones, or those of control
+        velocities: In m/s, in single precision, shape (2, N): the wanted ones, or those of control
             points instead.
-        verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (R,).
+        verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (N,).
     """
 
     velocities: Floats
@@ -64,7 +63,7 @@ class Allowed(NamedTuple):
 
 
 class SafetyFilter:
-    """Keeps robots apart, in their arena and off obstacles.
+    """Keeps the robots of a fleet apart, in their arena and off obstacles.
 
     Attributes:
         conversion: Converts what the filter allows, so that it knows how robots are commanded.
@@ -73,15 +72,14 @@ class SafetyFilter:
     def __init__(
         self,
         options: FilterOptions,
-        robots: Sequence[int],
         nb_robots: int,
         conversion: Conversion,
         report: Callable[[str], None] = print,
     ) -> None:
-        """Prepare for R robots, in a fleet of N.
+        """Prepare for a fleet of N robots.
 
-        Robots of other processes are trusted to take their half of each constraint. `report` is
-        called with a message about robots that start too close, or are kept stopped for long.
+        `report` is called with a message about robots that start too close, or are kept stopped
+        for long.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety at this rate.
@@ -94,49 +92,44 @@ class SafetyFilter:
         self.conversion = conversion
         self._options = options
         self._report = report
-        self._robots = robots
-        self._own = np.array(robots) - 1
-        self._is_own = np.isin(np.arange(nb_robots), self._own)
         self._obstacles = Obstacles.of(options.obstacles or '')
-        self._project = Projection()
-        self._watch = _StopWatch(robots)
+        self._project = _Projection()
+        self._watch = _StopWatch(nb_robots)
         self._points: ControlPoints  # `use` sets both
         self._barriers: BarrierConstraints
         self._started = False
 
     def use(self, models: Sequence[RobotModel]) -> None:
-        """Set the models of the R robots.
+        """Set the models of the N robots.
 
         Raises:
             SetcmasError: The filter cannot handle some robots' motion, or their control points are
                 so far ahead that they could pass each other.
         """
-        check_motions(self._robots, models)
+        check_motions(models)
         self.conversion.use(models)
         options = self._options
         separation = options.min_separation or SEPARATION_M
-        self._points = ControlPoints(self._own, len(self._is_own), models, options.lookahead)
-        if self._points.ahead[self._own].max(initial=0.0) >= 0.5 * separation:
+        self._points = ControlPoints(models, options.lookahead)
+        if self._points.ahead.max() >= 0.5 * separation:
             raise SetcmasError(
                 f'lookahead is {options.lookahead:g}; it must be less than half of '
                 f'min_separation, which is {separation:g} m'
             )
-        self._barriers = BarrierConstraints(
-            separation, options.gamma, self._points.ahead, self._is_own
-        )
+        self._barriers = BarrierConstraints(separation, options.gamma, self._points.ahead)
 
     def __call__(self, wanted: Floats, poses: Floats, fastest: float) -> Allowed:
         """Return the velocities that robots may have until the next call.
 
         Args:
-            wanted: Velocities in m/s, shape (2, R), as messages carry them.
+            wanted: Velocities in m/s, shape (2, N), as messages carry them.
             poses: Poses of the fleet, shape (3, N).
             fastest: Speed limit in m/s.
         """
         self._check_starts(poses)
         control_points, conversion = self._points, self.conversion
-        own, Ts, accel = self._own, conversion.Ts, self._options.accel
-        commands = conversion.follow(wanted, poses[:, own])
+        Ts, accel = conversion.Ts, self._options.accel
+        commands = conversion.follow(wanted, poses)
         driven = control_points.driven(commands, poses) if accel else wanted
         moved = control_points.velocities(driven, commands, poses, Ts)
         speeds = np.hypot(moved[0], moved[1])
@@ -150,23 +143,22 @@ class SafetyFilter:
         )
         found: Floats | None = moved
         if constrained.any():
-            aim = moved.copy()  # a blocking robot goes as its law wants if possible
-            aim[:, own] = np.where(constrained[own], wanted, moved[:, own])
+            aim = np.where(constrained, wanted, moved)  # as laws want if possible
             limits = control_points.limits(moved, commands, poses, Ts)
             last = conversion.last
             rises = [control_points.rises(moved, last, poses, accel * Ts)] if accel else []
             found = self._projected(
                 aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
             )
-        allowed = self._allowed(wanted, moved[:, own], None if found is None else found[:, own])
-        conversion(allowed.velocities, poses[:, own], allowed.verdicts, commands)
+        allowed = self._allowed(wanted, moved, found)
+        conversion(allowed.velocities, poses, allowed.verdicts, commands)
         self._report_stopped(wanted, allowed.velocities)
         return allowed
 
     def _allowed(self, wanted: Floats, moved: Floats, found: Floats | None) -> Allowed:
-        """Return what to allow R robots whose points would move, and for which some was found."""
+        """Return what to allow: `found` are the velocities of points that would move otherwise."""
         if found is None:
-            verdicts = np.full(len(self._own), Verdict.NO_SOLUTION, dtype=np.int64)
+            verdicts = np.full(wanted.shape[1], Verdict.NO_SOLUTION, dtype=np.int64)
             return Allowed(np.zeros(wanted.shape), verdicts)
         changed = (found != moved).any(axis=0)
         verdicts = np.where(changed, Verdict.CHANGED, Verdict.KEPT)
@@ -222,13 +214,12 @@ class SafetyFilter:
 class _StopWatch:
     """Finds robots that stay stopped although their laws want them to move."""
 
-    def __init__(self, robots: Sequence[int]) -> None:
-        self._robots = np.array(robots)
-        self._stopped = self._reported = np.zeros(len(robots), dtype=bool)
+    def __init__(self, nb_robots: int) -> None:
+        self._stopped = self._reported = np.zeros(nb_robots, dtype=bool)
         self._unchanged_s = 0.0
 
     def update(self, wanted: Floats, allowed: Floats, Ts: float) -> list[int]:
-        """Take the velocities (2, R) of a period of Ts s; return newly found robots.
+        """Take the velocities (2, N) of a period of Ts s; return newly found robots.
 
         Robots that stop one after the other are returned together, once none has followed.
         """
@@ -241,5 +232,111 @@ class _StopWatch:
             return []
         new = stopped & ~self._reported
         self._reported = self._reported | stopped
-        found: list[int] = self._robots[new].tolist()
-        return found
+        return [int(index) + 1 for index in np.flatnonzero(new)]
+
+
+_SOLVED = 1
+_TOLERANCE = 2e-6  # the solver's is 1e-6
+_ALMOST = 1.001
+_SAME = 1e-9  # m/s
+_MOST_ROUNDS = 50
+
+
+Mask = NDArray[np.bool_]
+
+
+class _Projection:
+    """Finds the closest velocities that satisfy all constraints, period after period.
+
+    The program only has constraints that the solution without them violates, and those active in
+    the previous period; speed limits enter as tangents to circles. So velocities that violate no
+    constraint stay unchanged to the last bit.
+    """
+
+    def __init__(self) -> None:
+        with needs('filter'):
+            import daqp  # noqa: F401
+        self._pairs: Indices = np.zeros(0, dtype=np.intp)
+        self._others = np.zeros(0, dtype=bool)
+
+    def __call__(
+        self, wanted: Floats, constraints: Constraints, fastest: Floats, near: Indices
+    ) -> Floats | None:
+        """Return the velocities, shape (2, N); None if the constraints are infeasible.
+
+        Args:
+            wanted: Rows vx, vy in m/s, shape (2, N).
+            constraints: Those of pairs, then others, always in the same order.
+            fastest: Speed limits in m/s, at least the wanted speeds, shape (N,).
+            near: Sorted indices of the pairs that have a constraint.
+        """
+        nb_rows = len(constraints.b)
+        active = self._guess(near, nb_rows - len(near))
+        velocities: Floats = wanted.copy()
+        used = active.copy()
+        for _ in range(_MOST_ROUNDS):
+            constraints, broken = _broken(velocities, constraints, fastest)
+            if not broken.any():
+                self._pairs = near[active[: len(near)]]
+                self._others = active[len(near) : nb_rows]
+                return velocities
+            used, active = (_lengthened(mask, len(broken)) for mask in (used, active))
+            used |= broken
+            solved = _solved(wanted, constraints.selected(used), active[used])
+            if solved is None:
+                return None
+            velocities, active = solved[0], np.zeros(len(used), dtype=bool)
+            active[used] = solved[1]
+        return None
+
+    def _guess(self, near: Indices, nb_others: int) -> Mask:
+        """Guess the active constraints: those active in the previous period."""
+        same = len(self._others) == nb_others
+        others = self._others if same else np.zeros(nb_others, dtype=bool)
+        return np.concatenate([np.isin(near, self._pairs, assume_unique=True), others])
+
+
+def _broken(
+    velocities: Floats, constraints: Constraints, fastest: Floats
+) -> tuple[Constraints, Mask]:
+    """Return the constraints, with tangents for points that are too fast, and a violation mask."""
+    broken = constraints.excess(velocities) > _TOLERANCE
+    speeds = np.hypot(velocities[0], velocities[1])
+    fast = np.flatnonzero(speeds > fastest * _ALMOST)
+    if not len(fast):
+        return constraints, broken
+    tangents = Constraints.of_single(fast, velocities[:, fast] / speeds[fast], fastest[fast])
+    return Constraints.stacked([constraints, tangents]), np.append(
+        broken, np.ones(len(fast), dtype=bool)
+    )
+
+
+def _lengthened(mask: Mask, length: int) -> Mask:
+    return np.append(mask, np.zeros(length - len(mask), dtype=bool))
+
+
+def _solved(wanted: Floats, constraints: Constraints, active: Mask) -> tuple[Floats, Mask] | None:
+    """Return the velocities of all points, and the active constraints; None if infeasible."""
+    import daqp
+
+    points = np.flatnonzero(constraints.has_constraint(wanted.shape[1]))
+    places = np.zeros(points[-1] + 1, dtype=np.intp)
+    places[points] = np.arange(len(points))
+    matrix = constraints.matrix(places, len(points))
+    own = wanted[:, points]
+    none = np.zeros(len(constraints.b), dtype=np.intc)
+    for sense in (active.astype(np.intc), none) if active.any() else (none,):
+        solution, _, status, info = daqp.solve(
+            np.eye(2 * len(points)),
+            -own.T.ravel(),
+            matrix,
+            constraints.b,
+            np.full(len(constraints.b), -np.inf),
+            sense,
+        )
+        if status == _SOLVED:
+            velocities: Floats = wanted.copy()
+            found = np.reshape(solution, (-1, 2)).T
+            velocities[:, points] = np.where(np.abs(found - own).max(axis=0) > _SAME, found, own)
+            return velocities, np.asarray(info['lam']) > 0.0
+    return None

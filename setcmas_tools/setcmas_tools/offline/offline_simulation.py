@@ -187,9 +187,8 @@ class Simulation:
         """Simulate the robots; return the run."""
         scenario, radio, nb_robots = self._scenario, self._radio, self._nb_robots
         robot_rate, nb_steps = scenario.robots.robot_rate, self._nb_steps
-        robots = range(1, nb_robots + 1)
         commander = Commander(
-            scenario.law, scenario.safety, robots, nb_robots, self._warn, self._conversions
+            scenario.law, scenario.safety, nb_robots, self._warn, self._conversions
         )
         commander.use(self._robots)
         model = fleet_model(self._robots)

@@ -20,31 +20,21 @@ CIRCLE = np.arange(6) * math.tau / 6
 
 
 class Fleet:
-    """Robots that want to goals, commanded by one process or by several."""
+    """Robots that want to goals."""
 
-    def __init__(self, poses, goals, model=OMNIDIRECTIONAL, parts=None, right_deg=0, **options):
+    def __init__(self, poses, goals, model=OMNIDIRECTIONAL, right_deg=0, **options):
         self.poses, self.goals, self.model = poses, goals, model
         cos, sin = math.cos(math.radians(right_deg)), math.sin(math.radians(right_deg))
         self.turn = np.array([[cos, sin], [-sin, cos]])
         self.messages = []
         nb_robots = poses.shape[1]
         filtered = FilterOptions(filter='barrier', **options)
-        self.parts = parts or [list(range(1, nb_robots + 1))]
-        self.commanders = [
-            Commander(GainOptions(), filtered, part, nb_robots, self.messages.append)
-            for part in self.parts
-        ]
-        for part, commander in zip(self.parts, self.commanders, strict=True):
-            commander.use([model] * len(part))
+        self.commander = Commander(GainOptions(), filtered, nb_robots, self.messages.append)
+        self.commander.use([model] * nb_robots)
 
     def step(self):
-        commands = np.zeros((3, self.poses.shape[1]))
-        for part, commander in zip(self.parts, self.commanders, strict=True):
-            own = np.array(part) - 1
-            wanted = self.turn @ (self.goals - self.poses[:2])[:, own]
-            self.last = commander(wanted, self.poses)
-            commands[:, own] = self.last.commands
-        self.poses = self.model.step(self.model.start(self.poses), commands, TS)[:3]
+        self.last = self.commander(self.turn @ (self.goals - self.poses[:2]), self.poses)
+        self.poses = self.model.step(self.model.start(self.poses), self.last.commands, TS)[:3]
 
     def run(self, duration=20.0):
         """Return the smallest distance between two robots, and the way of each, (K, 2, N)."""
@@ -71,7 +61,7 @@ def test_robots_that_change_places_never_come_nearer_than_wanted(model):
 
 
 def test_robots_keep_the_distance_of_a_lab_where_poses_are_a_tenth_of_a_second_old():
-    filtered = Commander(GainOptions(), FilterOptions(filter='barrier', gamma=5.0), [1, 2], 2)
+    filtered = Commander(GainOptions(), FilterOptions(filter='barrier', gamma=5.0), 2)
     filtered.use([OMNIDIRECTIONAL] * 2)
     x, wanted = np.array([-2.0, 2.0]), np.array([[0.5, -0.5], [0.0, 0.0]])
     velocity, distances = np.zeros(2), []
@@ -83,12 +73,6 @@ def test_robots_keep_the_distance_of_a_lab_where_poses_are_a_tenth_of_a_second_o
         distances.append(x[1] - x[0])
 
     assert 0.35 <= min(distances) < 0.45
-
-
-def test_robots_of_two_processes_do_half_each():
-    least, _ = swap(parts=[[1, 2, 5], [3, 4, 6]], min_separation=0.4).run()
-
-    assert 0.4 <= least < 0.45
 
 
 def test_robots_that_block_each_other_are_reported_once_and_stand():
@@ -113,8 +97,7 @@ def test_a_robot_with_free_way_is_commanded_as_without_a_filter_to_the_last_bit(
     poses = np.array([[0.0, 0.1, 4.0], [0.0, 0.4, 0.0], [0.0, -1.0, 2.0]])
     wanted = np.array([[0.1, 0.0, -0.2], [0.3, -0.3, 0.3]])
     on, off = (
-        Commander(GainOptions(), FilterOptions(filter=name), [1, 2, 3], 3)
-        for name in ('barrier', 'none')
+        Commander(GainOptions(), FilterOptions(filter=name), 3) for name in ('barrier', 'none')
     )
     for commander in (on, off):
         commander.use([UNICYCLE] * 3)
@@ -129,7 +112,7 @@ def test_a_robot_with_free_way_is_commanded_as_without_a_filter_to_the_last_bit(
 def test_commands_keep_the_limits_of_unicycles():
     poses = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, math.pi]])
     wanted = np.array([[0.3, -0.3], [0.3, 0.3]])
-    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), [1, 2], 2)
+    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), 2)
     commander.use([Unicycle(BURGER)] * 2)
 
     assert np.abs(commander(wanted, poses).commands[0]).max() <= BURGER.V_max
@@ -197,7 +180,7 @@ def test_no_solution_means_zero():
 
 
 def test_a_car_is_refused():
-    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), [1, 2], 2)
+    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), 2)
 
     with pytest.raises(SetcmasError, match='robot 2 cannot'):
         commander.use([UNICYCLE, CAR])
