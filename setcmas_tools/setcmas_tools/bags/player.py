@@ -9,7 +9,7 @@ import argparse
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,8 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosbags.interfaces import Qos, QosDurability, QosReliability
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosbags.interfaces import QosDurability
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -75,50 +75,31 @@ def played_topics(bag: Bag) -> tuple[dict[BagTopic, Any], list[str]]:
     classes: dict[BagTopic, Any] = {}
     left_out: defaultdict[str, list[str]] = defaultdict(list)
     for topic in bag.topics:
-        reason = _objection(topic)
-        if any(topic.name == other.name for other in classes):
-            reason = reason or 'recorded with two types'
-        try:
-            classes |= {} if reason else {topic: message_class(topic.msgtype)}
-        except NoPythonTypeError as error:
-            reason = str(error)
-        if reason:
-            left_out[reason].append(topic.name)
-    notes = [f'not played: {_listed(names)} ({why})' for why, names in left_out.items()]
+        if is_command(topic.name, topic.msgtype):
+            left_out['no robot moves because of a recording'].append(topic.name)
+        elif topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
+            left_out['they belong to the recorded programs'].append(topic.name)
+        elif any(topic.name == other.name for other in classes):
+            left_out['recorded with two types'].append(topic.name)
+        else:
+            try:
+                classes[topic] = message_class(topic.msgtype)
+            except NoPythonTypeError as error:
+                left_out[str(error)].append(topic.name)
+    notes = [f'not played: {", ".join(names)} ({why})' for why, names in left_out.items()]
     if not classes:
         raise SetcmasError('; '.join(['no topic is left to play', *notes]))
     return classes, notes
 
 
-def _objection(topic: BagTopic) -> str:
-    """Return why a topic is never played; empty if it may be."""
-    if is_command(topic.name, topic.msgtype):
-        return 'no robot moves because of a recording'
-    if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
-        return 'they belong to the recorded programs'
-    return ''
-
-
-def _listed(names: list[str]) -> str:
-    first = ', '.join(names[:3])
-    return f'{first} and {len(names) - 3} more' if len(names) > 3 else first
-
-
 _KEPT = 1000  # messages of a latched topic for late subscribers
 
 
-def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
-    """Return a profile for all subscribers that matched a recorded publisher.
-
-    Bags recorded from the network store no depth; this one loses nothing.
-    """
-    best_effort = offered and all(one.reliability == QosReliability.BEST_EFFORT for one in offered)
-    latched = any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered)
-    return QoSProfile(
-        depth=_KEPT,
-        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
+def played_qos(topic: BagTopic) -> QoSProfile:
+    """Return a profile that suits all subscribers; it loses nothing."""
+    latched = any(one.durability == QosDurability.TRANSIENT_LOCAL for one in topic.offered_qos)
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+    return QoSProfile(depth=_KEPT, durability=durability)
 
 
 def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:
@@ -151,7 +132,7 @@ def play(
     publishers: Mapping[BagTopic, Publisher],
     rate: float,
     in_use: Callable[[], str],
-) -> tuple[int, str]:
+) -> int:
     """Publish the messages of topics at their times, until the bag or the process ends.
 
     Args:
@@ -162,7 +143,10 @@ def play(
         in_use: Returns why playing must break off; empty if it need not.
 
     Returns:
-        Number of published messages, and why playing broke off; empty if it did not.
+        Number of published messages.
+
+    Raises:
+        SetcmasError: Playing broke off.
     """
     count = 0
     begin = time.monotonic()
@@ -175,21 +159,18 @@ def play(
             if now >= next_look:
                 next_look = now + _LOOK_S
                 if reason := in_use():
-                    return count, reason
+                    raise SetcmasError(f'playing stopped: {reason}')
             if process.stopping:
-                return count, ''
+                return count
             if now >= due:
                 break
             time.sleep(min(due - now, _WAKE_S))
         publishers[topic].publish(data)
         count += 1
-    return count, ''
+    return count
 
 
 _DISCOVERY_S = 1.0
-_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
-_SETTLED_S = 0.5
-_LONGEST_SETTLING_S = 3.0
 _LAST_MESSAGES_S = 2.0
 
 
@@ -215,51 +196,24 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     names = [topic.name for topic in classes]
     for line in [*bag.notices, *notes]:
         print(line, file=sys.stderr, flush=True)
-    _refuse_robots(process, lambda: robots_in_use(node, names))
+    process.spin_until(lambda: False, _DISCOVERY_S)
+    if reason := robots_in_use(node, names):
+        raise SetcmasError(f'{reason}; stop that first, or set another ROS_DOMAIN_ID')
     publishers = {
-        topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
+        topic: node.create_publisher(kind, topic.name, played_qos(topic))
         for topic, kind in classes.items()
     }
-    _settle(process, publishers.values())
+    process.spin_until(lambda: False, _DISCOVERY_S)  # of subscribers, such as a recorder
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     seconds = (bag.end_ns - bag.start_ns) / 1e9
     print(f'playing {len(publishers)} {topics_text}, {seconds:.1f} s', flush=True)
     in_use = partial(robots_in_use, node, names, own=1)
-    count, reason = play(process, bag, publishers, options.rate, in_use)
+    count = play(process, bag, publishers, options.rate, in_use)
     deadline = time.monotonic() + _LAST_MESSAGES_S
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
     print(f'played {count:,} {"message" if count == 1 else "messages"}', flush=True)
-    if reason:
-        print(f'error: playing stopped: {reason}', file=sys.stderr, flush=True)
-    return int(bool(reason))
-
-
-def _refuse_robots(process: RosProcess, in_use: Callable[[], str]) -> None:
-    """Wait until other nodes have been discovered; killed ones remain visible for a while.
-
-    Raises:
-        SetcmasError: One of the robots is in use.
-    """
-    process.spin_until(lambda: False, _DISCOVERY_S)
-    if in_use():
-        process.spin_until(lambda: not in_use(), _FORGOTTEN_AFTER_S)
-    if reason := in_use():
-        raise SetcmasError(f'{reason}; stop that first, or set another ROS_DOMAIN_ID')
-
-
-def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
-    """Wait until subscribers, such as a recorder, have found the topics."""
-    begin = since = time.monotonic()
-    known = -1
-    while not process.stopping:
-        now = time.monotonic()
-        found = sum(publisher.get_subscription_count() for publisher in publishers)
-        if found != known:
-            known, since = found, now
-        if now - since > _SETTLED_S or now - begin > _LONGEST_SETTLING_S:
-            return
-        time.sleep(0.02)
+    return 0
 
 
 if __name__ == '__main__':

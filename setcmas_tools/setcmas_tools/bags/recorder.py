@@ -65,8 +65,8 @@ class GraphRecorder:
 
     @property
     def recorded(self) -> list[str]:
-        """Names of the topics with a publisher."""
-        return [topic.name for topic in self._topics.values() if topic.connection]
+        """Names of the topics that had a publisher."""
+        return [*self._topics]
 
     def look(self) -> None:
         """Follow changes of the graph since the last look, and answer requests."""
@@ -83,7 +83,7 @@ class GraphRecorder:
                 state = (self._node.count_publishers(name), types)
                 if state != self._seen.get(name):
                     self._seen[name] = state
-                    self._follow(name, types)
+                    self._follow(name)
 
     def missing(self) -> list[int]:
         """Return the announced robots without any topic so far."""
@@ -96,46 +96,44 @@ class GraphRecorder:
     def drain(self) -> None:
         """Write the messages received so far, in order."""
         self._waiting += [message for topic in self._topics.values() for message in topic.take()]
-        for message in self._waiting:
-            if not message.topic.connection:
-                self._follow(message.topic.name, [message.topic.msgtype])
         for stamp, message in self._times.of(self._waiting):
-            if message.topic.connection:
-                self._writer.write(message.topic.connection, stamp, message.data)
+            self._writer.write(message.connection, stamp, message.data)
 
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
             return name in self._chosen
         return '/_' not in name
 
-    def _follow(self, name: str, types: list[str]) -> None:
+    def _follow(self, name: str) -> None:
         infos = self._node.get_publishers_info_by_topic(name)
-        offered = list(dict.fromkeys(info.topic_type for info in infos)) or types
-        topic = self._topics.get(name)
-        if topic is None or topic.msgtype not in offered:
-            topic = self._subscribe(name, offered[0])
-        if topic is None or not infos:
+        if not infos:
             return
-        for other in set(offered) - {topic.msgtype}:
-            self._print_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
-        profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
-        if not topic.connection:
-            topic.connection = self._writer.add_topic(
-                name, topic.msgtype, self._definitions.store, stored_qos(profiles)
-            )
-        self._waiting += topic.adapt_to(profiles)
+        topic, offered = self._topics.get(name), [info.topic_type for info in infos]
+        msgtype = topic.msgtype if topic and topic.msgtype in offered else offered[0]
+        profiles = [info.qos_profile for info in infos if info.topic_type == msgtype]
+        if topic is None or topic.msgtype != msgtype:
+            topic = self._subscribe(name, msgtype, profiles)
+        for other in {*offered} - {msgtype}:
+            self._print_once(f'{name} has a second type {other}: only {msgtype} is recorded')
+        if topic:
+            self._waiting += topic.adapt_to(profiles)
 
-    def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
-        previous = self._topics.pop(name, None)
-        if previous:
-            self._waiting += previous.take()
-            previous.close()
+    def _subscribe(
+        self, name: str, msgtype: str, profiles: list[QoSProfile]
+    ) -> RecordedTopic | None:
+        if previous := self._topics.pop(name, None):
+            self._waiting += previous.end()
         try:
             self._definitions.add(msgtype)
-            self._topics[name] = RecordedTopic(self._node, name, msgtype)
+            message_type = message_class(msgtype)
         except (NoPythonTypeError, UnknownDefinitionError) as error:
             self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
-        return self._topics.get(name)
+            return None
+        connection = self._writer.add_topic(
+            name, msgtype, self._definitions.store, stored_qos(profiles)
+        )
+        self._topics[name] = RecordedTopic(self._node, connection, message_type)
+        return self._topics[name]
 
     def _print_once(self, line: str) -> None:
         if line not in self._printed:
@@ -170,6 +168,7 @@ def _time(duration: Duration) -> QosTime:
     return QosTime(*divmod(duration.nanoseconds, 10**9))
 
 
+_RELIABLE = ReliabilityPolicy.RELIABLE
 _TRANSIENT_LOCAL = DurabilityPolicy.TRANSIENT_LOCAL
 
 
@@ -179,10 +178,11 @@ class Received:
 
     Attributes:
         time_ns: Time of arrival on the system's clock.
+        connection: Its topic in the bag.
     """
 
     time_ns: int
-    topic: RecordedTopic
+    connection: Connection
     data: bytes
 
 
@@ -193,47 +193,38 @@ class RecordedTopic:
     each topic for its messages 20 times a second costs a third of that.
 
     Attributes:
-        name: Full name.
         msgtype: Type of its messages.
-        connection: The topic in the bag; None until a publisher is known.
     """
 
-    def __init__(self, node: Node, name: str, msgtype: str) -> None:
-        """Subscribe, reliably; publishers may not be known yet.
-
-        An early subscription receives the first messages of a later publisher.
-
-        Raises:
-            NoPythonTypeError: The type's Python package is missing.
-        """
-        self.name = name
-        self.msgtype = msgtype
-        self.connection: Connection | None = None
-        self._node = node
-        self._class = message_class(msgtype)
-        self._has_publishers = False
-        self._reliable, self._transient_local = True, False
-        self._taken_early: set[int] = set()
+    def __init__(self, node: Node, connection: Connection, message_type: type) -> None:
+        """Prepare for a topic of the bag; `adapt_to` subscribes."""
+        self.msgtype = connection.msgtype
+        self._node, self._connection, self._message_type = node, connection, message_type
+        self._reliable = self._transient_local = True
         self._subscription: Subscription | None = None
-        self._subscribe()
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
-        """Subscribe again if the profiles of publishers require it; return what came before."""
-        reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
-        transient_local = all(one.durability == _TRANSIENT_LOCAL for one in profiles)
-        if self._has_publishers:
-            # Never up again: latched messages would arrive twice.
-            reliable &= self._reliable
-            transient_local &= self._transient_local
-        received = list(self.take())
-        self._has_publishers = True
-        if self._subscription and (reliable, transient_local) != (
+        """Subscribe so that as little is lost as publishers allow; return what came before."""
+        # Never up again: latched messages would arrive twice.
+        reliable = self._reliable and all(one.reliability == _RELIABLE for one in profiles)
+        transient_local = self._transient_local and all(
+            one.durability == _TRANSIENT_LOCAL for one in profiles
+        )
+        if self._subscription and (reliable, transient_local) == (
             self._reliable,
             self._transient_local,
         ):
-            self._reliable, self._transient_local = reliable, transient_local
-            self._node.destroy_subscription(self._subscription)
-            self._subscribe()
+            return []
+        received = self.end()
+        self._reliable, self._transient_local = reliable, transient_local
+        profile = QoSProfile(
+            depth=DEPTH,
+            reliability=_RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=_TRANSIENT_LOCAL if transient_local else DurabilityPolicy.VOLATILE,
+        )
+        self._subscription = self._node.create_subscription(
+            self._message_type, self._connection.topic, lambda _: None, profile, raw=True
+        )
         return received
 
     def take(self) -> Iterator[Received]:
@@ -243,36 +234,19 @@ class RecordedTopic:
         handle = self._subscription.handle
         with handle:
             for _ in range(DEPTH):
-                taken = handle.take_message(self._class, True)
+                taken = handle.take_message(self._message_type, True)
                 if taken is None:
                     return
                 data, info = taken
-                if self._is_new(info['source_timestamp']):
-                    yield Received(info['received_timestamp'], self, data)
+                yield Received(info['received_timestamp'], self._connection, data)
 
-    def close(self) -> None:
-        """Unsubscribe; nothing more is received."""
+    def end(self) -> list[Received]:
+        """Unsubscribe; return the last messages."""
+        received = list(self.take())
         if self._subscription:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
-
-    def _subscribe(self) -> None:
-        """Subscribe so that as little is lost as the publishers allow."""
-        reliability = (
-            ReliabilityPolicy.RELIABLE if self._reliable else ReliabilityPolicy.BEST_EFFORT
-        )
-        durability = _TRANSIENT_LOCAL if self._transient_local else DurabilityPolicy.VOLATILE
-        profile = QoSProfile(depth=DEPTH, reliability=reliability, durability=durability)
-        self._subscription = self._node.create_subscription(
-            self._class, self.name, lambda _: None, profile, raw=True
-        )
-
-    def _is_new(self, source_ns: int) -> bool:
-        if self._has_publishers:
-            # A latched publisher sends its messages again to the second subscription.
-            return source_ns not in self._taken_early
-        self._taken_early.add(source_ns)
-        return True
+        return received
 
 
 Timed = tuple[int, Received]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import math
 import re
-import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from io import StringIO
-from itertools import chain, count, islice, pairwise
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -143,7 +142,7 @@ _LONGEST_CELL = 2**31 - 1
 class TopicTable:
     """A CSV file: first column t (s), then the flattened message; every row has every column.
 
-    Columns of arrays of varying length are known only at the end: rows are filled up then.
+    Columns that an array gains when it grows come last, and are empty in the rows before.
 
     Attributes:
         nb_rows: Number of rows so far.
@@ -159,25 +158,24 @@ class TopicTable:
         self._types = types
         self._skip_repeated = skip_repeated
         self._last: dict[str, Any] = {}
+        self._columns: dict[str, None] = {}
+        self._nb_first_columns = 0
         # Not written row by row: a bag may have more topics than a process may open files.
         self._buffer = StringIO(newline='')
         self._rows = csv.writer(self._buffer, lineterminator='\n')
-        # The columns of the rows, each with the number of the first row that has them.
-        self._columns: list[tuple[int, list[str]]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
         """Add the row of a message received `time_ns` after t = 0, or raise OSError."""
         cells = cells_of(self._types, message)
         if self._skip_repeated and cells == self._last:
             return
-        if not self._columns or cells.keys() != self._last.keys():
-            # Interned: an array that grows has its columns in many rows.
-            columns = ['t', *map(sys.intern, cells)]
-            if not self._columns:
-                self._rows.writerow(columns)
-            self._columns.append((self.nb_rows, columns))
         self._last = cells
-        self._rows.writerow([seconds_text(time_ns), *cells.values()])
+        self._columns.update(dict.fromkeys(cells))
+        if not self.nb_rows:
+            self._nb_first_columns = len(self._columns)
+            self._rows.writerow(['t', *self._columns])
+        row = (cells.get(column, '') for column in self._columns)
+        self._rows.writerow([seconds_text(time_ns), *row])
         self.nb_rows += 1
         if self._buffer.tell() > _BUFFERED:
             self._write()
@@ -185,7 +183,7 @@ class TopicTable:
     def finish(self) -> None:
         """Write the last rows, and fill up rows that lack columns, or raise OSError."""
         self._write()
-        if len(self._columns) > 1:
+        if len(self._columns) > self._nb_first_columns:
             self._fill_up_rows()
 
     def _write(self) -> None:
@@ -201,27 +199,12 @@ class TopicTable:
             filled.open('w', encoding='utf-8', newline='') as target,
         ):
             csv.field_size_limit(_LONGEST_CELL)  # a robot description is longer than the default
-            rows = csv.reader(source)
+            rows, writer = csv.reader(source), csv.writer(target, lineterminator='\n')
             next(rows)
-            every = _merged(columns for _, columns in self._columns)
-            writer = csv.DictWriter(target, every, restval='', lineterminator='\n')
-            writer.writeheader()
-            for (first, columns), (end, _) in pairwise([*self._columns, (self.nb_rows, [])]):
-                for row in islice(rows, end - first):
-                    writer.writerow(dict(zip(columns, row, strict=True)))
+            writer.writerow(['t', *self._columns])
+            for row in rows:
+                writer.writerow(row + [''] * (1 + len(self._columns) - len(row)))
         filled.replace(self.path)
-
-
-def _merged(rows: Iterable[list[str]]) -> list[str]:
-    """Return the columns of all rows, each behind the one that precedes it in its own row."""
-    merged = ['t']
-    known = set(merged)
-    for columns in rows:
-        for before, column in pairwise(columns):
-            if column not in known:
-                known.add(column)
-                merged.insert(merged.index(before) + 1, column)
-    return merged
 
 
 _NANO = 1_000_000_000
@@ -268,7 +251,7 @@ def cells_of(types: Typestore, message: Any) -> dict[str, Any]:
     Fields are joined by dots (`pose.pose.position.x`), arrays are numbered (`name[0]`), times and
     durations are one column in s with 9 decimals, booleans are 0 and 1. An array with more than
     `LONGEST_ARRAY` elements, such as an image, is one column with its length (`data.length`).
-    A pose, a transform or an orientation adds a last column `yaw` in rad.
+    A pose, a transform or an orientation adds a column `yaw` in rad.
 
     Args:
         types: It has the definitions of the message's type and of its parts.
