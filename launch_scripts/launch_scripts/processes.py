@@ -73,8 +73,6 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
 HANGS_S = 3.0
 """Time in s after which a script call hangs; the process itself reports it sooner, if it can."""
 
-_ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
-
 AnyReport = TypeVar('AnyReport', bound=ProcessMessage)
 
 
@@ -122,7 +120,6 @@ class Child:
         self._decoder: LineDecoder[ProcessMessage] = LineDecoder(kinds)
         self._reported: dict[type[ProcessMessage], ProcessMessage] = {}
         self._failed: dict[ScriptCall, None] = {}
-        self._disconnected: str | None = None
         reports, pipe = os.pipe()
         self.reports = os.fdopen(reports, 'rb', buffering=0)
         memory = shared_file()
@@ -156,7 +153,7 @@ class Child:
             os.killpg(self.process.pid, signum)
 
     def take_reports(self, data: bytes) -> None:
-        """Take what has come through the pipe of reports; nothing if it is closed."""
+        """Take what has come through the pipe of reports."""
         for report in self._decoder.feed(data):
             self._reported[type(report)] = report
             if isinstance(report, Failed):
@@ -165,18 +162,6 @@ class Child:
                 self._failed |= dict.fromkeys(report.failed)
                 self.failures = report.failures
             self._on_report(report)
-        if not data:
-            self._end_if_disconnected()
-
-    def _end_if_disconnected(self) -> None:
-        """Kill the process if it goes on although a script has closed its pipe of reports."""
-        place = self._place()
-        try:
-            self.process.wait(_ENDS_WITHIN_S)
-        except subprocess.TimeoutExpired:
-            self._disconnected = place
-            self.signal_group(signal.SIGKILL)
-            self.process.wait()
 
     def reported(self, kind: type[AnyReport]) -> AnyReport | None:
         """Return the newest report of a kind; None if there was none."""
@@ -228,9 +213,7 @@ class Child:
         if status == 2 and self.reported(Mistake):
             return ChildDiedError('', 2)
         place = self._place()
-        if self._disconnected is not None:
-            reason, place, status = 'has lost its file descriptors', self._disconnected, 1
-        elif status < 0:
+        if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
             reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
             status = 128 - status  # as shells report it

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -21,12 +20,6 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint, SelectableGroups
 
 T = TypeVar('T')
-
-GROUPS = (
-    'setcmas.algorithms', 'setcmas.conditions', 'setcmas.exercises', 'setcmas.metrics',
-    'setcmas.mocap_sources', 'setcmas.plots', 'setcmas.robot_models', 'setcmas.tasks',
-)  # fmt: skip
-"""Groups of entry points; each has built-in objects."""
 
 OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
 """The package that pip installs, and those that colcon builds."""
@@ -50,17 +43,13 @@ class InvalidPluginError(Exception):
 
 @dataclass(frozen=True)
 class Plugin:
-    """An object of an installed package, imported through its entry point.
-
-    `hidden` are the packages whose object of this name setcmas ignores.
-    """
+    """An object of an installed package, imported through its entry point."""
 
     name: str
     package: str
     version: str
     # importlib_metadata, once imported, makes entry points that cannot be compared with these.
     entry: EntryPoint = field(compare=False)
-    hidden: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -81,23 +70,21 @@ class _Group:
     kind: str
 
     def plugins(self) -> dict[str, Plugin]:
-        """Return all plugins by name: the built-in ones first, the others sorted."""
+        """Return all plugins by name, the built-in ones first: of one name, the first counts."""
         return _plugins(self.name)
 
     def __contains__(self, name: str) -> bool:
         return self._spelled(name) in self.plugins()
 
     def plugin(self, name: str) -> Plugin:
-        """Return the plugin with this name, or raise SetcmasError; warn once if it hides one."""
+        """Return the plugin with this name, or raise SetcmasError."""
         plugins = self.plugins()
         if not plugins:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
         if name not in self:
             expected = it_must_be(f'one of {", ".join(plugins)}', name, plugins)
             raise SetcmasError(f"unknown {self.kind} '{name}'{expected}")
-        plugin = plugins[self._spelled(name)]
-        _warn_of_hidden(self.kind, plugin)
-        return plugin
+        return plugins[self._spelled(name)]
 
     def _spelled(self, name: str) -> str:
         """Return a name as its package spells it: users may type - for _."""
@@ -196,53 +183,28 @@ def _entries() -> SelectableGroups:
 
 def plugin_versions() -> dict[str, str]:
     """Return the versions of installed packages with plugins, by name."""
-    plugins = [plugin for group in _groups() for plugin in _plugins(group).values()]
+    groups = [group for group in _entries().groups if group.startswith('setcmas.')]
+    plugins = [plugin for group in groups for plugin in _plugins(group).values()]
     return {plugin.package: plugin.version for plugin in plugins if not plugin.built_in}
 
 
 @functools.cache
 def _plugins(group: str) -> dict[str, Plugin]:
-    plugins: dict[str, Plugin] = {}
     found = [
         Plugin(entry.name, *_name_and_version(entry.dist), entry)
         for entry in _entries().select(group=group)
         if entry.dist
     ]
+    plugins: dict[str, Plugin] = {}
     for plugin in sorted(found, key=lambda plugin: (not plugin.built_in, plugin.package)):
-        first = plugins.setdefault(plugin.name, plugin)
-        if first.entry.value != plugin.entry.value:
-            plugins[plugin.name] = replace(first, hidden=(*first.hidden, plugin.package))
-    ours = {name: plugin for name, plugin in plugins.items() if plugin.built_in}
-    return ours | {name: plugins[name] for name in sorted(plugins.keys() - ours.keys())}
-
-
-def unknown_groups() -> dict[str, list[str]]:
-    """Return the packages with entry points in groups 'setcmas.*' that setcmas does not read."""
-    return {
-        group: sorted({plugin.package for plugin in _plugins(group).values()})
-        for group in _groups()
-        if group not in GROUPS
-    }
-
-
-def _groups() -> list[str]:
-    return sorted(group for group in _entries().groups if group.startswith('setcmas.'))
+        plugins.setdefault(plugin.name, plugin)
+    return plugins
 
 
 @functools.cache
 def _name_and_version(package: Distribution) -> tuple[str, str]:
     metadata = package.metadata  # is parsed at each access
     return metadata['Name'], metadata['Version']
-
-
-@functools.cache
-def _warn_of_hidden(kind: str, plugin: Plugin) -> None:
-    for package in plugin.hidden:
-        print(
-            f"warning: package {package} also has a {kind} '{plugin.name}'; using that of "
-            f'{plugin.package}',
-            file=sys.stderr,
-        )
 
 
 def _reason(error: BaseException) -> str:

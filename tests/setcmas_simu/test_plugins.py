@@ -6,7 +6,7 @@ import pytest
 
 from setcmas_simu import plugins
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import InvalidPluginError, PluginGroup, ScriptGroup, instance_of
+from setcmas_simu.plugins import PluginGroup, ScriptGroup, instance_of
 
 GROUP = 'setcmas.test_things'
 THINGS = PluginGroup(GROUP, 'thing', instance_of(int))
@@ -113,13 +113,11 @@ def test_a_group_without_plugins_says_that_the_installation_is_incomplete(instal
         THINGS.get('one')
 
 
-def test_a_shipped_name_hides_a_plugin_with_a_warning(install, capsys):
+def test_a_shipped_name_counts_before_that_of_a_package(install):
     install('pack_d', '', group='setcmas.algorithms', consensus='', own='')
 
     assert LAWS.plugin('consensus').package == 'setcmas'
-    assert LAWS.plugin('consensus').hidden == ('pack_d',)
     assert LAWS.file('consensus').parent.name == 'algorithms'
-    assert capsys.readouterr().err.count("pack_d also has a control law 'consensus'") == 1
     assert list(LAWS.plugins())[-1] == 'own'
 
 
@@ -143,21 +141,3 @@ def test_a_script_that_cannot_be_found_is_reported_with_its_package(install, cod
 
     with pytest.raises(SetcmasError, match=f"'own' of package {package} .*{reason}"):
         LAWS.file('own')
-
-
-def test_a_check_of_ones_own_says_why_a_thing_does_not_fit(install):
-    def check(thing):
-        raise InvalidPluginError('it must have wheels')
-
-    install('pack_f', 'ONE = 1', one=':ONE')
-
-    with pytest.raises(SetcmasError, match=r'cannot be used: it must have wheels$'):
-        PluginGroup(GROUP, 'thing', check).get('one')
-
-
-def test_unknown_groups_are_found(install):
-    install('pack_g', '', group='setcmas.metric', one=':ONE')
-
-    assert plugins.unknown_groups() == {'setcmas.metric': ['pack_g']}
-    built_in = {group for group in plugins._groups() if group not in plugins.unknown_groups()}
-    assert built_in == {*plugins.GROUPS}

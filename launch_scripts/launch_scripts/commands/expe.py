@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable
 from dataclasses import asdict
 
 from launch_scripts.command_scenario import (
@@ -51,7 +50,6 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.page.browser import own_address
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.run.scenario import Scenario, options
@@ -238,35 +236,14 @@ def _confirm_starts(supervisor: Supervisor, keyboard: Keyboard, lab: Lab) -> Non
         raise StoppedError
 
 
-class AddressWatch:
-    """Warns when this computer gets another address in its network: its nodes keep the old one."""
-
-    def __init__(
-        self, warn: Callable[[str], object], address: Callable[[], str] = own_address
-    ) -> None:
-        """Start; `address` returns the current address, '' without a network."""
-        self._warn, self._address, self._last = warn, address, address()
-
-    def look(self) -> None:
-        """Warn if the address has changed since the last look."""
-        if (address := self._address()) != self._last:
-            self._warn(
-                f"this computer's address has changed from {self._last or 'none'} to "
-                f'{address or "none"}: robots cannot reach it any more; restart setcmas expe'
-            )
-            self._last = address
-
-
 def _serve(
     supervisor: DisplaySupervisor, keyboard: Keyboard, experiment: Experiment, hold: bool
 ) -> int:
     """Serve the operator until the end of the experiment; return the exit status."""
-    start_key, addresses = StartKey(hold), AddressWatch(supervisor.warn)
+    start_key = StartKey(hold)
 
     def serve_terminal() -> None:
         supervisor.display.note_silence()
-        if not experiment.emulated:
-            addresses.look()
         pressed = keyboard.pressed()
         experiment.stop_by_keys(single_keys(pressed).lower(), keyboard.is_attended)
         if keyboard.only_stops:

@@ -5,22 +5,19 @@ margin. Print at 100 %, and check the ruler at the bottom of the page.
 
 Examples:
   setcmas tags --nb-robots 8                     tags.pdf, for A4, tags of 120 mm
-  setcmas tags --nb-robots 4 --size 80mm --paper letter -o lab.pdf
+  setcmas tags --nb-robots 4 --size 80 --paper letter -o lab.pdf
 """
 
 from __future__ import annotations
 
 import argparse
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import Options, flag, option
-from setcmas_simu.option_kinds import Kind, OneOf, PathTo, Whole
+from setcmas_simu.option_kinds import Number, OneOf, PathTo, Whole
 
-_MM = {'mm': 1.0, 'cm': 10.0, 'm': 1e3}
-_SIZE = re.compile(r'([0-9]+(?:\.[0-9]+)?) ?(mm|cm|m)')
 _MOST_ROBOTS = 500
 _MOST_FLOOR_TAGS = 20
 
@@ -30,9 +27,7 @@ class TagOptions(Options):
     """What to print."""
 
     nb_robots: int = option(Whole(1, _MOST_ROBOTS), 'number of robots; their tags are 1 to N')
-    size: str = option(
-        Kind(metavar='LENGTH'), 'side of the black square, with its unit', default='120mm'
-    )
+    size: float = option(Number(above=0, unit='mm'), 'side of the black square', default=120.0)
     floor_tags: int = option(Whole(4, _MOST_FLOOR_TAGS), 'number of tags on the floor', default=4)
     paper: str = option(OneOf(('a4', 'letter')), 'paper', default='a4')
     output: Path = option(PathTo(), 'file', default=Path('tags.pdf'), short='-o')
@@ -54,20 +49,13 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f"--output is '{output}'; it must end in .pdf")
     if output.exists() and not options.overwrite:
         raise SetcmasError(f"'{output}' already exists; choose another name, or add --overwrite")
-    size = _size(options.size, SMALLEST_MM, largest_size(options.paper))
-    pages = sheets(options.nb_robots, options.floor_tags, size, options.paper)
+    largest = largest_size(options.paper)
+    if not SMALLEST_MM <= options.size <= largest:
+        raise SetcmasError(
+            f'--size is {options.size:g}; it must be from {SMALLEST_MM:g} to {largest:g} mm, '
+            'which fits the paper'
+        )
+    pages = sheets(options.nb_robots, options.floor_tags, options.size, options.paper)
     nb_pages = write_sheets(output, pages)
     print(f'{output}: {nb_pages} pages; print them at 100 % and check the ruler')
     return 0
-
-
-def _size(text: str, least: float, most: float) -> float:
-    """Return a length in mm."""
-    found = _SIZE.fullmatch(text)
-    size = float(found[1]) * _MM[found[2]] if found else 0.0
-    if not least <= size <= most:
-        raise SetcmasError(
-            f"--size is '{text}'; it must be a length from {least:g}mm to {most:g}mm, which fits "
-            'the paper, such as 120mm'
-        )
-    return size

@@ -36,7 +36,6 @@ class GraphWatch:
     def __init__(self, node: Node, poses: FleetPoses, drivers: Sequence[SiToUni]) -> None:
         """Begin to watch the robots that `drivers` command."""
         self._node = node
-        self._own = cmd_vel_topics.own_participant(node)
         self._poses = poses
         self._drivers = drivers
         self._next_round = 0.0
@@ -108,7 +107,8 @@ class GraphWatch:
             self._found[Problem.MIXED, robot] = cmd_vel.mixed
         elif not connected:
             self._found[Problem.UNHEARD, robot] = ''
-        if names := cmd_vel.other_commanders(self._own):
+        own = driver.get_fully_qualified_name()
+        if names := cmd_vel_topics.rivals(driver, cmd_vel.topic, own):
             self._found[Problem.RIVAL, robot] = names[0]
             return
         for one in driver.velocity_topics:

@@ -26,10 +26,9 @@ from setcmas_expe.doctor.findings import (
 )
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_simu.errors import SetcmasError, did_you_mean, install_command
+from setcmas_simu.errors import SetcmasError, install_command
 from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
 from setcmas_simu.option_groups import take_values
-from setcmas_simu.plugins import GROUPS, unknown_groups
 
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
@@ -42,21 +41,7 @@ def environment_findings() -> list[Finding]:
     """Return the findings about this machine."""
     variables = os.environ
     findings = [ros_finding(), rmw_finding(variables), domain_finding(variables)]
-    return [*findings, discovery_finding(variables), *plugin_findings()]
-
-
-def plugin_findings() -> list[Finding]:
-    """Return the groups of entry points that setcmas does not know: misspelt names of plugins."""
-    return [
-        Finding(
-            PROBLEM,
-            'plugins',
-            f'{", ".join(packages)} has entry points in the unknown group {group}',
-            f'setcmas ignores them; the group must be one of {", ".join(GROUPS)}'
-            f'{did_you_mean(group, GROUPS)}',
-        )
-        for group, packages in sorted(unknown_groups().items())
-    ]
+    return [*findings, discovery_finding(variables)]
 
 
 def ros_finding() -> Finding:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import uuid
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -14,7 +13,6 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
-from std_msgs.msg import Empty
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
@@ -118,17 +116,6 @@ def publishers(node: Node, topic: str) -> list[Endpoint]:
 def participants(node: Node, topic: str) -> set[bytes]:
     """Return the processes that publish a topic (full name)."""
     return {endpoint.participant for endpoint in publishers(node, topic)}
-
-
-def own_participant(node: Node) -> bytes:
-    """Return the identifier of a node's process, from a unique hidden topic that it publishes.
-
-    The topic stays: had it gone again, Fast DDS's discovery server would now and then lose topics
-    that a process creates at the same time.
-    """
-    publisher = node.create_publisher(Empty, f'_own_{uuid.uuid4().hex}', 1)
-    (own,) = participants(node, publisher.topic_name)
-    return own
 
 
 def listeners(node: Node, topic: str) -> list[Endpoint]:
@@ -249,14 +236,6 @@ class CmdVelPublisher:
             topic = self._publisher.topic_name
             self.mixed = f'{topic} carries {own}, but {others[0].name} takes {other}'
         return any(endpoint.kind == self._type for endpoint in found)
-
-    def other_commanders(self, own: bytes) -> list[str]:
-        """Return the full names of nodes of other processes than `own` that command the robot."""
-        return [
-            one.full_name
-            for one in publishers(self._node, self.topic)
-            if one.is_known and one.participant != own
-        ]
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:

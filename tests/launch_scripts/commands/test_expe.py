@@ -11,7 +11,6 @@ import yaml
 from processes import PATIENT_LAB, SETCMAS, TIMEOUT_S, refuses, run_here
 from terminals import Terminal
 
-from launch_scripts.commands.expe import AddressWatch
 from setcmas_tools.run.run_tables import read_fleet
 
 pytest.importorskip('rclpy')
@@ -203,15 +202,3 @@ def test_a_lab_file_of_ones_own_is_written_once(tmp_path):
     assert run_here('new', '--lab', 'lab', cwd=tmp_path).returncode == 2
     assert run_here('new', '--lab', 'b106.yaml', cwd=tmp_path).returncode == 0
     assert run_here('new', cwd=tmp_path).returncode == 2
-
-
-def test_another_address_of_this_computer_is_told_of_once():
-    told, addresses = [], iter(['10.0.0.5', '10.0.0.5', '10.0.0.9', '10.0.0.9', ''])
-    watch = AddressWatch(told.append, lambda: next(addresses))
-    for _ in range(4):
-        watch.look()
-
-    assert [line.partition(':')[0] for line in told] == [
-        "this computer's address has changed from 10.0.0.5 to 10.0.0.9",
-        "this computer's address has changed from 10.0.0.9 to none",
-    ]

@@ -9,7 +9,6 @@ pytest.importorskip('rclpy')
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
 
-from setcmas_expe.doctor import doctor_process
 from setcmas_expe.doctor.doctor_process import (
     discovery_finding,
     domain_finding,
@@ -44,16 +43,6 @@ def test_discovery(variables, level, text):
 
     assert finding.level == level
     assert text in finding.found
-
-
-def test_a_plugin_in_an_unknown_group_is_a_finding(monkeypatch):
-    monkeypatch.setattr(doctor_process, 'unknown_groups', lambda: {'setcmas.metric': ['my-lab']})
-
-    (finding,) = doctor_process.plugin_findings()
-
-    assert finding.level == PROBLEM
-    assert finding.found == 'my-lab has entry points in the unknown group setcmas.metric'
-    assert finding.advice.endswith('did you mean setcmas.metrics?')
 
 
 LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--nb-robots', '2']
