@@ -12,7 +12,6 @@ from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_ctrl.laws.script_function import ScriptFunction, checked_function, file_of
-from setcmas_ctrl.laws.script_imports import helper_files
 from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_settings import Settings
 from setcmas_simu.arrays import Floats
@@ -31,7 +30,6 @@ class ControlLaw:
         robot: The number of its robot.
         nb_robots: Size of the fleet.
         names: Top-level names of the script, or of the module of the function, and their values.
-        files: The script, and its helper modules imported so far; none of a function.
     """
 
     def __init__(
@@ -47,11 +45,9 @@ class ControlLaw:
             SetcmasError: The script does not load, or the function takes other arguments.
         """
         self.robot, self.nb_robots = robot, nb_robots
-        self._module = None
         if isinstance(law, Path):
             self.path = law
-            self._module = load_script(law, robot, settings=settings)
-            self.names: Mapping[str, Any] = vars(self._module)
+            self.names: Mapping[str, Any] = vars(load_script(law, robot, settings=settings))
             law = self.names.get('control', law)
         else:
             self.path = file_of(law, 'control')
@@ -60,11 +56,6 @@ class ControlLaw:
         self._control = ScriptFunction(
             function, self.path, 'control', expected='two finite numbers: return vx, vy'
         )
-
-    @property
-    def files(self) -> list[Path]:
-        """The script, and its helper modules imported so far; none of a function."""
-        return [self.path, *helper_files(self._module)] if self._module else []
 
     def __call__(self, poses: Floats, t: float, adjacency: Floats | None = None) -> Velocity:
         """Return the velocity (vx, vy) in m/s from the script, which may ask `network`.

@@ -85,10 +85,9 @@ class ScriptReloader:
         self._fleet, self._node = fleet, fleet.node
         self._loaded = scripts = fleet.scripts
         condition = scripts.condition if fleet.senders else None
-        self._others = [one for one in (condition, scripts.conversion) if isinstance(one, Path)]
-        laws = (law.path for law in scripts.laws)
-        self._scripts = list(dict.fromkeys([*laws, *self._others]))
-        self._files = FileWatch(self._scripts)
+        others = [one for one in (condition, scripts.conversion) if isinstance(one, Path)]
+        self._scripts = list(dict.fromkeys([*(law.path for law in scripts.laws), *others]))
+        self._files = FileWatch(self._with_helpers())
         self._is_new = self._asked_to_pause = False
         self._last_moving = -math.inf
         self._paused = PolledTopic(fleet.node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
@@ -96,8 +95,7 @@ class ScriptReloader:
     def poll(self) -> None:
         """Look for a new version, and load it."""
         self._paused.take()
-        # Without laws, poll too: a missing module may appear.
-        self._files.watch(self._watched_files(), new_are_saved=not self._loaded.laws)
+        self._files.watch(self._with_helpers(), new_are_saved=True)  # such as a missing module
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if not self._is_new:
             return
@@ -107,15 +105,8 @@ class ScriptReloader:
         self._is_new = self._asked_to_pause = False
         self._reload()
 
-    def _watched_files(self) -> set[Path]:
-        if self._loaded.laws:
-            own = {file for script in self._others for file in with_helpers(script)}
-            return own.union(*(law.files for law in self._loaded.laws))
-        return self._nearby_files()  # the imports of a version that does not load are unknown
-
-    def _nearby_files(self) -> set[Path]:
-        helpers = {file for script in self._scripts for file in script.parent.glob('*.py')}
-        return {*self._scripts, *helpers}
+    def _with_helpers(self) -> set[Path]:
+        return {file for script in self._scripts for file in with_helpers(script)}
 
     def _saved(self) -> str:
         """Return the names of the saved scripts; of all scripts if a helper module was saved."""
@@ -123,8 +114,6 @@ class ScriptReloader:
         return ', '.join(script.name for script in saved or self._scripts)
 
     def _reload(self) -> None:
-        # A missing module may appear while the scripts load.
-        self._files.watch({*self._watched_files(), *self._nearby_files()})
         log = self._node.get_logger()
         try:
             self._load()
@@ -138,7 +127,6 @@ class ScriptReloader:
             is_shared = self._fleet.monitor.shares_t
             t = 't continues, as in other controllers' if is_shared else 't = 0'
             log.info(f'{self._saved()} was saved and reloaded for {robots}; {t}')
-        self._files.watch(self._watched_files(), new_are_saved=not self._loaded.laws)
 
     def _load(self) -> None:
         """Load all scripts again, and reset t, errors and messages.

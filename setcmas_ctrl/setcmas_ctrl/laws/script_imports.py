@@ -44,12 +44,6 @@ def calling_robot() -> int | None:
     return None
 
 
-def helper_files(module: types.ModuleType) -> list[Path]:
-    """Return the files of the helper modules that a robot's script has imported so far."""
-    imports: ScriptImports = vars(module)['__builtins__'][_OWNER]
-    return imports.files
-
-
 class ScriptImports(MetaPathFinder):
     """Imports of a robot's script."""
 
@@ -60,12 +54,6 @@ class ScriptImports(MetaPathFinder):
         self._found: set[str] = set()
         self._depth = 0
         self.builtins = {**vars(builtins), _OWNER: self, '__import__': self._import}
-
-    @property
-    def files(self) -> list[Path]:
-        """Files of the helper modules imported so far."""
-        files = [getattr(self._modules.get(name), '__file__', None) for name in self._found]
-        return [Path(file) for file in files if file]
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None

@@ -6,7 +6,7 @@ import contextlib
 import re
 import sys
 import threading
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
 from typing import IO, Any, cast
 
@@ -14,21 +14,12 @@ from setcmas_ctrl.laws.script_imports import calling_robot
 from setcmas_simu.fleet.topics import robot_name
 
 
-class _ThisThread(threading.local):
-    naming = False  # whether a named line is passing through further streams
-    # print() uses sys.stdout without holding it (CPython issue 130163): this reference of the last
-    # writer keeps it alive until the call returns, even if the context ends meanwhile.
-    output: ScriptOutput | None = None
-
-
-_this_thread = _ThisThread()
-
-
 class ScriptOutput:
     """Replaces sys.stdout or sys.stderr; output that comes from no script passes unchanged."""
 
     def __init__(self, stream: IO[str]) -> None:
-        self._stream = stream
+        # A law may run others, whose output has its names already.
+        self._stream: IO[str] = stream._stream if isinstance(stream, ScriptOutput) else stream
         self._lock = threading.RLock()
         # Unfinished lines of each robot and thread.
         self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
@@ -38,8 +29,7 @@ class ScriptOutput:
 
     def write(self, text: str) -> int:
         """Write a text; put the robot's name before lines of scripts."""
-        _this_thread.output = self
-        robot = None if _this_thread.naming else calling_robot()
+        robot = calling_robot()
         if robot is None:
             return self._stream.write(text)
         with self._lock:
@@ -68,12 +58,12 @@ class ScriptOutput:
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '
-        _this_thread.naming = True
-        try:
-            self._stream.write(''.join(f'{prefix}{line}\n' for line in lines.split('\n')))
-            self._stream.flush()
-        finally:
-            _this_thread.naming = False
+        self._stream.write(''.join(f'{prefix}{line}\n' for line in lines.split('\n')))
+        self._stream.flush()
+
+
+_ended: deque[ScriptOutput] = deque(maxlen=100)
+"""Keeps streams for threads inside print(), which does not hold sys.stdout (CPython 130163)."""
 
 
 @contextlib.contextmanager
@@ -89,6 +79,7 @@ def named_output() -> Iterator[None]:
         finally:
             stdout.end_lines()
             stderr.end_lines()
+            _ended.extend((stdout, stderr))
 
 
 _SHOWN_ALIKE = 5

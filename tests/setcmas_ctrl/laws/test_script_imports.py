@@ -3,8 +3,7 @@ import sys
 import pytest
 from control_functions import load_control
 
-from setcmas_ctrl.laws.script_imports import helper_files, helper_modules
-from setcmas_ctrl.laws.script_loader import load_script
+from setcmas_ctrl.laws.script_imports import helper_modules
 from setcmas_simu.errors import SetcmasError
 
 LAW = """
@@ -130,19 +129,6 @@ def test_the_newest_helper_is_loaded_though_it_is_as_long_and_as_old(folder, tmp
 
     assert values == [1, 2]
     assert not (tmp_path / '__pycache__').exists()
-
-
-def test_files_of_helpers_are_known(folder, tmp_path):
-    path = folder(
-        known_helper='import known_inner\n',
-        known_inner='',
-        law='import known_helper, json\ndef control(i, n, p, t):\n    return 0, 0\n',
-    )
-
-    assert set(helper_files(load_script(path, 1))) == {
-        tmp_path / 'known_helper.py',
-        tmp_path / 'known_inner.py',
-    }
 
 
 def test_a_drawing_module_in_the_folder_of_the_script_is_not_that_of_ros_1(folder):
