@@ -3,11 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_ctrl import si_to_uni as module
-from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
-from setcmas_ctrl.filter.safety_filter import SafetyFilter
-from setcmas_ctrl.laws.control_options import GainOptions
-from setcmas_ctrl.saturation import saturate
+from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_ctrl.si_to_uni import (
     VelocityConversion,
     as_unicycles,
@@ -15,14 +11,12 @@ from setcmas_ctrl.si_to_uni import (
     limited_rise,
     si_to_uni,
 )
-from setcmas_simu.arrays import single_precision
 from setcmas_simu.robots.car import CAR
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 from setcmas_simu.robots.turtlebot3 import BURGER
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
 from setcmas_tools import simulate
-from setcmas_tools.offline.offline_commands import Commander
 
 
 def test_forward_speed_is_the_norm_and_turn_rate_follows_the_heading_error():
@@ -102,23 +96,6 @@ def test_a_velocity_that_is_not_finite_becomes_zero(model, velocity):
     assert commands[:, 1].tolist() == [0.2, 0.0, 0.0]
 
 
-def test_an_edit_of_si_to_uni_is_seen_in_a_run(monkeypatch):
-    def backwards(velocities, theta, komega):
-        V, omega = si_to_uni(velocities, theta, komega)
-        return -V, omega
-
-    def ahead(robotNo, nbRobots, poses, t):
-        return 0.3, 0.0
-
-    start = np.zeros((3, 1))
-    before = simulate(ahead, 1, 2.0, poses=start)
-    monkeypatch.setattr(module, 'si_to_uni', backwards)
-    after = simulate(ahead, 1, 2.0, poses=start)
-
-    assert before.poses[-1, 0, 0] == pytest.approx(0.6)
-    assert after.poses[-1, 0, 0] == pytest.approx(-0.6)
-
-
 def test_velocities_that_the_filter_keeps_are_converted_within_the_limits():
     convert = VelocityConversion(4, 1.5)
     convert.use(MODELS)
@@ -130,33 +107,6 @@ def test_velocities_that_the_filter_keeps_are_converted_within_the_limits():
     burger = limits_named('burger')
     for robot in (2, 3):  # on the same curve
         assert kept[0::2, robot] == pytest.approx(burger.scaled_down(*free[0::2, robot]))
-
-
-@pytest.mark.parametrize('accel', [None, 0.3])
-def test_a_conversion_of_each_robot_gives_the_commands_of_the_fleet_to_the_last_bit(accel):
-    options = FilterOptions(filter='barrier', accel=accel, min_separation=0.5)
-    gains = GainOptions()
-    together = Commander(gains, options, 4)
-    together.use(MODELS)
-    own = [VelocityConversion(1, 1.5, accel=accel or math.inf) for _ in MODELS]
-    for convert, model in zip(own, MODELS, strict=True):
-        convert.use([model])
-    node = SafetyFilter(options, 4, VelocityConversion(4, 1.5, accel=accel or math.inf))
-    node.use(MODELS)
-    wanted = single_precision(saturate(VELOCITIES, gains.vnom))
-    seen = set()
-    for k in range(30):
-        poses = POSES + 0.02 * k * np.array([[1.0, -1.0, 1.0, 1.0]])
-        commanded = together(VELOCITIES, poses)
-        velocities, verdicts = node(wanted, poses, gains.vnom)
-        each = [
-            convert(velocities[:, [i]], poses[:, [i]], verdicts[[i]])
-            for i, convert in enumerate(own)
-        ]
-        np.testing.assert_array_equal(np.hstack(each), commanded.commands)
-        np.testing.assert_array_equal(np.vstack([velocities, verdicts]), commanded.allowed)
-        seen |= {*verdicts.tolist()}
-    assert seen >= {Verdict.KEPT, Verdict.CHANGED}
 
 
 def test_a_robot_without_a_pose_stands_whatever_the_filter_says():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import re
 import sys
-import threading
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
 from typing import IO, Any, cast
@@ -20,9 +19,8 @@ class ScriptOutput:
     def __init__(self, stream: IO[str]) -> None:
         # A law may run others, whose output has its names already.
         self._stream: IO[str] = stream._stream if isinstance(stream, ScriptOutput) else stream
-        self._lock = threading.RLock()
-        # Unfinished lines of each robot and thread.
-        self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
+        self._begun: defaultdict[int, str] = defaultdict(str)
+        """Unfinished lines by robot."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -32,12 +30,9 @@ class ScriptOutput:
         robot = calling_robot()
         if robot is None:
             return self._stream.write(text)
-        with self._lock:
-            key = (robot, threading.get_ident())
-            lines, newline, rest = (self._begun[key] + text).rpartition('\n')
-            self._begun[key] = rest
-            if newline:
-                self._write_lines(robot, lines)
+        lines, newline, self._begun[robot] = (self._begun[robot] + text).rpartition('\n')
+        if newline:
+            self._write_lines(robot, lines)
         return len(text)
 
     def writelines(self, texts: Iterable[str]) -> None:
@@ -50,11 +45,9 @@ class ScriptOutput:
 
     def end_lines(self) -> None:
         """Write unfinished lines."""
-        with self._lock:
-            for (robot, _), text in self._begun.items():
-                if text:
-                    self._write_lines(robot, text)
-            self._begun.clear()
+        for robot in list(self._begun):
+            if text := self._begun.pop(robot):
+                self._write_lines(robot, text)
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '

@@ -67,7 +67,7 @@ def test_a_condition_cannot_change_what_was_sent(broadcast):
     assert decisions(own, [0, 1, 2]) == [True, False, False]
 
 
-@pytest.mark.parametrize('result', ['1', 'np.bool_(True)', 'np.array([1.5])', 'np.True_'])
+@pytest.mark.parametrize('result', ['1', 'np.bool_(True)', 'np.array([1.5])'])
 def test_what_counts_as_true(broadcast, said, result):
     own = broadcast(f'import numpy as np\ndef ctc(pos, last_pos, t):\n    return {result}\n')
 
@@ -79,10 +79,8 @@ def test_what_counts_as_true(broadcast, said, result):
     ('body', 'message'),
     [
         ('return 1 / 0', 'when.py, line 2: ZeroDivisionError'),
-        ('raise SystemExit', 'SystemExit'),
-        ('return None', 'line 2: ctc returned None; it must return True or False'),
         ('return pos > last_pos', 'line 2: ctc returned 3 values: array'),
-        ("return float('nan')", 'ctc returned a value that is not finite: nan'),
+        ('return None', 'line 2: ctc returned None; it must return True or False'),
     ],
 )
 def test_a_condition_that_fails_counts_as_a_trigger_and_is_reported_once(
@@ -95,13 +93,6 @@ def test_a_condition_that_fails_counts_as_a_trigger_and_is_reported_once(
     assert 'tb3_3 at t = 0.1 s' in said[0]
     assert message in said[0]
     assert 'tb3_3 sends its state whenever the condition fails' in said[0]
-
-
-def test_a_condition_that_works_again_is_reported_too(broadcast, said):
-    own = broadcast('def ctc(pos, last_pos, t):\n    return 1 / int(pos[0]) < 0\n')
-
-    assert decisions(own, [1, 0, 0, 1]) == [True, True, True, False]
-    assert 'works again after 2 calls' in said[-1]
 
 
 @pytest.mark.parametrize(
@@ -195,19 +186,3 @@ def test_conditions_of_the_literature_do_what_their_theorems_say(name, sends, c0
     np.testing.assert_allclose(end.mean(axis=0), starts.mean(axis=0), atol=1e-4)
     apart = np.hypot(*(end - end.mean(axis=0)).T)
     assert np.sqrt(np.mean(apart**2)) < values[-1] * c0 / values[1] + 0.005
-
-
-def test_the_times_between_states_are_those_of_the_theorems():
-    common = {'graph': 'ring', 'set': {'K': K, 'SLOW': 0}, 'event_triggered': True, **OF_THEORY}
-
-    # All robots of a ring that send together wait for sqrt(sigma) / (2 K d), and the next sample.
-    alone = np.sqrt(SIGMA) / (2 * K * 2)
-    run = simulate('laplacian_consensus', 6, 30, ctc='garcia_2013', **common)
-    for intervals in run.record.intervals.values():
-        assert ((intervals >= alone) & (intervals < alone + H)).all()
-
-    # A robot cannot be a threshold away before it has driven that far.
-    run = simulate('laplacian_consensus', 6, 30, ctc='seyboth_2013', **common)
-    fastest = np.hypot(*run.velocities.transpose(1, 0, 2)).max()
-    for robot, times in run.record.trigger_times.items():
-        assert (np.diff(times) >= (0.02 + np.exp(-0.1 * times[1:])) / fastest).all(), robot

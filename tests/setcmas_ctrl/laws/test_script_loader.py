@@ -164,18 +164,8 @@ def test_values_that_python_cannot_make_are_left_out(tmp_path, value):
     assert plain_values(tmp_path / 'law.py') == {'K': 1}
 
 
-@pytest.mark.parametrize(
-    ('text', 'message'),
-    [
-        ('a = 1\nWPL = [', "law.py, line 2: SyntaxError: '[' was never closed\n    2 | WPL = ["),
-        (f'x = {"-" * 100_000}1', 'law.py: an expression is nested too deeply for Python'),
-    ],
-    ids=['open', 'deep'],
-)
-def test_a_script_that_is_not_python_is_reported_with_its_line(tmp_path, text, message):
-    (tmp_path / 'law.py').write_text(text)
+def test_a_script_that_is_nested_too_deeply_is_reported(tmp_path):
+    (tmp_path / 'law.py').write_text(f'x = {"-" * 100_000}1')
 
-    with pytest.raises(SetcmasError) as error:
+    with pytest.raises(SetcmasError, match=r'law\.py: an expression is nested too deeply'):
         plain_values(tmp_path / 'law.py')
-
-    assert str(error.value).startswith(message)

@@ -1,8 +1,6 @@
-import _thread
 import sys
 import textwrap
 import threading
-import time
 import weakref
 
 import numpy as np
@@ -55,32 +53,6 @@ def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, caps
     assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
 
 
-def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
-    body = """
-    def work():
-        for k in range(200):
-            print('line', end=' ')
-            print(k)
-    import threading
-    threads.append(threading.Thread(target=work))
-    threads[-1].start()
-    """
-    threads = []
-    with named_output():
-        for robot in (1, 2, 3):
-            control = law(tmp_path, body, robot, top='threads = []')
-            control(robot, 3, None, 0.0)
-            threads += control.__globals__['threads']
-        for thread in threads:
-            thread.join()
-
-    lines = capsys.readouterr().out.splitlines()
-    for robot in (1, 2, 3):
-        mine = [line for line in lines if line.startswith(f'tb3_{robot}: ')]
-        assert mine == [f'tb3_{robot}: line {k}' for k in range(200)]
-    assert len(lines) == 600
-
-
 def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
     before = sys.stdout
     with named_output():
@@ -97,17 +69,6 @@ def test_names_come_once_and_a_script_closes_only_its_own_output(tmp_path, capsy
     print('y')
 
     assert capsys.readouterr().out == 'tb3_2: x\ny\n'
-
-
-def test_a_thread_may_be_a_mere_print_which_has_no_caller(capsys):
-    out, deadline = '', time.monotonic() + TIMEOUT_S
-    with named_output():
-        _thread.start_new_thread(print, ('x',))
-        while out != 'x\n' and time.monotonic() < deadline:
-            out += capsys.readouterr().out
-            time.sleep(0.01)
-
-    assert out == 'x\n'
 
 
 def test_a_thread_inside_of_print_keeps_its_stream_when_the_naming_ends(capsys):

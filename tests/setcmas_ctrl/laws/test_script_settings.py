@@ -1,10 +1,8 @@
-import ast
-
 import numpy as np
 import pytest
 
 from setcmas_ctrl.laws.script_loader import load_script
-from setcmas_ctrl.laws.script_settings import apply_settings, parse_setting
+from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
 
 SCRIPT = """
@@ -158,8 +156,3 @@ def test_names_that_are_no_plain_values_of_the_script_are_refused(load, text, me
 def test_literals_are_compared_before_the_script_runs(load):
     with pytest.raises(SetcmasError, match='it must be a number'):
         load('K=fast', script='K = 0.5\nraise SystemExit\ndef control(i, n, p, t): pass\n')
-
-
-def test_a_value_that_python_cannot_make_is_left_to_the_script():
-    source = 'x = {[1]: 2}\n'
-    apply_settings(ast.parse(source), source, {'x': 1}, 'law.py')
