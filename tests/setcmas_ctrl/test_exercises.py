@@ -31,8 +31,7 @@ def test_each_states_goal_formula_observations_and_commands_and_leaves_the_maths
     for part in PARTS:
         assert re.search(rf'^{part}', statement, re.MULTILINE), part
     assert '# TODO' in text.replace(statement, '')
-    assert 'setcmas new my_' in statement
-    assert f'--from {path.stem} --exercise' in statement
+    assert 'setcmas check my_' in statement
 
 
 @pytest.mark.parametrize('path', LAWS, ids=lambda path: path.stem)

@@ -16,8 +16,7 @@ What to observe
     3. Four robots in the graph ring: is a square determined by the bearings of its sides?
 
 Commands
-    setcmas new my_bearings --from bearing_formation --exercise    a copy of this file to edit
-    setcmas check my_bearings                                      checks your solution
+    setcmas check my_bearings    checks your solution
     setcmas run --algo my_bearings --nb-robots 5 --duration 40 --random-poses auto
 """
 

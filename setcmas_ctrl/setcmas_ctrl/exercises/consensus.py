@@ -16,8 +16,7 @@ What to observe
     3. Let every robot use only its successor (a_ij = 1 for one j). Do they still meet? How fast?
 
 Commands
-    setcmas new my_consensus --from consensus --exercise    a copy of this file to edit
-    setcmas check my_consensus                              checks your solution
+    setcmas check my_consensus    checks your solution
     setcmas run --algo my_consensus --nb-robots 8 --duration 40
     setcmas run --algo my_consensus --nb-robots 8 --duration 40 --set K=2
     setcmas offline --algo my_consensus --nb-robots 8       the same, without ROS, in a second

@@ -16,8 +16,7 @@ What to observe
     3. With one leader (LEADERS = [1]) where do all robots meet? And without leaders?
 
 Commands
-    setcmas new my_containment --from containment --exercise    a copy of this file to edit
-    setcmas check my_containment                                checks your solution
+    setcmas check my_containment    checks your solution
     setcmas run --algo my_containment --nb-robots 8 --graph ring --duration 60
 """
 

@@ -16,8 +16,7 @@ What to observe
     3. What happens with a range of 3 m, where cells overlap?
 
 Commands
-    setcmas new my_coverage --from coverage --exercise    a copy of this file to edit
-    setcmas check my_coverage                             checks your solution
+    setcmas check my_coverage    checks your solution
     setcmas run --algo my_coverage --nb-robots 8 --duration 60 --random-poses box=4x4,distance=0.8
 """
 

@@ -18,8 +18,7 @@ What to observe
     4. Let the threshold decrease with time, c0 + c1 exp(-a t). What do you gain?
 
 Commands
-    setcmas new my_ctc --from ctc --exercise                a copy of this file to edit
-    setcmas check my_ctc                                    checks your solution
+    setcmas check my_ctc    checks your solution
     setcmas run --algo consensus --nb-robots 8 --duration 45 --event-triggered --ctc my_ctc
 """
 

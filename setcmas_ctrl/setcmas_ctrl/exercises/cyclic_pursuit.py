@@ -17,8 +17,7 @@ What to observe
     3. Does it work in the graph directed_ring? And in a graph file with the opposite directions?
 
 Commands
-    setcmas new my_pursuit --from cyclic_pursuit --exercise    a copy of this file to edit
-    setcmas check my_pursuit                                   checks your solution
+    setcmas check my_pursuit    checks your solution
     setcmas run --algo my_pursuit --nb-robots 5 --duration 60
 """
 

@@ -17,8 +17,7 @@ What to observe
     3. Try random starts: when is a part of the shape mirrored?
 
 Commands
-    setcmas new my_distances --from distance_formation --exercise    a copy of this file to edit
-    setcmas check my_distances                                       checks your solution
+    setcmas check my_distances    checks your solution
     setcmas run --algo my_distances --nb-robots 5 --duration 40
 """
 

@@ -19,8 +19,7 @@ What to observe
     3. Do they meet at the minimiser in the graph directed_ring, too? Which smaller BETA helps?
 
 Commands
-    setcmas new my_optimisation --from distributed_optimisation --exercise    a copy to edit
-    setcmas check my_optimisation                                             checks your solution
+    setcmas check my_optimisation    checks your solution
     setcmas run --algo my_optimisation --nb-robots 6 --graph ring --duration 60
 """
 

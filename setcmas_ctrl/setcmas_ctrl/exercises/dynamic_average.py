@@ -19,8 +19,7 @@ What to observe
     3. Lose a tenth of the messages: why does the error remain after the losses end?
 
 Commands
-    setcmas new my_average --from dynamic_average --exercise    a copy of this file to edit
-    setcmas check my_average                                    checks your solution
+    setcmas check my_average    checks your solution
     setcmas run --algo my_average --nb-robots 6 --graph ring --duration 40
 """
 

@@ -16,8 +16,7 @@ What to observe
     3. Why do robots oscillate at the end? Compare rates of 5 and 50 Hz.
 
 Commands
-    setcmas new my_finite_time --from finite_time_consensus --exercise    a copy to edit
-    setcmas check my_finite_time                                          checks your solution
+    setcmas check my_finite_time    checks your solution
     setcmas run --algo my_finite_time --nb-robots 6 --graph ring --duration 40
 """
 

@@ -16,8 +16,7 @@ What to observe
     3. Eight robots with DW = 0: are all phases equal at the end, from every start?
 
 Commands
-    setcmas new my_kuramoto --from kuramoto --exercise    a copy of this file to edit
-    setcmas check my_kuramoto                             checks your solution
+    setcmas check my_kuramoto    checks your solution
     setcmas run --algo my_kuramoto --nb-robots 6 --duration 60 --random-poses auto
 """
 

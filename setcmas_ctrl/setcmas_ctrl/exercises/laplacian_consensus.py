@@ -17,8 +17,7 @@ What to observe
     3. Put a directed path 1 -> 2 -> 3 -> 4 in a graph file: where do the robots meet now?
 
 Commands
-    setcmas new my_laplacian --from laplacian_consensus --exercise    a copy of this file to edit
-    setcmas check my_laplacian                                        checks your solution
+    setcmas check my_laplacian    checks your solution
     setcmas run --algo my_laplacian --nb-robots 4 --graph path --duration 40
     setcmas metrics DIR                                               measured and predicted rate
 """

@@ -19,8 +19,7 @@ What to observe
     3. Put a directed path in a graph file: which leaders do the first and the last robot have?
 
 Commands
-    setcmas new my_election --from leader_election --exercise    a copy of this file to edit
-    setcmas check my_election                                    checks your solution
+    setcmas check my_election    checks your solution
     setcmas run --algo my_election --nb-robots 6 --graph path --duration 20
 """
 

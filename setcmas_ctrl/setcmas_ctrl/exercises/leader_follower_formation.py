@@ -16,8 +16,7 @@ What to observe
     3. The formation does not turn with the leader. Which measurement would that require?
 
 Commands
-    setcmas new my_formation --from leader_follower_formation --exercise    a copy to edit
-    setcmas check my_formation                                              checks your solution
+    setcmas check my_formation    checks your solution
     setcmas run --algo my_formation --nb-robots 5 --duration 60
     setcmas metrics DIR                    position errors of the followers
 """

@@ -15,8 +15,7 @@ What to observe
     3. Make REACHED smaller (REACHED = 0.01). What happens, and why?
 
 Commands
-    setcmas new my_nav --from nav_wp --exercise             a copy of this file to edit
-    setcmas check my_nav                                    checks your solution
+    setcmas check my_nav    checks your solution
     setcmas run --algo my_nav --pose 1:5,5,0 --duration 60
     setcmas metrics DIR                    arrival time at each waypoint
 """

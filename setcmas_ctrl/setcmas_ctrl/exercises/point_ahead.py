@@ -22,8 +22,7 @@ What to observe
     4. With a law for the axle, such as consensus, do the axles meet, or the points?
 
 Commands
-    setcmas new my_point_ahead --from point_ahead --exercise       a copy of this file to edit
-    setcmas check my_point_ahead                                   checks your solution
+    setcmas check my_point_ahead    checks your solution
     setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60 --si-to-uni my_point_ahead
 """
 

@@ -17,8 +17,7 @@ What to observe
     3. Why may a link break nevertheless when the law is called only every 0.5 s (a rate of 2 Hz)?
 
 Commands
-    setcmas new my_rendezvous --from rendezvous --exercise    a copy of this file to edit
-    setcmas check my_rendezvous                               checks your solution
+    setcmas check my_rendezvous    checks your solution
     setcmas run --algo my_rendezvous --nb-robots 8 --range 6 --duration 40
 """
 

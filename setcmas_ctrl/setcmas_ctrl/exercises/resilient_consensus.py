@@ -18,8 +18,7 @@ What to observe
     3. In the graph ring it fails: two arcs of equal values never meet. How robust is a ring?
 
 Commands
-    setcmas new my_resilience --from resilient_consensus --exercise    a copy of this file to edit
-    setcmas check my_resilience                                        checks your solution
+    setcmas check my_resilience    checks your solution
     setcmas run --algo my_resilience --nb-robots 8 --duration 60
 """
 

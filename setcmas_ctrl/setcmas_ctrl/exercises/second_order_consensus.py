@@ -17,8 +17,7 @@ What to observe
     3. Where do they meet? Why is this the mean of their starts in the graph ring?
 
 Commands
-    setcmas new my_second_order --from second_order_consensus --exercise    a copy to edit
-    setcmas check my_second_order                                           checks your solution
+    setcmas check my_second_order    checks your solution
     setcmas run --algo my_second_order --nb-robots 5 --graph ring --duration 60
 """
 

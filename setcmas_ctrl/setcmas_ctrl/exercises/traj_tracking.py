@@ -15,8 +15,7 @@ What to observe
     3. Make the point faster (W = 0.4). From which speed on can the robot not follow?
 
 Commands
-    setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
-    setcmas check my_tracking                                   checks your solution
+    setcmas check my_tracking    checks your solution
     setcmas run --algo my_tracking --pose 1:2,0,1.57 --duration 60
     setcmas metrics DIR                         mean error over the second half
 """

@@ -17,8 +17,7 @@ What to observe
     3. What changes with a delay of 1 s, and with a loss of 0.3?
 
 Commands
-    setcmas new my_alignment --from velocity_alignment --exercise    a copy of this file to edit
-    setcmas check my_alignment                                       checks your solution
+    setcmas check my_alignment    checks your solution
     setcmas run --algo my_alignment --nb-robots 8 --graph ring --duration 40
 """
 
