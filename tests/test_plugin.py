@@ -60,7 +60,6 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         'hovercraft .*A first-order lag in speed and turn rate',
         r'beacon .*PoseStamped on /beacon/\{name\}/pose',
         'frames .*TFMessage on /frames',
-        'gathering .*takes CENTRES from the law',
         'excursion .*The largest distance of each robot',
         'radius .*Draw the distance from the origin',
         r'broken .*\(cannot be used: RuntimeError: no licence found \(broken.py, line 3\)\)',
@@ -72,17 +71,12 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         assert re.search(pattern, result.stdout, re.MULTILINE), (line, result.stdout)
 
 
-def test_law_model_task_metric_and_plot_are_used_by_name(setcmas, tmp_path):
-    law = (PLUGIN / 'example_lab' / 'spiral.py').read_text()
-    (tmp_path / 'mine.py').write_text(f"{law}\n\ntask = 'gathering'\nCENTRES = [CENTRE]\n")
-    options = ('--algo', 'mine', '--model', '1:hovercraft', '--nb-robots', '3')
+def test_law_model_metric_and_plot_are_used_by_name(setcmas, tmp_path):
+    options = ('--algo', 'spiral', '--model', '1:hovercraft', '--nb-robots', '3')
     result = setcmas('offline', *options, '--duration', '20', '-o', 'out', cwd=tmp_path)
 
     assert result.returncode == 0, result.stderr
-    metrics = (tmp_path / 'out' / 'metrics.yaml').read_text()
-    assert 'task: gathering' in metrics
     assert 'excursion' in result.stdout
-    assert 'to the centre' in result.stdout
     assert (tmp_path / 'out' / 'plots' / 'radius.png').is_file()
     assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
     told = [line for line in result.stderr.splitlines() if 'cannot be used' in line]

@@ -146,19 +146,6 @@ class ScriptGroup(_Group):
         return Path(spec.origin)
 
 
-def instance_of(kind: type[T]) -> Callable[[object], T]:
-    """Return a check that objects are instances of a class."""
-
-    def check(thing: object) -> T:
-        if not isinstance(thing, kind):
-            raise InvalidPluginError(
-                f'it is a {type(thing).__name__}; it must be a {kind.__name__}'
-            )
-        return thing
-
-    return check
-
-
 def a_function(form: str) -> Callable[[object], Callable[..., Any]]:
     """Return a check that objects can be called; `form` is what they must be, in words."""
 

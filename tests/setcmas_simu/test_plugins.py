@@ -6,10 +6,18 @@ import pytest
 
 from setcmas_simu import plugins
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import PluginGroup, ScriptGroup, instance_of
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup, ScriptGroup
 
 GROUP = 'setcmas.test_things'
-THINGS = PluginGroup(GROUP, 'thing', instance_of(int))
+
+
+def a_whole_number(thing):
+    if not isinstance(thing, int):
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a int')
+    return thing
+
+
+THINGS = PluginGroup(GROUP, 'thing', a_whole_number)
 LAWS = ScriptGroup('setcmas.algorithms', 'control law')
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from tabulate import tabulate
 
-from setcmas_ctrl.laws.references import TASKS, TaskNames
+from setcmas_ctrl.laws.references import TASKS
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_ctrl.laws.script_search import scripts_in, summary_of
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
@@ -43,7 +43,7 @@ def main(args: argparse.Namespace) -> int:
     _print('in this folder, for --algo (these take precedence)', _own_scripts(Path.cwd()))
     _print('robot models, for --model', _rows(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _rows(MOCAP_SOURCES, _source))
-    _print("tasks, for a law that says task = '...'", _rows(TASKS, _task))
+    _print("tasks, for a law that says task = '...'", _tasks())
     _print('metrics, for every run', _rows(METRICS, _purpose))
     _print('plots, for every run they apply to', _rows(PLOTS, _purpose))
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
@@ -78,8 +78,9 @@ def _source(source: MocapSource) -> str:
     return f'{source.message_type.rpartition("/")[2]} on {source.topic}'
 
 
-def _task(task: TaskNames) -> str:
-    return f'takes {", ".join(task.names) or "nothing"} from the law'
+def _tasks() -> Iterable[tuple[str, ...]]:
+    for task, references in TASKS.items():
+        yield task, f'takes {", ".join(references) or "nothing"} from the law'
 
 
 def _described(

@@ -2,12 +2,10 @@
 
 The table goes to the terminal, and the unrounded values to metrics.yaml in the run's folder, or
 to BAG_metrics.yaml next to a single bag. The law declares its task in a line such as
-task = 'waypoints', with references such as WPL. If a run does not record its task, such as a bag
-of the ROS 1 stack, use --algo to name a script that declares it.
+task = 'waypoints', with references such as WPL.
 
 Examples:
   setcmas metrics out                                a run's folder
-  setcmas metrics lab.bag --algo my_law.py           against the task in my_law.py
   setcmas metrics out --theory                       also what theory predicts
 """
 
@@ -24,8 +22,6 @@ _warn = warner('metrics')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_argument(parser)
-    law = "control law that declares task and references (default: the run's)"
-    parser.add_argument('--algo', metavar='NAME', help=law)
     theory = 'also show what theory predicts for a built-in law, and which effects it leaves out'
     parser.add_argument('--theory', action='store_true', help=theory)
 
@@ -33,21 +29,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Measure; return the exit status."""
     from setcmas_tools.measures.metrics import FILE_NAME, measure, theory_lines, write_yaml
-    from setcmas_tools.measures.task import with_task_of
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
 
     source = find_run(args.run)
     run = Run.load(args.run, _warn)
-    if args.algo:
-        run = with_task_of(run, args.algo)
     metrics = measure(run, _warn)
     target = source.folder / f'{source.stem}{FILE_NAME}'
     write_yaml(metrics, target)
     print(metrics)
     if args.theory:
         print(*theory_lines(metrics.parts), sep='\n')
-    if run.references is None and not any(one.option == 'algo' for one in run.inputs):
-        print('the task is unknown, so task errors are missing; add --algo SCRIPT')
     print(target)
     return 0

@@ -12,28 +12,18 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.laws.script_errors import StopCall, describe_failure, short_repr
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.plugins import PluginGroup, instance_of
+from setcmas_simu.errors import SetcmasError, it_must_be
 
 Kind = Callable[[Any], Any]
 """Converts a reference to numbers and lists; raises ValueError with what it must be."""
 
+Wanted = float | list[list[float]]
+"""The distance between any two robots in m, or the shape: a point for each of robots 1, 2, ..."""
 
-@dataclass(frozen=True)
-class TaskNames:
-    """The references of a task.
+REACHED_M = 0.10
+"""Distance at which a waypoint counts as reached if the law does not say, as in nav_wp."""
 
-    Attributes:
-        names: Converter of each reference, by its name.
-        defaults: Values of optional references; None omits the reference.
-    """
-
-    names: Mapping[str, Kind] = field(default_factory=dict)
-    defaults: Mapping[str, Any] = field(default_factory=dict)
-
-
-TASKS = PluginGroup('setcmas.tasks', 'task', instance_of(TaskNames))
-"""Installed tasks; each is imported when a law names it."""
+_LARGEST_M = 1e6  # a coordinate of a box
 
 
 @dataclass(frozen=True)
@@ -117,15 +107,14 @@ def checked_references(task: str, given: Mapping[str, Any], script: str) -> Refe
     Raises:
         SetcmasError: The task is unknown, or a reference is missing or invalid.
     """
-    try:
-        wanted = TASKS.get(task)
-    except SetcmasError as error:
-        raise SetcmasError(f'{script}: {error}') from error
-    values = {}
-    for name, kind in wanted.names.items():
-        if name not in given and name not in wanted.defaults:
+    if task not in TASKS:
+        known = it_must_be(f'one of {", ".join(TASKS)}', task, TASKS)
+        raise SetcmasError(f"{script}: unknown task '{task}'{known}")
+    values, defaults = {}, DEFAULTS.get(task, {})
+    for name, kind in TASKS[task].items():
+        if name not in given and name not in defaults:
             raise SetcmasError(f"{script} defines no {name}, which task '{task}' needs")
-        value = given.get(name, wanted.defaults.get(name))
+        value = given.get(name, defaults.get(name))
         if value is not None:
             values[name] = _checked(kind, name, value, script)
     return References(task, values)
@@ -149,10 +138,7 @@ def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]
 
 def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
     try:
-        result = kind(value)
-        if not _is_value(result):
-            raise ValueError('it must be a number or a list of numbers')
-        return result
+        return kind(value)
     except (TypeError, ValueError) as error:
         raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
 
@@ -192,3 +178,40 @@ def robots(value: Any) -> list[int]:
     if isinstance(value, (list, tuple)) and all(type(one) is int for one in value):
         return list(value)
     raise ValueError('it must be numbers of robots [1, 2, ...]')
+
+
+def distance_or_shape(value: Any) -> Wanted:
+    """Return a distance, or the points of a shape, or raise ValueError."""
+    return points(value) if isinstance(value, (list, tuple, np.ndarray)) else number(value)
+
+
+def box(value: Any) -> list[list[float]]:
+    """Return the two corners of a box, or raise ValueError."""
+    corners = points(value)
+    is_box = len(corners) == 2 and (np.diff(corners, axis=0) > 0).all()
+    if not is_box or np.max(corners) > _LARGEST_M:
+        raise ValueError('it must be the corners [[left, bottom], [right, top]] of a box (m)')
+    return corners
+
+
+_WAYPOINTS: dict[str, Kind] = {'WPL': points, 'REACHED': number}
+
+TASKS: dict[str, dict[str, Kind]] = {
+    'alignment': {},
+    'consensus': {},
+    'coverage': {'BOX': box},
+    'distances': {'D': distance_or_shape, **_WAYPOINTS},
+    'formation': {'PLACES': points, **_WAYPOINTS},
+    'resilience': {'REBELS': robots},
+    'tracking': {'R': number, 'W': number},
+    'waypoints': _WAYPOINTS,
+}
+"""The references of each task, by their names in a law, and how they are converted."""
+
+_LED = {'WPL': None, 'REACHED': REACHED_M}
+DEFAULTS: dict[str, dict[str, Any]] = {
+    'distances': _LED,
+    'formation': _LED,
+    'waypoints': {'REACHED': REACHED_M},
+}
+"""The values of optional references of tasks; None omits the reference."""

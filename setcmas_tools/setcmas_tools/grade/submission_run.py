@@ -26,7 +26,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.mark_records import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario
-from setcmas_tools.measures.task import ignore
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.confined_program import RUN
@@ -107,7 +106,7 @@ class SandboxRunner:
             script = RunScript(process, work, self.times)
             try:
                 # The first error is in the marks.
-                run = simulate(script.scenario(scenario), warn=ignore)
+                run = simulate(script.scenario(scenario), warn=lambda _: None)
             except LostError:
                 done = ScenarioRun(None, script.failure, is_complete=False)
                 return done, script.was_killed

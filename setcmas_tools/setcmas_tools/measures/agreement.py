@@ -1,27 +1,20 @@
-"""Agreement of robots: on the position, among honest robots, and on the velocity.
-
-The tasks are `consensus`, `resilience` and `alignment`; agreement on the position is measured in
-every run.
-"""
+"""Agreement of robots on the position, which is measured in every run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.laws.references import robots
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured
-from setcmas_tools.measures.task import Errors, Task, from_share, rms
+from setcmas_tools.measures.task_errors import from_share, rms
 from setcmas_tools.run.fleet_motion import FleetGrid
-
-if TYPE_CHECKING:
-    from setcmas_tools.run.run import Run
+from setcmas_tools.run.run import Run, models_of
 
 _LEAST_DECAY = 1.5
 """Factor by which values decay at least where a rate is fitted."""
@@ -29,7 +22,7 @@ _LEAST_DECAY = 1.5
 _STILL = 1e-6  # m/s
 
 CONSENSUS = 'consensus'
-"""Name of the task."""
+"""Name of the task of robots that should meet."""
 
 
 def is_agreement(run: Run) -> bool:
@@ -42,8 +35,6 @@ def fleet_consensus(run: Run) -> Measured | None:
 
     It has lines if the robots are meant to meet, or met without a task.
     """
-    from setcmas_tools.run.run import models_of  # a controller imports tasks, and needs no runs
-
     grid, models = run.counted_grid, models_of(run)
     free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
     found = consensus(grid, np.where(free, 0.0, SLOW))
@@ -149,107 +140,3 @@ def consensus(grid: FleetGrid, dead_bands: Floats) -> dict[str, float | None] | 
         'final_centre_x_m': float(x[:, -1].mean()),
         'final_centre_y_m': float(y[:, -1].mean()),
     }
-
-
-CONSENSUS_TASK = Task()
-"""The task `consensus`, which has only the metrics of every run."""
-
-
-def honest(grid: FleetGrid, rebels: list[int]) -> Measured | None:
-    """Return the agreement of all robots but rebels, at times when all their poses are known.
-
-    The largest exit is the largest distance of a coordinate from the interval of their starts.
-    """
-    places = np.stack([grid.x, grid.y])[:, ~np.isin(grid.robots, rebels)]
-    places = places[..., np.isfinite(places[0]).all(axis=0)]
-    if not places.size:
-        return None
-    starts = places[..., :1]
-    above = places - starts.max(axis=1, keepdims=True)
-    below = starts.min(axis=1, keepdims=True) - places
-    exit_m = float(max(above.max(), below.max(), 0.0))
-    apart = float(disagreement(*places)[-1])
-    line = (
-        f'honest robots: disagreement {apart:.3f} m at the end; '
-        f'at most {exit_m:.3f} m outside the interval of their starts'
-    )
-    return Measured({'disagreement_at_end_m': apart, 'largest_exit_m': exit_m}, [line])
-
-
-class _Resilience(Task):
-    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        return {'honest': honest(run.counted_grid, references['REBELS'])}
-
-
-RESILIENCE = _Resilience({'REBELS': robots})
-"""The task `resilience`: robots agree in spite of rebels among them."""
-
-
-def velocities(run: Run) -> Floats | None:
-    """Return the commands vx and vy in m/s at the times of `Run.counted_grid`, shape (2, N, K).
-
-    None for one robot, or if the commands of a robot are unknown.
-    """
-    grid, commands = run.counted_grid, run.commands
-    own = [commands.of(robot) for robot in grid.robots] if commands else []
-    if len(own) < 2 or not all(len(one.t) for one in own):
-        return None
-    return np.array(
-        [[np.interp(grid.t, one.t, getattr(one, name)) for one in own] for name in ('vx', 'vy')]
-    )
-
-
-def spread(vx: Floats, vy: Floats) -> float:
-    """Return the angle in rad of the smallest sector with the directions of N velocities (N,)."""
-    angles = np.sort(np.arctan2(vy, vx)[np.hypot(vx, vy) > 0.0])
-    gaps = np.diff(angles, append=angles[:1] + 2 * np.pi)
-    return float(2 * np.pi - gaps.max()) if len(gaps) else 0.0
-
-
-def alignment(t: Floats, vx: Floats, vy: Floats) -> Measured:
-    """Return the agreement of velocities in m/s, shape (N, K), at times in s, shape (K,).
-
-    The disagreement is the root mean square distance to the mean velocity, the spread of
-    directions the angle of the smallest sector with those of all moving robots.
-    """
-    values = disagreement(vx, vy)
-    start, end = float(values[0]), float(values[-1])
-    rate = convergence_rate(t, values, np.zeros(len(t), bool))
-    x, y = float(vx[:, -1].mean()), float(vy[:, -1].mean())
-    sector = spread(vx[:, -1], vy[:, -1])
-    return Measured(
-        {
-            'disagreement_at_start_m_s': start,
-            'disagreement_at_end_m_s': end,
-            'convergence_rate_1_s': rate,
-            'final_mean_vx_m_s': x,
-            'final_mean_vy_m_s': y,
-            'spread_of_directions_at_end_rad': sector,
-        },
-        [
-            f'disagreement of velocities: {start:.3f} m/s at the start, {end:.3f} m/s at the end',
-            f'convergence rate: {"unknown" if rate is None else f"{rate:.3g} 1/s"}',
-            f'mean velocity at the end: ({x:.3f}, {y:.3f}) m/s; directions within '
-            f'{sector:.3f} rad',
-        ],
-    )
-
-
-class _Alignment(Task):
-    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        del references
-        found = velocities(run)
-        return {'alignment': None if found is None else alignment(run.counted_grid.t, *found)}
-
-    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
-        del references
-        found = velocities(run)
-        if found is None:
-            return None
-        gaps = np.hypot(*(found - found.mean(axis=1, keepdims=True)))
-        values = dict(zip(run.counted_grid.robots, gaps, strict=True))
-        return Errors('Alignment error', 'distance to the mean velocity (m/s)', values)
-
-
-ALIGNMENT = _Alignment()
-"""The task `alignment`: robots agree on a velocity, or on its direction."""

@@ -25,7 +25,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models_by_name import NO_LIMITS, UNICYCLE, is_model_file
 from setcmas_tools.measures import agreement
 from setcmas_tools.measures.comparison import best_shift
-from setcmas_tools.measures.task import errors_of, rms
+from setcmas_tools.measures.task_errors import errors_of, rms
 from setcmas_tools.offline.offline_run import OfflineRun
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_ctrl.laws.references import TASKS
 from setcmas_ctrl.predictions.prediction import Departure
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
@@ -22,7 +21,6 @@ from setcmas_tools.measures.agreement import have_met
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.predicted_metrics import Comparison, compared
 from setcmas_tools.measures.robot_metrics import largest_speed
-from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
 
 PREDICTION = 'prediction'
@@ -117,8 +115,11 @@ def _text(value: float | None, form: str = '.2f') -> str:
     return text.lstrip('-') if text.startswith('-0') and not float(text) else text
 
 
-_FIRST = ('robots', 'separation', 'consensus', 'messages')
-"""The first metrics of the table; then the task's, then all others."""
+_FIRST = (
+    'robots', 'separation', 'consensus', 'messages', 'formation', 'distances', 'tracking',
+    'waypoints', 'coverage', 'honest', 'alignment',
+)  # fmt: skip
+"""The first metrics of the table; then all others."""
 
 
 @dataclass(frozen=True)
@@ -164,17 +165,14 @@ def measure(
     if not len(run.counted.t):
         raise SetcmasError('no row has t >= 0: the robots were never commanded')
     triggered = bool(run.record and run.record.is_event_triggered)
-    task = task_of(run, warn)
     found = _found(run, warn, own or {})
-    parts = {name: found.pop(name) for name in _FIRST if name in found}
-    if task:
-        parts |= _of_task(run, *task, warn)
-    known = {name: part for name, part in (parts | found).items() if part is not None}
+    first = {name: found.pop(name) for name in _FIRST if name in found}
+    known = {name: part for name, part in (first | found).items() if part is not None}
     with _failures(PREDICTION, warn):
         if prediction := compared(run, known):
             known[PREDICTION] = prediction
     return Metrics(
-        run.references.task if task and run.references else None,
+        run.references.task if run.references else None,
         float(run.counted.t[-1] - run.counted.t[0]),
         largest_speed(run),
         'event-triggered' if triggered else 'periodic',
@@ -190,19 +188,6 @@ def _found(
         title = f"'{name}'" if name in own else METRICS.plugin(name).title
         with _failures(f'metric {title}', warn):
             found[name] = measured(name, metric(run))
-    return found
-
-
-def _of_task(
-    run: Run, task: Task, references: Mapping[str, Any], warn: Callable[[str], None]
-) -> dict[str, Measured | None]:
-    assert run.references
-    title = f'task {TASKS.plugin(run.references.task).title}'
-    found: dict[str, Measured | None] = {}
-    with _failures(title, warn):
-        for name, result in task.metrics(run, references).items():
-            with _failures(f'{title}, its metric {name},', warn):
-                found[name] = measured(name, result)
     return found
 
 

@@ -17,8 +17,9 @@ from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import Task, errors_of, ignore, task_of
+from setcmas_tools.measures.task_errors import errors_of
 from setcmas_tools.page.document import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.plots.reference_lines import draw_references, draws_references
 from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
 from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime
@@ -233,10 +234,7 @@ def plane_entry(run: Run) -> dict[str, Any]:
 
 def _references(run: Run) -> list[dict[str, Any]]:
     """Return the lines that the run's task draws into a film."""
-    if not (known := task_of(run, ignore)):
-        return []
-    task, references = known
-    if type(task).draw is Task.draw:  # such a task draws nothing, and matplotlib may be missing
+    if not draws_references(run):  # then matplotlib may be missing
         return []
     from matplotlib.figure import Figure
 
@@ -244,7 +242,7 @@ def _references(run: Run) -> list[dict[str, Any]]:
 
     with plot_style():
         axes = Figure().add_subplot()
-        task.draw('film', axes, run, references)
+        draw_references(axes, run, is_film=True)
         return [_line(one) for one in axes.lines]
 
 

@@ -27,6 +27,7 @@ from tqdm import tqdm
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.plots.plot_options import FILMS, PaletteOptions
+from setcmas_tools.plots.reference_lines import draw_references
 from setcmas_tools.plots.style import (
     as_written,
     data_url,
@@ -38,7 +39,6 @@ from setcmas_tools.plots.style import (
 from setcmas_tools.plots.trajectories import (
     MOST_NUMBERS,
     DrawnPlane,
-    draw_references,
     draw_world,
     fit_plane,
     symbols,
@@ -79,7 +79,7 @@ class FilmFrames:
         self._canvas: Any = FigureCanvasAgg(figure)  # untyped in matplotlib
         self._axes = figure.add_subplot()
         self._drawn = DrawnPlane(self._axes, run)
-        marks = draw_world(self._axes, run) + draw_references('film', self._axes, run)
+        marks = draw_world(self._axes, run) + draw_references(self._axes, run, is_film=True)
         marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(as_written(run.title))

@@ -18,9 +18,10 @@ from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
-from setcmas_tools.measures.task import errors_of
+from setcmas_tools.measures.task_errors import errors_of
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot import applies_to
+from setcmas_tools.plots.reference_lines import draw_wanted_distances
 from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 from setcmas_tools.run.law_output import Commands
@@ -87,7 +88,7 @@ def draw_errors(figure: Figure, run: Run) -> None:
     errors = errors_of(run)
     assert errors
     figure.set_size_inches(9.0, 5.0)
-    axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
+    axes = figure.add_subplot(title=errors.title, ylabel=f'{errors.label} ({errors.unit})')
     t, robots = run.counted_grid.t, sorted(errors.values)
     curves = {robot: (t, errors.values[robot]) for robot in drawn_robots(robots)}
     trajectories.draw_curves(axes, curves, len(run.robots))
@@ -161,7 +162,7 @@ def draw_distances(figure: Figure, run: Run) -> None:
     axes = figure.add_subplot(title='Distances between robots')
     draw = _draw_pairs if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS else _draw_range
     marks = time_axis([axes], table.t[0], table.t[-1])
-    marks += trajectories.draw_references('distances', axes, run)
+    marks += draw_wanted_distances(axes, run)
     handles = draw(axes, grid)
     axes.set_ylim(bottom=0.0)
     legend(axes, handles + marks)

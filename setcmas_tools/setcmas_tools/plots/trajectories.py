@@ -21,7 +21,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
 from setcmas_simu.robots.models_by_name import UNICYCLE, symbol
-from setcmas_tools.measures.task import ignore, line_width, task_of
+from setcmas_tools.plots.reference_lines import draw_references, line_width
 from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
@@ -141,17 +141,6 @@ def _shown(*colour: float) -> tuple[float, float, float, float]:
     return red, green, blue, alpha
 
 
-def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
-    """Draw the references of a run, as its task draws them; return entries for the legend.
-
-    `plot` is as for `Task.draw`.
-    """
-    if not (known := task_of(run, ignore)):
-        return []
-    task, references = known
-    return task.draw(plot, axes, run, references)
-
-
 def draw_world(axes: Axes, run: Run) -> list[Artist]:
     """Draw arena and obstacles of a run; return the entries for the legend."""
     handles: list[Artist] = []
@@ -198,7 +187,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
         _draw_end(axes, table.of(robot), plot_colour(robot, len(robots)), size, looks[robot])
     drawn = DrawnPlane(axes, run)
     drawn.show(np.inf)
-    marks = draw_references('trajectories', axes, run) + draw_world(axes, run) + drawn.handles
+    marks = draw_references(axes, run) + draw_world(axes, run) + drawn.handles
     axes.set_title('Trajectories')
     fit_plane(axes, table)
     legend(axes, [*line_handles(robots), *_end_handles(), *marks])

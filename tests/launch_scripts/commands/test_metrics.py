@@ -5,7 +5,6 @@ import pytest
 import yaml
 from processes import refuses, run_here
 
-from setcmas_tools import simulate
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run_tables import write_fleet
 
@@ -29,7 +28,6 @@ def test_the_table_and_the_file(run):
     assert result.returncode == 0, result.stderr
     assert re.search(r'tb3_2 +2\.00', result.stdout)
     assert 'least separation: 1.00 m at 0.0 s between robots 1 and 2' in result.stdout
-    assert 'the task is unknown, so task errors are missing; add --algo' in result.stdout
     first = (run / 'metrics.yaml').read_bytes()
     content = yaml.safe_load(first)
     assert content['robots'][1]['path_length_m'] == 1.0
@@ -38,26 +36,6 @@ def test_the_table_and_the_file(run):
         (run / 'metrics.yaml').unlink()
         assert run_here('metrics', place, cwd=run.parent).returncode == 0
         assert (run / 'metrics.yaml').read_bytes() == first
-
-
-def test_the_task_of_a_script(run):
-    law = "task = 'waypoints'\nWPL = [[1.045, 1]]\ndef control(a, b, c, d): ...\n"
-    (run.parent / 'mine.py').write_text(law)
-
-    result = run_here('metrics', 'out', '--algo', 'mine', cwd=run.parent)
-
-    assert result.returncode == 0, result.stderr
-    content = yaml.safe_load((run / 'metrics.yaml').read_text())
-    assert content['task'] == 'waypoints'
-    assert content['waypoints']['reached_within_m'] == 0.1  # that of nav_wp
-    times = {1: [9.5, 9.6, 9.7, 9.8, 9.9, 10.0], 2: []}
-    assert content['waypoints']['reached_at_s'] == times
-
-
-def test_a_law_without_a_task_is_not_asked_for_one(tmp_path):
-    simulate('containment', 4, 1.0).save(tmp_path / 'out')
-
-    assert 'the task is unknown' not in run_here('metrics', 'out', cwd=tmp_path).stdout
 
 
 def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
@@ -72,7 +50,6 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     [
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
-        (('out', '--algo', 'consensu'), 'did you mean consensus'),
         (('damaged.csv',), "'damaged.csv'"),
         (('broken.mcap',), 'broken.mcap'),
     ],

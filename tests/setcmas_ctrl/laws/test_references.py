@@ -2,11 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.laws import references
 from setcmas_ctrl.laws.references import (
     References,
-    TaskNames,
-    checked_references,
     references_of,
     references_of_fleet,
 )
@@ -102,13 +99,6 @@ def test_the_first_law_that_declares_a_task_counts():
 def test_messages_of_other_nodes_may_be_invalid(text):
     with pytest.raises(ValueError, match='must be'):
         References.decoded(text)
-
-
-def test_a_task_whose_reference_is_no_number_is_refused_before_it_is_published(monkeypatch):
-    monkeypatch.setattr(references, 'TASKS', {'dance': TaskNames({'MODE': str})})
-
-    with pytest.raises(SetcmasError, match=r"law.py: MODE is 'fast'; it must be a number"):
-        checked_references('dance', {'MODE': 'fast'}, 'law.py')
 
 
 @pytest.mark.parametrize('nb_robots', [1, 5, 12])

@@ -8,7 +8,7 @@ from plugins import add_plugins
 from runs import measure, run_of
 
 from launch_scripts.cli import main
-from setcmas_ctrl.laws.references import TASKS, References
+from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures import metrics as metrics_module
@@ -20,7 +20,6 @@ from setcmas_tools.measures.metrics import (
     theory_lines,
     write_yaml,
 )
-from setcmas_tools.measures.task import Task
 from setcmas_tools.run.communication_record import Counts, record_of
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import write_communication
@@ -188,29 +187,6 @@ def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, mo
     assert message.startswith(f"metric 'height' of package my-lab 1.0 {reason}")
     assert '\n' not in message
     write_yaml(metrics, tmp_path / 'metrics.yaml')
-
-
-def test_metrics_of_a_task_are_checked_alike(monkeypatch):
-    class Height(Task):
-        def metrics(self, *_):
-            return {'height': 2, 'wrong': {'a': 1}, 'none': None}
-
-    class Broken(Task):
-        def metrics(self, *_):
-            return {'height': 1 / 0}
-
-    add_plugins(monkeypatch, TASKS, height=Height({}), broken=Broken({}))
-    messages = []
-
-    runs = [run_of(table((T, 0, 0)), None, References(task, {})) for task in ('height', 'broken')]
-    metrics, _ = (metrics_module.measure(run, messages.append) for run in runs)
-
-    assert metrics['height'].value == 2.0
-    first, second = messages
-    assert first.startswith(
-        "task 'height' of package my-lab 1.0, its metric wrong, returned a val"
-    )
-    assert second.startswith("task 'broken' of package my-lab 1.0 failed: ZeroDivisionError")
 
 
 def told(*arguments, **options):
