@@ -62,7 +62,6 @@ class SafetyFilterNode(FleetNode):
             )
         of_fleet = {'namespace': fleet.fleet_namespace or '/', 'context': fleet.context}
         super().__init__('safety_filter', True, **of_fleet, **of_other_nodes())
-        self.teller = fleet
         self.parameters = NodeParameters(self, gains, ('vnom', 'komega'))
         self.robots, self.poses = robots, poses
         self.time = robots[0].time

@@ -108,9 +108,10 @@ class CmdVelBridge(RobotNode):
         if odom := self.odom():
             view = _seen(view, odom, now)
         if state := self.pose_state():
+            height = diagnostic_values(state).get('height')
             is_accepted = state.level == DiagnosticStatus.OK
             fault = '' if is_accepted else state.message or Cause.POSE_REJECTED.value
-            view = replace(view, pose_fault=fault, judged=now, height=_height(state))
+            view = replace(view, pose_fault=fault, judged=now, height=float(height or 'nan'))
         if command := self.wanted():
             # As old as the last look: it came some time after it.
             view = replace(view, wanted=velocities(command), commanded=self._looked)
@@ -179,11 +180,11 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
-        rivals = cmd_vel_topics.rivals(self, self.topic, *self._may_command)
-        if self._names.is_on(rivals, self.time.now):
+        names = cmd_vel_topics.rivals(self, self.topic, *self._may_command)
+        if self._names.is_on(names, self.time.now):
             self._next_look = self.time.now
             return self.trouble_in_graph
-        if contest := cmd_vel_topics.contest(self, self.topic, rivals):
+        if contest := cmd_vel_topics.contest(self, self.topic, *self._may_command):
             return StopReason(Cause.RIVAL, contest)
         for topic, what in self._sole:
             if (found := self.count_publishers(topic)) > 1:
@@ -304,14 +305,6 @@ def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
         same_since=view.same_since if state.pose == view.pose else now,
         velocities=velocities(odom.twist.twist),
     )
-
-
-def _height(state: DiagnosticStatus) -> float:
-    """Return the height of a body in m, NaN if it is unknown: any node may send such a state."""
-    try:
-        return float(diagnostic_values(state).get('height', ''))
-    except ValueError:
-        return math.nan
 
 
 def robot_commands(node: FleetNode, robot: LabRobot, lab: Lab) -> CmdVelPublisher:

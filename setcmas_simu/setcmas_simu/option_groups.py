@@ -22,7 +22,6 @@ from setcmas_simu.option_kinds import Kind
 from setcmas_simu.yaml_entries import Entry, entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')
-Completer = Callable[..., Iterable[str]]
 
 
 class ClashError(SetcmasError):
@@ -72,7 +71,6 @@ class Option:
         alone: The value if only the name is typed; None if that is a mistake.
         short: Another name, such as '-o'.
         flag: The name as typed, if it is not --NAME.
-        complete: Offers values to argcomplete; None for files and listed words.
     """
 
     kind: Kind
@@ -82,7 +80,6 @@ class Option:
     alone: str | None = None
     short: str = ''
     flag: str = ''
-    complete: Completer | None = None
 
     @property
     def is_switch(self) -> bool:
@@ -293,8 +290,6 @@ def _add(
         known |= {'default': argparse.SUPPRESS, 'required': False}
     action = group.add_argument(*filter(None, (one.short, typed)), **known)
     action.option = one  # type: ignore[attr-defined]  # for VALUES
-    if one.complete:
-        action.completer = one.complete  # type: ignore[attr-defined]  # argcomplete's
 
 
 def _help(one: Option, default: Any) -> str:
@@ -316,20 +311,6 @@ def _parser_of(kind: Kind, typed: str) -> Callable[[str], Any]:
         return value
 
     return parse
-
-
-def names_and_files(
-    names: Callable[[], Iterable[str]], endings: tuple[str, ...] = ()
-) -> Callable[..., list[str]]:
-    """Return a completer of names, looked up on demand, and of files with endings such as 'py'."""
-
-    def complete(prefix: str, **_: Any) -> list[str]:
-        from argcomplete.completers import FilesCompleter
-
-        files = FilesCompleter(endings)(prefix) if endings else []
-        return [*(name for name in names() if name.startswith(prefix)), *files]
-
-    return complete
 
 
 def plain(value: Any) -> Any:

@@ -100,7 +100,7 @@ class RobotNode(FleetNode):
             kwargs |= of_other_nodes()
         kwargs.setdefault('namespace', robot_name(1))  # unless ROS's own -r __ns:= says another
         super().__init__(name, follows_clock, start_parameter_services=has_services, **kwargs)
-        self.teller, self.time = fleet, time or StepTime(0.1)
+        self.time = time or StepTime(0.1)
         named = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
         number = robot or int(named[1] if named else 1)
         number = self.fixed('robot_no', number, 'number of the robot', is_alone)

@@ -19,10 +19,9 @@ from setcmas_simu.fleet.start_poses import (
     poses_of_entry,
 )
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.option_groups import Form, Options, names_and_files, option
+from setcmas_simu.option_groups import Form, Options, option
 from setcmas_simu.robots.model import LIMITS
 from setcmas_simu.robots.models_by_name import (
-    MODELS,
     NO_LIMITS,
     UNICYCLE,
     check_models,
@@ -157,7 +156,6 @@ class RobotOptions(StartPoseOptions):
         "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
-        complete=names_and_files(MODELS.plugins, ('py', 'yaml')),
     )
     limits: str = option(
         kinds.OneOf(tuple(LIMITS)),

@@ -133,9 +133,6 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
 
 
 def test_completion_of_verbs_options_and_values(tmp_path):
-    (tmp_path / 'mine.py').write_text('')
-    (tmp_path / 'mine.txt').write_text('')
-
     def complete(line):
         command = f"{sys.executable} -c 'from launch_scripts.cli import main; main()' 8>&1 9>&2"
         result = subprocess.run(
@@ -157,8 +154,7 @@ def test_completion_of_verbs_options_and_values(tmp_path):
 
     assert complete('setcmas bag') == ['bag_to_csv']
     assert '--nb-robots' in complete('setcmas simu --nb')
-    assert complete('setcmas ctrl --algo cons') == ['consensus']
-    assert complete('setcmas ctrl --algo m') == ['mine.py']
+    assert complete('setcmas simu --limits bur') == ['burger']
 
 
 def test_ctrl_c_while_modules_are_loaded_prints_nothing():

@@ -31,7 +31,7 @@ from setcmas_ctrl.laws.script_function import file_of
 from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script
 from setcmas_ctrl.laws.script_search import find_script_of
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.option_groups import ClashError, Options, flag, names_and_files, option
+from setcmas_simu.option_groups import ClashError, Options, flag, option
 from setcmas_simu.option_kinds import LENGTH, Number, OneOf, ScriptOrFunction
 
 HELD, EXACT = 'held', 'exact'
@@ -63,7 +63,6 @@ class CommunicationOptions(Options):
         'of the literature (see setcmas list)',
         default=None,
         default_text='send when farther than --threshold from the last position sent',
-        complete=names_and_files(CONDITIONS.plugins, ('py',)),
     )
     threshold: float = option(
         LENGTH,
@@ -80,7 +79,6 @@ class CommunicationOptions(Options):
         _Graph(metavar='NAME|FILE.yaml', choices=tuple(PRESETS)),
         f'communication graph: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
-        complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),
     )
     range: float | None = option(
         Number(above=0, unit='m'), 'robots farther apart than this have no link', default=None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, compile_script
+from setcmas_ctrl.laws.script_loader import EXERCISES, compile_script
 from setcmas_ctrl.laws.script_search import LawScripts, find_script_of
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
@@ -15,7 +15,7 @@ from setcmas_simu import option_kinds as kinds
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.option_groups import Form, Options, flag, names_and_files, option
+from setcmas_simu.option_groups import Form, Options, flag, option
 from setcmas_simu.robots.model import VelocityLimits
 
 Law = str | Path | Callable[..., Any]
@@ -103,7 +103,6 @@ class LawOptions(GainOptions):
         'control law: a path, NAME.py in this folder, a built-in law (see setcmas list), or '
         'external: another program publishes velocities on cmd_cart_vel; or '
         "one per robot: '1:leader.py,2-8:follower.py'",
-        complete=names_and_files(ALGORITHMS.plugins, ('py',)),
     )
     exercise: bool = flag('run the exercise version of --algo instead of the law')
     set: Mapping[str, Any] = option(

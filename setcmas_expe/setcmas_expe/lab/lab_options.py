@@ -11,7 +11,7 @@ from setcmas_expe.lab.lab import Lab, Mocap
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_groups import Options, flag, names_and_files, option
+from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo
 from setcmas_simu.robots.arena import FORM, Arena, Borders, Obstacles, ObstaclesKind
 from setcmas_simu.robots.model import ROBOT_LIMITS
@@ -33,7 +33,6 @@ class LabChoice(Options):
         Kind(metavar='NAME'),
         'motion capture driver (see setcmas list)',
         default=None,
-        complete=names_and_files(MOCAP_SOURCES.plugins),
     )
     without_guard: bool = flag(
         'allow robots without a cmd_vel_guard; they keep moving if this machine or the network '

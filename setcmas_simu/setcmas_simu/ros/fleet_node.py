@@ -31,12 +31,7 @@ class FleetNode(Node):
     """A node that takes its namespace as the root of all topic names.
 
     So `-r __ns:=/a` moves a whole fleet to /a, and other fleets do not see it there.
-
-    Attributes:
-        teller: The node that publishes changes of parameters for this one; None if there is none.
     """
-
-    teller: FleetNode | None = None
 
     def __init__(self, node_name: str, follows_clock: bool = False, **kwargs: Any) -> None:
         """Create the node; other arguments as for `rclpy.node.Node`, but without /rosout.
@@ -89,14 +84,6 @@ class FleetNode(Node):
     def name_in_fleet(self, topic: str) -> str:
         """Return a topic's name without the namespace of the fleet."""
         return f'/{topic.removeprefix(f"{self.fleet_namespace}/").lstrip("/")}'
-
-    def tell(self, parameters: Sequence[Parameter]) -> None:
-        """Publish the parameters that were set, unless this node publishes them itself."""
-        if self.teller:
-            changed = [one.to_parameter_msg() for one in parameters]
-            name, now = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
-            event = ParameterEvent(node=name, stamp=now, changed_parameters=changed)
-            self.teller._parameter_event_publisher.publish(event)
 
     def create_publisher(self, msg_type: Any, topic: str, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without event callbacks, which would burden the executor."""
@@ -196,7 +183,7 @@ _NAMES = re.compile(r'(__ns|__node|__name):=')
 
 
 class _NoParameterEvents:
-    """Discards events; `FleetNode.tell` publishes them, so not every node needs a topic."""
+    """Discards events: not every node of a fleet needs a topic for them."""
 
     def publish(self, event: ParameterEvent) -> None:
         pass

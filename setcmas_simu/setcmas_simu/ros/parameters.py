@@ -100,14 +100,11 @@ class NodeParameters(Generic[Group]):
 
     def _take_over(self, parameters: list[Parameter]) -> None:
         before, self.options = self.options, self._with(parameters)
-        if self.options != before:
+        if self.options != before and not self._is_quiet:
             own = [one for one in parameters if one.name in self._names]
-            if self._is_quiet:
-                return
             texts = [f'{one.name} is {str(one.value).removesuffix(".0")}' for one in own]
-            name = f'{self._node.get_fully_qualified_name()}: ' if self._node.teller else ''
-            self._node.get_logger().info(f'{name}{", ".join(texts)} from now on')
-            self._node.tell(own)
+            name = self._node.get_fully_qualified_name()
+            self._node.get_logger().info(f'{name}: {", ".join(texts)} from now on')
 
 
 def warn_of_unknown(nodes: Sequence[Node]) -> None:

@@ -3,29 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import Form, Options, option
 from setcmas_simu.option_kinds import DURATION, Kind, Whole
-
-
-def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
-    from setcmas_tools.study.variation import OPTIONS, names_of_scripts
-
-    names = [*OPTIONS]
-    with suppress(SetcmasError):
-        names += names_of_scripts(getattr(parsed_args, 'algo', ''))
-    return [f'{name}=' for name in names]
-
-
-def _columns(**_: Any) -> Iterable[str]:
-    from setcmas_tools.study.study_columns import COLUMNS  # completion alone needs them here
-
-    return list(COLUMNS)
 
 
 def cores() -> int:
@@ -47,7 +29,6 @@ class SweepOptions(Options):
         'combinations',
         form=Form.REPEATED,
         default=(),
-        complete=_names,
     )
     seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
     metric: tuple[str, ...] = option(
@@ -55,7 +36,6 @@ class SweepOptions(Options):
         'metric to plot, such as disagreement (see setcmas list); may be repeated',
         form=Form.REPEATED,
         default=(),
-        complete=_columns,
     )
     jobs: int = option(
         Whole(1), 'simultaneous runs', default=cores(), default_text='the number of cores'

@@ -10,7 +10,6 @@ from rclpy.parameter import Parameter
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import Options, option
 from setcmas_simu.option_kinds import Number, OneOf
-from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 
@@ -133,21 +132,3 @@ def test_a_robot_follows_what_changes_in_the_fleet_and_keeps_its_own_values(node
     assert parameters.options == Gains(gain=2.0, mode='fast')
     parameters.follow(Gains(gain=3.0, mode='fast'))
     assert parameters.options == Gains(gain=3.0, mode='fast')
-
-
-def test_what_is_set_in_a_node_of_a_robot_is_told_by_the_node_of_its_process(peer):
-    from rcl_interfaces.msg import ParameterEvent
-
-    events = peer.listen(ParameterEvent, '/parameter_events')
-    fleet = FleetNode('fleet', context=peer.context, enable_rosout=True)
-    robot = RobotNode('robot', 3, fleet, context=peer.context)
-    parameters = NodeParameters(robot, Gains(), {'K': 'gain'})
-    peer.wait_for(lambda: peer.node.count_publishers('/parameter_events') > 1)
-    parameters.follow(Gains(gain=2.0))
-    change(robot, K=3.0)
-
-    peer.wait_for(lambda: any(one.node == '/tb3_3/robot' for one in events))
-    (told,) = (one for one in events if one.node == '/tb3_3/robot')
-    assert [(one.name, one.value.double_value) for one in told.changed_parameters] == [('K', 3.0)]
-    for node in (robot, fleet):
-        node.destroy_node()
