@@ -92,7 +92,8 @@ class SiToUni(RobotNode):
         target = self.fixed('cmd_vel_topic', target, 'commands')
         own_odom = topics.ODOM  # of the robot itself, also in experiments
         self.cmd_vel = CmdVelPublisher(self, self.robot, target, own_odom, options.cmd_vel_type)
-        self.pause_request = self.newest(Bool, topics.PAUSE, qos.EVENT)
+        # In an experiment the pause node takes the requests: false must not start a robot.
+        self.pause_request = None if in_experiment else self.newest(Bool, topics.PAUSE, qos.EVENT)
         accel = safety.accel or math.inf
         self._limits_of_conversion = accel, safety.lookahead
         self.period = 1.0 / gains.rate
@@ -159,7 +160,7 @@ class SiToUni(RobotNode):
 
     def take_pause(self) -> None:
         """Take a request to pause or resume the robot."""
-        if (request := self.pause_request()) is not None:
+        if self.pause_request and (request := self.pause_request()):
             self.pause(request.data)
 
     def converted(self, message: Point32) -> Command:

@@ -108,10 +108,9 @@ class CmdVelBridge(RobotNode):
         if odom := self.odom():
             view = _seen(view, odom, now)
         if state := self.pose_state():
-            height = diagnostic_values(state).get('height')
             is_accepted = state.level == DiagnosticStatus.OK
             fault = '' if is_accepted else state.message or Cause.POSE_REJECTED.value
-            view = replace(view, pose_fault=fault, judged=now, height=float(height or 'nan'))
+            view = replace(view, pose_fault=fault, judged=now, height=_height(state))
         if command := self.wanted():
             # As old as the last look: it came some time after it.
             view = replace(view, wanted=velocities(command), commanded=self._looked)
@@ -180,11 +179,11 @@ class CmdVelBridge(RobotNode):
         """Return who else commands the robot or sends its messages, or that it is deaf."""
         listens = self.cmd_vel.follow_listeners()
         self.guard.look_around()
-        names = cmd_vel_topics.rivals(self, self.topic, *self._may_command)
-        if self._names.is_on(names, self.time.now):
+        rivals = cmd_vel_topics.rivals(self, self.topic, *self._may_command)
+        if self._names.is_on(rivals, self.time.now):
             self._next_look = self.time.now
             return self.trouble_in_graph
-        if contest := cmd_vel_topics.contest(self, self.topic, *self._may_command):
+        if contest := cmd_vel_topics.contest(self, self.topic, rivals):
             return StopReason(Cause.RIVAL, contest)
         for topic, what in self._sole:
             if (found := self.count_publishers(topic)) > 1:
@@ -305,6 +304,14 @@ def _seen(view: RobotView, odom: Odometry, now: float) -> RobotView:
         same_since=view.same_since if state.pose == view.pose else now,
         velocities=velocities(odom.twist.twist),
     )
+
+
+def _height(state: DiagnosticStatus) -> float:
+    """Return the height of a body in m, NaN if it is unknown: any node may send such a state."""
+    try:
+        return float(diagnostic_values(state).get('height', ''))
+    except ValueError:
+        return math.nan
 
 
 def robot_commands(node: FleetNode, robot: LabRobot, lab: Lab) -> CmdVelPublisher:

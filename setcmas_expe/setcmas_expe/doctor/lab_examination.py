@@ -96,13 +96,14 @@ class LabWatch(FleetNode):
         cmd_vel = robot.topic(topics.CMD_VEL)
         bridge = topics.robot_topic(robot.number, topics.CMD_VEL_BRIDGE)
         allowed = map(self.full_name, (bridge, f'/{topics.PAUSE_NODE}'))
+        rivals = cmd_vel_topics.rivals(self, cmd_vel, *allowed)
         return RobotCheck(
             robot=robot,
             mocap=arrival_statistics(watch.arrivals, self._begin, time.time()),
             pose=None if watch.track.fault else watch.track.pose,
             fault=watch.fault or self.mocap.trouble(robot.mocap_name) or None,
             kinds=[listener.kind for listener in self.listeners(robot)],
-            rival=guard.intruder or cmd_vel_topics.contest(self, cmd_vel, *allowed),
+            rival=guard.intruder or cmd_vel_topics.contest(self, cmd_vel, rivals),
             guard=guard.report if guard.is_there() else None,
             battery=watch.battery,
         )

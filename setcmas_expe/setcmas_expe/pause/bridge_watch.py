@@ -77,6 +77,8 @@ class BridgeWatch:
 
         They must start at once or not at all, never by themselves some time later.
         """
+        if self.died or self.ending:
+            return 'the experiment ends'
         if self.is_silent(time.monotonic()):
             return 'the bridge process is silent'
         if conflict := self._conflict():

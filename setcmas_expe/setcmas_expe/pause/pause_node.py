@@ -32,6 +32,7 @@ from setcmas_expe.pause.press_judge import (
     StartRequests,
 )
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import robot_topic
 from setcmas_simu.reports import Launcher
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
@@ -87,7 +88,9 @@ class Pause(FleetNode):
             self, lab, self._press, self._stop, self._once, joystick, hold
         )
         # With these, every process may stop the robots; none starts them.
-        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
+        of_robots = (robot_topic(robot.number, topics.PAUSE) for robot in lab.robots)
+        for topic in (topics.FLEET_PAUSE, *of_robots):
+            self.create_subscription(Bool, topic, partial(self._on_pause, topic), qos.EVENT)
         for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches other publishers
             self.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
         for robot in lab.robots:
@@ -122,13 +125,13 @@ class Pause(FleetNode):
         self._publisher.publish(Bool(data=self.paused))
         self._stopped.publish(Bool(data=bool(self._emergency.why)))
 
-    def _on_pause(self, message: Bool) -> None:
+    def _on_pause(self, topic: str, message: Bool) -> None:
         if message.data:
-            self._pause(f'by {topics.FLEET_PAUSE}')
+            self._pause(f'by {topic}', by_itself=True)  # not by the person who presses s
         else:
             self._once(
-                f'false on {topics.FLEET_PAUSE} starts nothing in an experiment: press s in the '
-                'terminal of the experiment, or start on its joystick'
+                f'false on {topic} starts nothing in an experiment: press s in the terminal of '
+                'the experiment, or start on its joystick'
             )
 
     def _on_stop(self, message: Bool) -> None:
@@ -146,9 +149,9 @@ class Pause(FleetNode):
         response.success, response.message = True, 'stopped'
         return response
 
-    def _pause(self, why: str) -> None:
+    def _pause(self, why: str, by_itself: bool = False) -> None:
         if not self._emergency.why:
-            self.set(True, why)
+            self.set(True, why, by_itself)
 
     def _go(self, why: str) -> None:
         """Start the robots if all of them are ready."""

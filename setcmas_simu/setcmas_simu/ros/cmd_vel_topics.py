@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
@@ -149,10 +149,13 @@ def twins(node: Node, topic: str) -> bool:
     return max(names.values(), default=0) > 1
 
 
-def contest(node: Node, topic: str, *allowed: str) -> str:
-    """Return who else commands a robot, or that several robots listen; empty if neither."""
-    if names := rivals(node, topic, *allowed):
-        return f'{names[0]} also commands it'
+def contest(node: Node, topic: str, found: Sequence[str]) -> str:
+    """Return which of the found `rivals` commands a robot, or that several robots listen.
+
+    It is empty if there is neither.
+    """
+    if found:
+        return f'{found[0]} also commands it'
     return f'several robots listen to {topic}' if twins(node, topic) else ''
 
 

@@ -140,23 +140,46 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
     paused = peer.listen(Bool, '/paused')
     bridge.unready = 'not seen yet'  # before the node can have heard anything else
     operator = operate()
-    wish = peer.publisher(Bool, '/pause')
+    wishes = [peer.publisher(Bool, topic) for topic in ('/pause', '/tb3_1/pause')]
     operator.wait_for('')
-    wish.publish(Bool(data=False))
+    for wish in wishes:
+        wish.publish(Bool(data=False))
     operator.request('start')
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
     bridge.unready = ''
-    operator.press_until('start', lambda: goes(paused))
-    wish.publish(Bool(data=True))
-    operator.wait_for('by /pause')
+    for wish in wishes:
+        operator.press_until('start', lambda: goes(paused))
+        wish.publish(Bool(data=True))
+        operator.wait_for(f'by {wish.topic_name}')
+        wish.publish(Bool(data=False))
+        peer.wait_for_new(paused, 5)
+        assert is_paused(paused)
     operator.press_until('start', lambda: goes(paused))
     operator.request('pause')
     operator.wait_for('by key')
     operator.request('pause')
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
+
+
+def test_a_start_that_crosses_a_pause_by_another_program_does_not_count(operate, peer, bridge):
+    operator = operate()
+    wish = peer.publisher(Bool, '/pause')
+    paused, said = peer.listen(Bool, '/paused'), []
+    operator.press_until('start', lambda: goes(paused))
+
+    def cross():
+        wish.publish(Bool(data=True))
+        operator.request('start')
+
+    def is_too_soon():
+        said.append(operator.warnings())
+        return 'not started: too soon' in ''.join(said)
+
+    peer.spin(1.5 * REACTION_S)  # else it is the second press that is too soon
+    operator.press_until(cross, is_too_soon)  # again where the start came first
 
 
 def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, peer, bridge):
@@ -360,6 +383,8 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     operator.press_until('go', lambda: goes(paused))
     operator.request('halt')
     peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
+    operator.request('go')
+    peer.wait_for(lambda: 'not started: the experiment ends' in operator.warnings())
     child = operator._child
     operator.alive = False
     child.process.stdin.close()
