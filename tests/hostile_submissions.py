@@ -157,7 +157,7 @@ ENDS = _bodies({
         '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'place': (
-        'os.write(5, b"  File \\"/setcmas_12345678/law.py\\", line "\n'
+        'os.write(5, b"  File \\"/submission/law.py\\", line "\n'
         '        + b"9" * 5000 + b" in x\\n"); os._exit(1)',
         'ended its process with exit status 1',
     ),

@@ -117,10 +117,6 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     file = args.corrections or folder / CORRECTIONS
     is_used = args.corrections or file.is_file()
     corrections = read_corrections(file, students, rubric) if is_used else Corrections()
-    if corrections.untimed:
-        warn(
-            f'the submission time of {_count(corrections.untimed)} is unknown; counted as on time'
-        )
     grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
     graded = grade(submissions, grader, folder, options.jobs, options.overwrite)
     marks = [corrections.applied(one) for one in graded]

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import msgspec
 from tqdm import tqdm
@@ -32,7 +32,7 @@ from setcmas_tools.submissions.sandbox import (
     ProcessEndedError,
     obstacle,
 )
-from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions, printable
+from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
 
 _DPI = 80  # of the pictures on pages
 _READ_S = 60.0
@@ -66,34 +66,17 @@ def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
     Raises:
         NoProcessError: The process does not start.
     """
-    name = printable(packed.files[-1].top)
     late = f'it takes longer than {_READ_S:g} s to unpack'
     try:
         with ConfinedProcess(is_confined, READ + msgspec.msgpack.encode(packed)) as process:
             answer = process.answer(b'', _READ_S, late, _MOST_READ)
         read = msgspec.msgpack.decode(answer, type=Submission)
-        if not _may_be_of(read, packed):
-            raise ValueError(read.name)
     except ProcessEndedError as error:
-        return Submission(name, packed.student, problem=f'it cannot be unpacked: {error}')
-    except (msgspec.MsgspecError, RecursionError, ValueError):
-        return Submission(name, packed.student, problem='it cannot be unpacked')
-    return read
-
-
-def _may_be_of(read: Submission, packed: Packed) -> bool:
-    """Return whether what a confined process has read may be of this submission.
-
-    Marks, corrections and likeness go by its name, and its files are written below a folder.
-    """
-    marked, names = PurePosixPath(read.file), map(PurePosixPath, read.files)
-    return (
-        read.student == packed.student
-        and read.name in {printable(file.top) for file in packed.files}
-        and (not read.file or (marked.is_relative_to(read.name) and '..' not in marked.parts))
-        and bool(read.problem or read.script in read.files)
-        and all(name.parts and not name.is_absolute() and '..' not in name.parts for name in names)
-    )
+        read = Submission('', packed.student, problem=f'it cannot be unpacked: {error}')
+    except (msgspec.MsgspecError, RecursionError):
+        read = Submission('', packed.student, problem='it cannot be unpacked')
+    # What it says of itself may be forged; marks and corrections go by name.
+    return replace(read, name=packed.name, student=packed.student)
 
 
 @dataclass(frozen=True)

@@ -169,13 +169,13 @@ class Marks:
     """The marks of a submission.
 
     Attributes:
-        submission: Its file or folder, relative to the folder of the class.
+        submission: Its name: a file or folder of the class, or the student's name and number.
         title: Title of the rubric.
         scenarios: Marks for all scenarios, in order, even if they were not run.
         failure: Why nothing could run; None if it could.
         unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
         corrections: Changes by a person, in order; stored marks have none.
-        file: The file that was marked, relative to the folder of the class; '' if there is none.
+        file: The file that was marked, in the submission; '' if there is none.
     """
 
     submission: str
@@ -197,11 +197,6 @@ class Marks:
     def automatic(self) -> float:
         """Total points of all scenarios, before corrections."""
         return _sum(mark.points for mark in self.scenarios)
-
-    @property
-    def own_file(self) -> str:
-        """The file that was marked, relative to the submission if that is a folder."""
-        return self.file.removeprefix(f'{self.submission}/')
 
     @property
     def score(self) -> float:
@@ -267,7 +262,7 @@ _WIDTH = 90
 
 def lines_of(marks: Marks, hidden_points: float = 0.0) -> Iterator[str]:
     """Yield marks as students read them, in a terminal and on a learning platform."""
-    yield f'{marks.title}: {marks.own_file or marks.submission}'
+    yield f'{marks.title}: {marks.file or marks.submission}'
     if marks.unfilled:
         yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
     elif marks.failure:

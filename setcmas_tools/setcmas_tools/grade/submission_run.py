@@ -1,7 +1,7 @@
 """Run of a submission: the simulation is here, the script in a confined process.
 
 A call of the submission's law goes from `RunScript` through `ConfinedProcess` (sandbox.py) to
-`ConfinedScript` (confined_script.py) in the other process, which calls a `ControlLaw`.
+`ConfinedScript` (confined_program.py) in the other process, which calls a `ControlLaw`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ from setcmas_tools.grade.mark_records import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.submissions.confined_program import RUN
-from setcmas_tools.submissions.confined_script import (
+from setcmas_tools.submissions.confined_program import (
+    FOLDER,
+    RUN,
     Answer,
     Refusal,
     Reply,
@@ -41,7 +42,7 @@ from setcmas_tools.submissions.submissions import Submission
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 # What a confined process writes may be anything: lines of more than nine digits are none.
-_FRAME = re.compile(r'^  File ".*/setcmas_\w{8}/(.*)", line (\d{1,9}) in ', re.MULTILINE)
+_FRAME = re.compile(rf'^  File ".*?/{FOLDER}/(.*)", line (\d{{1,9}}) in ', re.MULTILINE)
 _MOST_ANSWERED = 1 << 13
 _INVALID = 'the submission sent an invalid reply'
 
@@ -130,7 +131,6 @@ class RunScript:
         self._work = work
         self._times = times
         self._left = times.run
-        self._adjacency: dict[int, Floats] = {}
 
     def scenario(self, marked: MarkedScenario) -> Scenario:
         """Return a scenario with the submission, loaded for all robots.
@@ -160,11 +160,9 @@ class RunScript:
         def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
             del robotNo, nbRobots
             adjacency = network.adjacency()
-            is_new = adjacency is not self._adjacency.get(robot)
-            self._adjacency[robot] = adjacency
             received = {sender: encoded(content) for sender, content in network.contents().items()}
-            given = _bytes(poses), _bytes(adjacency) if is_new else b'', received
-            vx, vy = self._numbers(Request(robot, t, *given), 2)
+            request = Request(robot, t, _bytes(poses), _bytes(adjacency), received)
+            vx, vy = self._numbers(request, 2)
             return vx, vy
 
         return control

@@ -8,15 +8,38 @@ from __future__ import annotations
 
 import faulthandler
 import os
+import re
 import signal
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from struct import Struct
-from typing import IO
+from typing import IO, Annotated, Any, cast
 
 import msgspec
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.communication.message_content import (
+    Content,
+    Mailbox,
+    decoded,
+    encoded,
+)
+from setcmas_ctrl.communication.triggering_conditions import (
+    CTC,
+    takes_velocities,
+    triggering,
+)
+from setcmas_ctrl.control_law import ControlLaw
+from setcmas_ctrl.laws.script_errors import ControlError
+from setcmas_ctrl.laws.script_loader import load_script
+from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
+from setcmas_ctrl.si_to_uni_script import load_conversion
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.script_calls import Function
+from setcmas_tools.submissions.submissions import Packed, read_submission
+from setcmas_tools.submissions.submitted_files import lay_out
 
 SIZE = Struct('<I')
 """Before each message: its size in bytes."""
@@ -61,6 +84,183 @@ class Connection:
         return content
 
 
+_LONGEST_TEXT = 1500
+FOLDER = 'submission'
+"""Name of the folder in which a script finds the files of its submission."""
+_set_timer = getattr(signal, 'setitimer', None)
+_TIMER = getattr(signal, 'ITIMER_REAL', 0)
+
+
+class RunWork(msgspec.Struct, frozen=True):
+    """A script to run.
+
+    Attributes:
+        script: Its name.
+        files: The files of the submission, by relative path.
+        function: Its function: CONTROL, CONDITION or SI_TO_UNI.
+        settings: Values of the script's variables.
+        cpu: Largest processor time in s.
+    """
+
+    script: str
+    files: dict[str, bytes]
+    function: Function
+    nb_robots: int
+    seed: int
+    settings: dict[str, Any]
+    cpu: int
+
+
+class Request(msgspec.Struct, frozen=True):
+    """A call of a robot's function; without numbers, the script is loaded for the robot.
+
+    Attributes:
+        t: Time in s.
+        numbers: The arrays that the function takes, as the bytes of their float64 numbers.
+        adjacency: The adjacency matrix likewise, for a law.
+        received: What the robot has received, by sender, as JSON.
+        timeout: How long the call may take, in s.
+    """
+
+    robot: int
+    t: float = 0.0
+    numbers: bytes = b''
+    adjacency: bytes = b''
+    received: dict[int, str] = {}
+    timeout: float = 0.0
+
+
+class MessageUse(msgspec.Struct, frozen=True):
+    """Use of messages in a call: whether the law used any, and what it sent, as JSON or ''."""
+
+    are_used: bool = False
+    sent: str = ''
+
+
+class Refusal(msgspec.Struct, frozen=True, tag=True):
+    """An error instead of an answer: its kind, such as ValueError, and place; 0 is no line."""
+
+    message: str
+    kind: str = ''
+    file: str = ''
+    line: Annotated[int, msgspec.Meta(ge=0, le=10**9)] = 0
+    messages: MessageUse = MessageUse()
+
+
+class Reply(msgspec.Struct, frozen=True, tag=True):
+    """What a function returns: vx and vy, V and omega, or 1 or 0 for whether a condition holds.
+
+    A script that is loaded replies 1 or 0 for whether its condition takes velocities.
+    """
+
+    numbers: tuple[float, ...]
+    messages: MessageUse = MessageUse()
+
+
+Answer = Reply | Refusal
+Answering = Callable[[Request], Answer]
+
+
+class ConfinedScript:
+    """The functions of a script, for each robot loaded anew."""
+
+    def __init__(self, work: RunWork) -> None:
+        self.work = work
+        self._path = Path()
+        self._functions: dict[int, Answering] = {}
+
+    @seeded_generators()
+    def serve(self, receive: Callable[[], bytes], send: Callable[[bytes], None]) -> None:
+        """Answer requests until there are no more."""
+        self._path = Path(self.work.script).resolve()
+        seed_scripts(self.work.seed)
+        decoded = msgspec.msgpack.Decoder(Request).decode
+        while True:
+            send(msgspec.msgpack.encode(self._answer(decoded(receive()))))
+
+    def _answer(self, request: Request) -> Answer:
+        """Answer a request; the process ends if that takes too long."""
+        if _set_timer:
+            _set_timer(_TIMER, request.timeout)
+        try:
+            if not request.numbers:
+                return self._loaded(request.robot)
+            return self._functions[request.robot](request)
+        except ControlError as error:
+            return _refusal(error)
+        except SetcmasError as error:
+            return Refusal(_shown(str(error)))
+        finally:
+            if _set_timer:
+                _set_timer(_TIMER, 0)
+
+    def _loaded(self, robot: int) -> Reply:
+        """Load the script for a robot."""
+        kinds = {
+            Function.CONTROL: self._law,
+            Function.CONDITION: self._condition,
+            Function.SI_TO_UNI: self._conversion,
+        }
+        with_velocities, self._functions[robot] = kinds[self.work.function](robot)
+        return Reply((float(with_velocities),))
+
+    def _law(self, robot: int) -> tuple[bool, Answering]:
+        law = ControlLaw(self._path, robot, self.work.nb_robots, self.work.settings)
+
+        def answer(request: Request) -> Answer:
+            poses = np.frombuffer(request.numbers).reshape(3, -1)
+            adjacency = np.frombuffer(request.adjacency).reshape(2 * poses.shape[1:])
+            received = {sender: decoded(one) for sender, one in request.received.items()}
+            mailbox = Mailbox(request.t, received)
+            try:
+                with network.exchanged_by(mailbox):
+                    vx, vy = law(poses, request.t, adjacency)
+            except ControlError as error:
+                return _refusal(error, _messages(mailbox))
+            return Reply((float(vx), float(vy)), _messages(mailbox))
+
+        return False, answer
+
+    def _condition(self, robot: int) -> tuple[bool, Answering]:
+        path = self._path
+        condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
+        triggers = triggering(condition, path)
+
+        def answer(request: Request) -> Reply:
+            states = np.frombuffer(request.numbers).reshape(-1, 3).copy()
+            (answer,) = triggers(*states, request.t)
+            return Reply((float(answer),))
+
+        return takes_velocities(condition, path.name), answer
+
+    def _conversion(self, robot: int) -> tuple[bool, Answering]:
+        convert = load_conversion(self._path, robot)
+
+        def answer(request: Request) -> Reply:
+            vx, vy, *pose, komega = np.frombuffer(request.numbers).tolist()
+            return Reply(tuple(map(float, convert((vx, vy), tuple(pose), komega))))
+
+        return False, answer
+
+
+_NONE = MessageUse()
+
+
+def _messages(mailbox: Mailbox) -> MessageUse:
+    sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
+    return MessageUse(mailbox.are_used, sent)
+
+
+def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:
+    kind, file, line = cast(tuple[Any, Any, Any], error.key)
+    return Refusal(_shown(str(error)), kind, file.name, line or 0, messages)
+
+
+def _shown(text: str) -> str:
+    """Return a message with files relative to the folder of the submission."""
+    return re.sub(rf'[^\s\'"]*/{FOLDER}/', '', text[:_LONGEST_TEXT])
+
+
 def main() -> None:
     """Do the work that the grader sends."""
     connection = Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
@@ -89,8 +289,6 @@ def limit(cpu: int) -> None:
 
 
 def _reading(work: bytes) -> Callable[[Connection], None]:
-    from setcmas_tools.submissions.submissions import Packed, read_submission
-
     packed = msgspec.msgpack.decode(work, type=Packed)
     limit(_READ_S)
 
@@ -104,18 +302,15 @@ _READ_S = 60
 
 
 def _running(work: bytes, errors: int) -> Callable[[Connection], None]:
-    from setcmas_tools.submissions.confined_script import ConfinedScript, RunWork
-    from setcmas_tools.submissions.submitted_files import lay_out
-
     script = ConfinedScript(msgspec.msgpack.decode(work, type=RunWork))
-    folder = Path(tempfile.mkdtemp(prefix='setcmas_'))
-    os.chdir(folder)
+    Path(FOLDER).mkdir()
+    os.chdir(FOLDER)
     if hasattr(signal, 'SIGALRM'):  # a call that hangs says where, and ends the process
         faulthandler.register(signal.SIGALRM, errors, all_threads=False, chain=True)
     limit(script.work.cpu)
 
     def run(connection: Connection) -> None:
-        lay_out(script.work.files, folder)
+        lay_out(script.work.files, Path.cwd())
         script.serve(connection.receive, connection.send)
 
     return run

@@ -64,10 +64,17 @@ def _share(own: Print, theirs: Print) -> float:
 
 
 def _nodes(tree: ast.AST) -> Iterator[str]:
-    """Yield the nodes of a tree in order, without names and docstrings."""
-    for node in ast.iter_child_nodes(tree):
+    """Yield the nodes of a tree in order, without names and docstrings.
+
+    A tree may be nested more deeply than functions may call themselves.
+    """
+    left = [tree]
+    while left:
+        node = left.pop()
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
-        if not isinstance(node, (ast.expr_context, ast.Import, ast.ImportFrom)):
+        if isinstance(node, (ast.expr_context, ast.Import, ast.ImportFrom)):
+            continue
+        if node is not tree:
             yield repr(node.value) if isinstance(node, ast.Constant) else type(node).__name__
-            yield from _nodes(node)
+        left += reversed([*ast.iter_child_nodes(node)])

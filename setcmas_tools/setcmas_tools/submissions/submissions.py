@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -18,14 +17,11 @@ from setcmas_tools.submissions.likeness import Print, fingerprint
 from setcmas_tools.submissions.notebook import MOST_SOURCE, Notebook, read_notebook, script_of
 from setcmas_tools.submissions.submitted_files import (
     Files,
-    Identity,
     Student,
-    Unread,
     files_near,
     files_of_class,
     identity_of,
     lay_out,
-    own_names,
     unpacked,
 )
 
@@ -39,12 +35,12 @@ class Submission:
     """A student's submission.
 
     Attributes:
-        name: Its file or folder, relative to the folder of the class.
+        name: Its file or folder in the class, or the name and number of its student there.
         student: Its student.
         script: Name of the script to mark; '' if there is none.
         files: The script and the files in and below its folder, by relative path.
         problem: Why there is no script to mark; '' if there is one.
-        file: The file to mark, relative to the folder of the class; '' if there is none.
+        file: The file to mark; '' if there is none.
         notebook: The cells of the notebook that the script stands for; None for a script.
         is_unfilled: Whether the script is still the empty exercise.
         print: Fingerprint of its scripts.
@@ -69,69 +65,50 @@ class Submission:
 
 
 @dataclass(frozen=True)
-class PackedFile:
-    """A file as it was handed in.
-
-    Attributes:
-        top: Its name, or that of its folder, in the folder of the class.
-        path: Its path in the submission.
-        content: Its content, or why it cannot be read.
-        is_read: Whether it can be read.
-    """
-
-    top: str
-    path: str
-    content: bytes
-    is_read: bool = True
-
-
-@dataclass(frozen=True)
 class Packed:
     """A submission as it was handed in, with zip files and notebooks as they are.
 
     Attributes:
+        name: Name of the submission.
         student: Its student.
-        files: Its files, the newest last.
         function: The function of the script to mark.
         exercise: Source of the exercise; empty for none.
+        files: The contents of its files by path.
+        unread: Why others cannot be read, by path.
     """
 
+    name: str
     student: Student
-    files: tuple[PackedFile, ...]
     function: Function
     exercise: bytes = b''
+    files: dict[str, bytes] = field(default_factory=dict)
+    unread: dict[str, str] = field(default_factory=dict)
 
 
 def read_submission(packed: Packed) -> Submission:
     """Unpack a submission and choose its script; those of others are read in a sandbox."""
-    tops, files = dict[PurePosixPath, str](), Files()
-    for top in dict.fromkeys(one.top for one in packed.files):
-        own = {
-            PurePosixPath(one.path): one.content if one.is_read else Unread(one.content)
-            for one in packed.files
-            if one.top == top
-        }
-        for path, content in unpacked(own, top).items():
-            files[path], tops[path] = content, top  # the newest comes last
+    handed_in: dict[str, bytes | str] = {**packed.unread, **packed.files}
+    files = unpacked({PurePosixPath(path): one for path, one in handed_in.items()}, packed.name)
     notebooks = _with_scripts(files)
     script, problem = chosen_script(files, packed.function)
-    original = next((path for path in notebooks if script_of(path) == script), script)
-    top = tops.get(original, packed.files[-1].top)
-    shown = printable(top)
     if problem:
-        return Submission(shown, packed.student, problem=_naming_notebooks(problem, notebooks))
+        problem = _naming_notebooks(problem, notebooks)
+        return Submission(packed.name, packed.student, problem=problem)
+    original = next((path for path in notebooks if script_of(path) == script), script)
     neighbours = {
         path.relative_to(script.parent).as_posix(): content
         for path, content in files.items()
-        if path.is_relative_to(script.parent) and not isinstance(content, Unread)
+        if path.is_relative_to(script.parent) and isinstance(content, bytes)
     }
-    is_whole = PurePosixPath(top).suffix in _CODE
     sources = [content for name, content in neighbours.items() if name.endswith('.py')]
+    is_unfilled = bool(packed.exercise) and same_functions(
+        neighbours[script.name], packed.exercise
+    )
     return Submission(
-        shown, packed.student, script.name, neighbours,
-        file=shown if is_whole else printable(f'{top}/{original}'),
+        packed.name, packed.student, script.name, neighbours,
+        file=printable(str(original)),
         notebook=notebooks.get(original),
-        is_unfilled=bool(packed.exercise) and same_functions(files[script], packed.exercise),
+        is_unfilled=is_unfilled,
         print=fingerprint(sources),
     )  # fmt: skip
 
@@ -143,13 +120,13 @@ def submitted_notebook(path: Path) -> Submission:
         SetcmasError: It is not a notebook, or has no law.
         OSError: It cannot be read.
     """
-    files = {PurePosixPath(path.name): path.read_bytes()}
+    files: Files = {PurePosixPath(path.name): path.read_bytes()}
     notebooks = _with_scripts(files)
     chosen = [chosen_script(files, function) for function in FUNCTIONS]
     script, problem = next((one for one in chosen if not one[1]), chosen[0])
     if problem:
         raise SetcmasError(_naming_notebooks(problem, notebooks))
-    own = {str(one): content for one, content in files.items()}
+    own = {str(one): content for one, content in files.items() if isinstance(content, bytes)}
     return Submission(
         path.name, Student(path.name), script.name, {**files_near(path), **own}, '', path.name,
         notebooks[PurePosixPath(path.name)],
@@ -170,31 +147,27 @@ def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> 
     Raises:
         SetcmasError: There are none.
     """
-    found: defaultdict[str, list[tuple[Identity, PackedFile]]] = defaultdict(list)
+    found: dict[str, Packed] = {}
     for path, content in _relative_to_class(files_of_class(place), function).items():
         top, *inside = path.parts
         identity = identity_of(top)
         if not (inside or identity.group or path.suffix in _SUFFIXES):  # such as a list of names
             continue
-        own = '/'.join(inside)
-        if not inside and path.suffix != '.zip':  # what is in a zip file has paths of its own
-            own = identity.file or top
-        file = PackedFile(top, own, bytes(content), not isinstance(content, Unread))
-        found[identity.group or top].append((identity, file))
+        name = identity.group or top
+        packed = found.setdefault(
+            name, Packed(printable(name), identity.student, function, exercise)
+        )
+        own = '/'.join(inside) or identity.file or top
+        if isinstance(content, str):
+            packed.unread[own] = content
+        else:
+            packed.files[own] = content
     if not found:
         raise SetcmasError(
             f"'{place}' holds no submissions; it must be a folder or zip file with a script "
             'or folder per student'
         )
-    packed: list[Packed] = []
-    for parts in found.values():
-        identities, files = zip(*sorted(parts, key=lambda part: part[0].number), strict=True)
-        if identities[-1].number:  # of Canvas
-            names = own_names([file.path for file in files])
-            pairs = zip(files, names, strict=True)
-            files = tuple(replace(file, path=name) for file, name in pairs)
-        packed.append(Packed(identities[-1].student, files, function, exercise))
-    return packed
+    return [*found.values()]
 
 
 def _relative_to_class(files: Files, function: Function) -> Files:
@@ -216,9 +189,11 @@ def _relative_to_class(files: Files, function: Function) -> Files:
     return inner if is_class else files
 
 
-def _may_be_submission(path: PurePosixPath, content: bytes, function: Function) -> bool:
+def _may_be_submission(path: PurePosixPath, content: bytes | str, function: Function) -> bool:
     """Return whether a file may be a submission with a function, without parsing it."""
-    return path.suffix == '.zip' or (path.suffix in _CODE and _mentions(content, function))
+    if path.suffix in _CODE and isinstance(content, bytes):
+        return _mentions(content, function)
+    return path.suffix == '.zip'
 
 
 def _mentions(content: bytes, function: Function) -> bool:
@@ -232,7 +207,7 @@ def chosen_script(files: Files, function: Function) -> tuple[PurePosixPath, str]
     sources = {
         path: content
         for path, content in files.items()
-        if path.suffix == '.py' and not isinstance(content, Unread)
+        if path.suffix == '.py' and isinstance(content, bytes)
     }
     none = PurePosixPath()
     if not sources:
@@ -256,8 +231,8 @@ def chosen_script(files: Files, function: Function) -> tuple[PurePosixPath, str]
 
 
 def _without_script(files: Files) -> str:
-    if unread := [content for content in files.values() if isinstance(content, Unread)]:
-        return unread[0].decode(errors='replace')
+    if unread := [content for content in files.values() if isinstance(content, str)]:
+        return unread[0]
     names = sorted({path.name for path in files})
     if not names:
         return 'the submission is empty'
@@ -285,12 +260,12 @@ def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:
     """Add the scripts of notebooks to files; return the readable notebooks."""
     found: dict[PurePosixPath, Notebook] = {}
     for path, content in [*files.items()]:
-        if path.suffix != '.ipynb' or isinstance(content, Unread):
+        if path.suffix != '.ipynb' or isinstance(content, str):
             continue
         try:
             found[path] = notebook = read_notebook(content)
         except SetcmasError as error:
-            files[path] = Unread.because(f'{path.name}: {error}')
+            files[path] = f'{path.name}: {error}'
             continue
         if notebook.source.strip():
             files[script_of(path)] = notebook.source.encode(errors='replace')

@@ -7,7 +7,7 @@ import re
 import stat
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
@@ -29,16 +29,8 @@ _BROKEN = (
     ValueError,
 )  # fmt: skip
 
-Files = dict[PurePosixPath, bytes]
-
-
-class Unread(bytes):
-    """Why a file has not been read, in place of its content."""
-
-    @classmethod
-    def because(cls, reason: str) -> Unread:
-        """Return the place of a file that has not been read."""
-        return cls(reason.encode(errors='replace'))
+Files = dict[PurePosixPath, bytes | str]
+"""Files by path: their content, or, as a text, why they cannot be read."""
 
 
 class _TooMuchError(Exception):
@@ -47,8 +39,6 @@ class _TooMuchError(Exception):
 
 def files_of_class(place: Path) -> Files:
     """Return the files in a folder or a zip file; zip files among them stay packed.
-
-    Files that cannot be read are `Unread`.
 
     Raises:
         SetcmasError: It is neither folder nor zip file, or too large.
@@ -70,22 +60,20 @@ def files_of_class(place: Path) -> Files:
 
 
 def unpacked(files: Files, name: str) -> Files:
-    """Return the files of a student with those in zip files, or the limit that they exceed.
+    """Return the files of a submission with those in zip files, or the limit that they exceed.
 
-    An empty path is the submission itself, which has this name.
+    A zip file becomes a folder of its name.
     """
     try:
-        return _within(_unpacked(files, name), *_OF_STUDENT)
+        return _within(_unpacked(files), *_OF_STUDENT)
     except _TooMuchError:
         most, size = _OF_STUDENT
-        reason = f'{name} has more than {most:,} files or {size >> 20} MB'
-        return {PurePosixPath('all'): Unread.because(reason)}
+        return {PurePosixPath('all'): f'{name} has more than {most:,} files or {size >> 20} MB'}
 
 
-def _unpacked(files: Files, name: str) -> Iterator[tuple[PurePosixPath, bytes]]:
+def _unpacked(files: Files) -> Iterator[tuple[PurePosixPath, bytes | str]]:
     for path, content in files.items():
-        is_zip = path.suffix == '.zip' or not path.name
-        if not is_zip or isinstance(content, Unread):
+        if path.suffix != '.zip' or isinstance(content, str):
             yield path, content
             continue
         try:
@@ -93,12 +81,14 @@ def _unpacked(files: Files, name: str) -> Iterator[tuple[PurePosixPath, bytes]]:
                 for inside, read in _in_zip(archive):
                     is_nested = inside.suffix == '.zip'
                     reason = f'{inside.name} is a zip file in a zip file; hand in its files'
-                    yield path / inside, Unread.because(reason) if is_nested else read
+                    yield path / inside, reason if is_nested else read
         except _BROKEN:
-            yield path, Unread.because(f'{path.name or name} is damaged or has a password')
+            yield path, f'{path.name} is damaged or has a password'
 
 
-def _within(files: Iterable[tuple[PurePosixPath, bytes]], most: int, most_bytes: int) -> Files:
+def _within(
+    files: Iterable[tuple[PurePosixPath, bytes | str]], most: int, most_bytes: int
+) -> Files:
     """Return files, or raise _TooMuchError if they are too many, or have too many bytes."""
     found, size = Files(), 0
     for path, content in files:
@@ -109,8 +99,8 @@ def _within(files: Iterable[tuple[PurePosixPath, bytes]], most: int, most_bytes:
     return found
 
 
-def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
-    """Yield the files of a folder; those that cannot be read are `Unread`."""
+def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes | str]]:
+    """Yield the files of a folder."""
     for folder, folders, names in os.walk(place):
         folders.sort()
         if (
@@ -118,27 +108,27 @@ def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
             and not names
             and (path := _cleaned_path(Path(folder).relative_to(place).as_posix()))
         ):
-            yield path / 'nothing', Unread.because(f'the folder {path.name} is empty')
+            yield path / 'nothing', f'the folder {path.name} is empty'
         for name in sorted(names):
             file = Path(folder, name)
             if path := _cleaned_path(file.relative_to(place).as_posix()):
                 yield path, _content_of(file, path)
 
 
-def _content_of(file: Path, path: PurePosixPath) -> bytes:
+def _content_of(file: Path, path: PurePosixPath) -> bytes | str:
     """Return the content of a file, or why it is not read."""
     try:
         status = file.lstat()
         if not stat.S_ISREG(status.st_mode):
-            return Unread.because(f'{path.name} is a symbolic link or no file; put a copy there')
+            return f'{path.name} is a symbolic link or no file; put a copy there'
         with file.open('rb') as opened:
             return _checked(opened.read(_largest_size(path) + 1), path)
     except OSError as error:
-        return Unread.because(f'{path.name} cannot be read: {error.strerror}')
+        return f'{path.name} cannot be read: {error.strerror}'
 
 
-def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes]]:
-    """Yield the files of a zip file; those that cannot be read are `Unread`."""
+def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes | str]]:
+    """Yield the files of a zip file."""
     for info in sorted(archive.infolist(), key=lambda one: one.filename):
         path = _cleaned_path(info.filename)
         if not path or info.is_dir():
@@ -147,7 +137,7 @@ def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes]]:
             with archive.open(info) as file:
                 yield path, _checked(file.read(_largest_size(path) + 1), path)
         except _BROKEN:
-            yield path, Unread.because(f'{path.name} is damaged or has a password')
+            yield path, f'{path.name} is damaged or has a password'
 
 
 def _cleaned_path(name: str) -> PurePosixPath | None:
@@ -165,13 +155,13 @@ def _largest_size(path: PurePosixPath) -> int:
     return _LARGEST.get(path.suffix, _SMALL)
 
 
-def _checked(content: bytes, path: PurePosixPath) -> bytes:
+def _checked(content: bytes, path: PurePosixPath) -> bytes | str:
     """Return the content of a file, or why it does not count."""
     if len(path.as_posix()) > _LONGEST_PATH:
-        return Unread.because(f'the path of {path.name[:50]} is too long')
+        return f'the path of {path.name[:50]} is too long'
     if len(content) <= _largest_size(path):
         return content
-    return Unread.because(f'{path.name} is larger than {_largest_size(path) >> 20} MB')
+    return f'{path.name} is larger than {_largest_size(path) >> 20} MB'
 
 
 def lay_out(files: Mapping[str, bytes], folder: Path) -> None:
@@ -187,7 +177,7 @@ def files_near(script: Path) -> dict[str, bytes]:
     return {
         path.as_posix(): content
         for path, content in islice(_in_folder(script.parent), _MOST_NEAR)
-        if path.suffix not in _LARGEST and not isinstance(content, Unread)
+        if path.suffix not in _LARGEST and isinstance(content, bytes)
     }
 
 
@@ -208,10 +198,9 @@ class Student:
 _MOODLE = re.compile(r'(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 _CANVAS = re.compile(
     r'(?:(?P<anonymous>anon_[^\W_]+)(?:_LATE)?|(?P<name>[^_]+)_(?:LATE_)?(?P<id>\d+))_'
-    r'(?:(?P<number>\d+)_(?P<file>.+)|(?:text|link)\.html)'
+    r'(?:\d+_(?P<file>.+)|(?:text|link)\.html)'
 )
 _HANDED_IN = re.compile(r'\.(py|ipynb|zip)$')
-_AGAIN = re.compile(r'-\d+(?=\.\w+$)')
 
 
 @dataclass(frozen=True)
@@ -221,13 +210,11 @@ class Identity:
     Attributes:
         student: The student.
         group: Equal for all files of a submission; '' if the file is a submission by itself.
-        number: Of several files with the same name, the largest number counts.
         file: The student's own name of the file; '' if unknown.
     """
 
     student: Student
     group: str = ''
-    number: int = 0
     file: str = ''
 
 
@@ -240,22 +227,13 @@ def identity_of(name: str) -> Identity:
     """
     if found := _MOODLE.fullmatch(name):
         group = f'{found["name"]}_{found["id"]}'  # two students with one number stay two
-        return Identity(_student(found['name'], found['id']), group, file=found['file'])
+        return Identity(_student(found['name'], found['id']), group, found['file'])
     if found := _CANVAS.fullmatch(name):
         student = _student(found['anonymous'] or found['name'], found['id'] or '')
         group = f'{student.name}_{student.id}'
-        return Identity(student, group, int(found['number'] or 0), found['file'] or '')
+        return Identity(student, group, found['file'] or '')
     stem = _HANDED_IN.sub('', name)
     return Identity(_student(stem.replace('_', ' '), stem if '@' in stem else ''))
-
-
-def own_names(names: Sequence[str]) -> list[str]:
-    """Return the names of a student's files without the -1, -2 that Canvas adds to new versions.
-
-    Names that would be equal stay as they are: they may be the student's own.
-    """
-    plain = [_AGAIN.sub('', name) for name in names]
-    return [one if plain.count(one) == 1 else name for one, name in zip(plain, names, strict=True)]
 
 
 def _student(name: str, number: str) -> Student:

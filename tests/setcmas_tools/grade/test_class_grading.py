@@ -15,7 +15,6 @@ from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.sandbox import NoProcessError
 from setcmas_tools.submissions.submissions import (
     Packed,
-    PackedFile,
     Student,
     Submission,
     read_submission,
@@ -41,12 +40,7 @@ SCRIPTS = {
 def submissions(**scripts):
     return [
         read_submission(
-            Packed(
-                Student(name),
-                (PackedFile(name, 'law.py', source.encode()),),
-                Function.CONTROL,
-                GIVEN,
-            )
+            Packed(name, Student(name), Function.CONTROL, GIVEN, {'law.py': source.encode()})
         )
         for name, source in scripts.items()
     ]

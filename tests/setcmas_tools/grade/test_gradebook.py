@@ -72,15 +72,6 @@ def test_a_bonus_fills_the_bar_of_a_page_at_most_and_ends_the_remark_on_a_failur
     assert remark(failed, {}).endswith('bonus +10: neat code (A. Assistant, 2026-11-22)')
 
 
-def test_pages_name_the_file_within_the_submission_not_its_folder_again():
-    folder = 'Ada Lovelace_1_file_'
-    named = replace(graded_class()[0], submission=folder, file=f'{folder}/law.py')
-
-    [page] = pages_of([named]).values()
-    assert '>law.py<' in page
-    assert '_file_/law.py' not in page
-
-
 @pytest.mark.nightly
 @pytest.mark.usefixtures('needs_chromium')
 @pytest.mark.parametrize('width', [390, 1366])

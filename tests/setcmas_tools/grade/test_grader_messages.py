@@ -2,7 +2,6 @@
 
 import re
 import sys
-import sysconfig
 import tempfile
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from sandboxes import needs_sandbox
 from setcmas_tools.grade.class_grading import Grader
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.submission_run import Times
-from setcmas_tools.submissions.confined_script import without_paths
 from setcmas_tools.submissions.submissions import Submission
 from setcmas_tools.submissions.submitted_files import Student
 
@@ -40,7 +38,7 @@ def graded():
 
     def marks(source):
         files = {'law.py': source.encode()}
-        return grader.marks(Submission('ada', Student('ada'), 'law.py', files, file='ada/law.py'))
+        return grader.marks(Submission('ada', Student('ada'), 'law.py', files, file='law.py'))
 
     return marks
 
@@ -54,17 +52,16 @@ def test_a_script_imports_what_the_docs_show_to_students(graded):
 
     assert 'from setcmas_tools import simulate' in lines
     assert [one.failure for one in marks.scenarios] == [None] * len(marks.scenarios)
-    assert (marks.score, marks.file) == (10, 'ada/law.py')
+    assert (marks.score, marks.file) == (10, 'law.py')
 
 
 HEADS = {
-    'a law of setcmas': 'from setcmas_ctrl.algorithms import consensus',
     'setcmas itself': "raise ValueError(__import__('setcmas_tools').__file__)",
     'its own file': 'raise ValueError(__file__)',
     'a traceback': 'import traceback\ntry:\n    1 / 0\nexcept ZeroDivisionError:\n'
     '    raise ValueError(traceback.format_exc())',
     'numpy': "import numpy\nnumpy.loadtxt('none.csv')",
-    'Python': 'import sys\nraise ValueError(sys.executable, sys.prefix, sys.path)',
+    'Python': 'import sys\nraise ValueError(sys.path)',
     'home': "import os\nopen(os.path.expanduser('~/none/new'))",
 }
 
@@ -75,16 +72,5 @@ def test_no_message_shows_a_path_of_the_machine(graded, head):
     (message,) = {one.failure.message for one in graded(f'{HEADS[head]}\n{LAW}').scenarios}
 
     assert message.startswith('law.py, line')
-    temporary = f'{tempfile.gettempdir()}/setcmas_'
-    for place in (sys.prefix, sys.base_prefix, temporary, DOCS, Path.home()):
+    for place in (sys.prefix, f'{tempfile.gettempdir()}/setcmas_', DOCS, Path.home()):
         assert str(place) not in message
-
-
-def test_files_keep_their_place_in_a_package_or_submission():
-    numpy = f'{sysconfig.get_path("purelib")}/numpy/x.py'
-    folder = f'{tempfile.gettempdir()}/setcmas_abcdefgh/setcmas_1234_678/tmpabcd_fgh'
-
-    shown = without_paths(f"'{numpy}', {folder}/lib/geom.py, {sys.prefix}/share/x, /etc/hosts")
-
-    assert shown == "'numpy/x.py', lib/geom.py, …/share/x, /etc/hosts"
-    assert without_paths(f'No file {str(Path.home())[:-2]}...') == 'No file …...'

@@ -33,6 +33,12 @@ def test_the_exercise_itself_and_scripts_that_are_not_python_are_like_nothing():
     assert found == {'ada': {}, 'bob': {}, 'cid': {}, 'eve': {}}
 
 
+def test_a_sum_that_is_nested_deeply_does_not_hide_a_copy():
+    assert shares(ada=f'{SHIPPED}\nx = {"+".join("1" * 2000)}\n') == {
+        'ada': {'the built-in law': 0.92}
+    }
+
+
 def test_two_copies_name_each_other():
     other = SHIPPED.replace('    return', '    t += 1\n    return', 1)
 

@@ -96,7 +96,7 @@ def test_a_notebook_is_a_submission_and_cells_that_write_a_script_are_cells(tmp_
     ada, bob = map(read_submission, find_submissions(tmp_path, Function.CONTROL))
 
     assert (ada.file, ada.script, ada.problem) == ('ada.ipynb', 'ada_ipynb.py', '')
-    assert (bob.file, bob.script, bob.problem) == ('bob/lab.ipynb', 'lab_ipynb.py', '')
+    assert (bob.file, bob.script, bob.problem) == ('lab.ipynb', 'lab_ipynb.py', '')
 
 
 RUBRIC = """\
