@@ -22,7 +22,7 @@ from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_tools import simulate
 from setcmas_tools.measures.safety_metrics import separation
-from setcmas_tools.offline.offline_commands import Commander
+from setcmas_tools.offline.offline_fleet import Commander
 from setcmas_tools.run.fleet_motion import on_grid
 
 SEPARATION_M = 0.35

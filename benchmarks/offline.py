@@ -18,7 +18,7 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_tools.offline.offline_commands import FleetLaws
+from setcmas_tools.offline.offline_fleet import FleetLaws
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
 

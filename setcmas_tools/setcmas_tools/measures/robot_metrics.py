@@ -14,9 +14,9 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import SLOW, Motion
 from setcmas_simu.robots.models_by_name import fastest, motion_of
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.run.communication_record import agreement_time
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets
 from setcmas_tools.run.run import Run, models_of
+from setcmas_tools.run.run_records import agreement_time
 
 SATURATION_TOLERANCE = 1e-3
 """A robot is saturated above (1 - this) vnom."""

@@ -14,8 +14,8 @@ from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.models_by_name import UNICYCLE, shape_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
+from setcmas_tools.run.run_records import MOVING, Commands, SafetyRecord
 
 _MOST_TOUCHES = 3
 """Collisions that are listed; further ones are counted."""

@@ -35,13 +35,12 @@ from setcmas_simu.robots.models_by_name import (
 )
 from setcmas_simu.script_calls import Function
 from setcmas_tools.offline import run_progress
-from setcmas_tools.offline.offline_commands import Commander, FleetLaws
-from setcmas_tools.offline.offline_communication import OfflineCommunication
+from setcmas_tools.offline.offline_fleet import Commander, FleetLaws, OfflineCommunication
 from setcmas_tools.run.fleet_motion import FleetTable
-from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import inputs_of, kept_record
 from setcmas_tools.run.run_info import Outcome, RunInfo
+from setcmas_tools.run.run_records import Commands, DrawingRecord, Filtered
 from setcmas_tools.run.scenario import Scenario, name_of
 
 _SAME_TIME_S = 1e-9

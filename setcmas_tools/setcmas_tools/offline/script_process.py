@@ -41,6 +41,7 @@ UNGUARDED = (
 )
 """Why a process ends before it begins: it begins with the main script of the user."""
 _LOOK_S = 0.05
+_STOPPED_S = 0.5  # as by Ctrl-Z: scripts may have waited until their output is shown
 _PLACE_S = 2.0  # a process that waits for a core answers late
 _LAST_S = 0.5
 _MOST_READ = 1 << 16
@@ -135,9 +136,13 @@ class ScriptProcess(Generic[Result]):
         """
         self._start()
         self._begin, call = time.monotonic(), self.progress.call
+        before = self._begin
         while (answer := self._answer(warn)) is None:
             look()
             now = time.monotonic()
+            if now - before > _STOPPED_S:
+                call.since = now
+            before = now
             if now - self._begin > timeout:
                 raise self._ended(f'ended after {timeout:g} s (--timeout)')
             if call.running_s(now) > call_timeout:

@@ -20,10 +20,9 @@ from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task_errors import errors_of
 from setcmas_tools.page.document import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.plots.reference_lines import draw_references, draws_references
-from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
-from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
+from setcmas_tools.run.run_records import MARKER, MOVING, Drawing, DrawnOverTime, SentMessage
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D

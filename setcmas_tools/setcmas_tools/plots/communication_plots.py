@@ -22,8 +22,8 @@ from setcmas_tools.plots.style import (
     robot_handles,
     time_axis,
 )
-from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_records import CommunicationRecord
 
 MOST_ROBOTS = 60
 """Larger fleets have no graph, whose links would fill the plot, nor a histogram per robot."""

@@ -24,8 +24,8 @@ from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.reference_lines import draw_wanted_distances
 from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
-from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_records import Commands
 
 
 def draw_positions(figure: Figure, run: Run) -> None:

@@ -24,8 +24,8 @@ from setcmas_simu.robots.models_by_name import UNICYCLE, symbol
 from setcmas_tools.plots.reference_lines import draw_references, line_width
 from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
-from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
+from setcmas_tools.run.run_records import Drawing, DrawnOverTime
 
 MOST_NUMBERS = 20
 """Fleets of more robots are drawn without their numbers."""

@@ -20,14 +20,18 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.run import law_output
-from setcmas_tools.run.communication_record import (
+from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
+from setcmas_tools.run.run_records import (
     CommunicationRecord,
     Counts,
+    DrawingRecord,
+    SafetyRow,
     SentMessage,
+    commands,
     record_of,
+    safety_record,
+    with_allowed,
 )
-from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.run_tables import RunTables
 
 if TYPE_CHECKING:
@@ -178,10 +182,10 @@ class RunSamples:
         self._fleet = FleetSamples((one.name, one.msgtype) for one in bag_topics)
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
-        self._drawings = law_output.DrawingRecord()
+        self._drawings = DrawingRecord()
         self._references: References | None = None
         self.notices: list[str] = []
-        self._safety: list[law_output.SafetyRow] = []
+        self._safety: list[SafetyRow] = []
 
     def collectors(self, bag_topic: BagTopic) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
@@ -224,16 +228,16 @@ class RunSamples:
         if fleet is None:
             return None
         self.notices += _unusable_poses(fleet)
-        rows = law_output.with_allowed(
+        rows = with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
         )
         return RunTables(
             fleet,
-            law_output.commands(rows) if len(rows) else None,
+            commands(rows) if len(rows) else None,
             self._communication.record(fleet),
             self._drawings.drawings(),
             self._references,
-            law_output.safety_record(self._safety) if self._safety else None,
+            safety_record(self._safety) if self._safety else None,
             self._communication.messages(),
         )
 

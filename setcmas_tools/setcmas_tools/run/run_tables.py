@@ -17,7 +17,6 @@ from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited, written_whole
-from setcmas_tools.run.communication_record import CommunicationRecord, Counts, SentMessage
 from setcmas_tools.run.csv_columns import (
     ALL,
     COMMANDS,
@@ -31,7 +30,16 @@ from setcmas_tools.run.csv_columns import (
     TRIGGERS,
 )
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
-from setcmas_tools.run.law_output import Commands, Drawing, SafetyRecord, commands, safety_record
+from setcmas_tools.run.run_records import (
+    Commands,
+    CommunicationRecord,
+    Counts,
+    Drawing,
+    SafetyRecord,
+    SentMessage,
+    commands,
+    safety_record,
+)
 
 TASK_FILE = 'task.json'
 _MOST_TASK_BYTES = 10_000_000

@@ -12,7 +12,7 @@ from setcmas_simu.robots.car import CAR
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
-from setcmas_tools.offline.offline_commands import Commander
+from setcmas_tools.offline.offline_fleet import Commander
 
 TS = 0.2
 BURGER = limits_named('burger')

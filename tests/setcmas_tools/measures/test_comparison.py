@@ -8,8 +8,8 @@ from runs import run_of
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures.comparison import best_shift, differences, distances_between
-from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
+from setcmas_tools.run.run_records import safety_record
 
 
 def wave(delay, offset=0.0):

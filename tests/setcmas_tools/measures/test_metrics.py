@@ -20,8 +20,8 @@ from setcmas_tools.measures.metrics import (
     theory_lines,
     write_yaml,
 )
-from setcmas_tools.run.communication_record import Counts, record_of
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_records import Counts, record_of
 from setcmas_tools.run.run_tables import write_communication
 
 

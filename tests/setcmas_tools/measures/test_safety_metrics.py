@@ -11,9 +11,9 @@ from setcmas_tools.measures.safety_metrics import (
     obstacle_distance,
 )
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.law_output import Commands, Filtered, safety_record
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo
+from setcmas_tools.run.run_records import Commands, Filtered, safety_record
 
 FLEET = fleet_table([[0.0, 1, 0, 0, 0, 0, 0]])
 

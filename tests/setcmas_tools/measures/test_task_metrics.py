@@ -11,8 +11,8 @@ from setcmas_tools import simulate
 from setcmas_tools.measures.task_errors import distance_errors
 from setcmas_tools.measures.task_metrics import spread
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_records import Commands
 
 BOX = References('coverage', {'BOX': [[-1, -2], [3, 2]]})
 

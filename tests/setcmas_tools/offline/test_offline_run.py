@@ -105,6 +105,20 @@ def test_a_call_that_does_not_return_is_reported_and_ended(run, body):
     assert 3 <= len(result.t) <= 7  # 0.4 s at 10 Hz
 
 
+def test_the_time_for_which_the_user_has_stopped_the_command_is_none_of_its_script(tmp_path):
+    (tmp_path / 'law.py').write_text(
+        "def control(i, n, p, t):\n    print('x' * 100_000)\n    return 0.1, 0.0\n"
+    )
+    stops = iter([1.5])
+
+    def look():
+        time.sleep(next(stops, 0.0))  # as after Ctrl-Z; the script waits for who takes its output
+
+    with OfflineRun(Scenario.of(tmp_path / 'law.py', duration=2.0).found()) as process:
+        result = process.result(print, call_timeout=0.5, look=look)
+    assert result.outcome.state is RunState.COMPLETE
+
+
 def test_a_robot_that_does_not_step_is_reported_and_ended(run, tmp_path):
     robot = tmp_path / 'robot.py'
     robot.write_text('import time\ndef step(state, command, Ts):\n    time.sleep(1000)\n')

@@ -22,8 +22,8 @@ from setcmas_tools.page.content import (
 )
 from setcmas_tools.page.document import SCALE, packed
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_records import safety_record
 
 
 def run_with(t, nb_robots=1, x=0.0):

@@ -11,9 +11,9 @@ from setcmas_tools import simulate
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_distances, draw_errors
 from setcmas_tools.plots.trajectories import draw_trajectories
-from setcmas_tools.run.law_output import MARKER, TRAIL, Drawing
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_records import MARKER, TRAIL, Drawing
 
 PLACES = [[-1.5, 0.866], [-1.5, -0.866], [1.5, -0.866]]
 

@@ -2,14 +2,13 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.communication_record import SentMessage
 from setcmas_tools.run.csv_columns import (
     COMMANDS,
     DRAWINGS,
     FLEET,
 )
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.law_output import commands
+from setcmas_tools.run.run_records import SentMessage, commands
 from setcmas_tools.run.run_tables import (
     RunTables,
     read_fleet,

@@ -5,8 +5,8 @@ import pytest
 from metrics_runs import compute
 
 from setcmas_tools.run.bag_conversion import convert
-from setcmas_tools.run.communication_record import Counts, record_of
-from setcmas_tools.run.run_tables import read_communication
+from setcmas_tools.run.run_records import Counts, record_of, with_allowed
+from setcmas_tools.run.run_tables import read_communication, read_tables
 
 CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
 
@@ -95,3 +95,51 @@ def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag
 )
 def test_graphs_of_a_bag(bag, graphs, changes):
     assert read_communication(convert(bag(graphs)).folder).changes.tolist() == changes
+
+
+@pytest.mark.parametrize('rate', [10, 60, 200, 1000])
+@pytest.mark.parametrize('delay', [-0.1, 0.0, 0.1, 0.7])
+def test_allowed_velocities_belong_to_the_command_of_their_step(rate, delay):
+    steps = np.arange(50.0)
+    wanted = np.column_stack([steps / rate, np.ones(50), steps, steps])
+    t = np.maximum((steps + max(delay, -0.0005 * rate)) / rate, 0.0)
+    allowed = np.delete(np.column_stack([t, np.ones(50), -steps, steps, steps]), 20, axis=0)
+
+    rows = with_allowed(wanted, allowed)
+
+    assert rows[20, 4:].tolist() == [20, 20, 0]
+    others = np.delete(rows, 20, axis=0)
+    assert others[:, 4:].tolist() == np.column_stack([-others[:, 2], *others.T[[2, 2]]]).tolist()
+
+
+def test_diagnostics_become_a_table_from_the_start_on(tmp_path, make, write_bag):
+    statuses = [
+        make(
+            'diagnostic_msgs/msg/DiagnosticStatus',
+            {'name': name, 'message': reason, 'level': 0, 'values': values},
+        )
+        for name, reason, values in (
+            ('tb3_2', 'outside the arena', [state(make, 'stopped')]),
+            ('tb3_1', '', [state(make, 'moving')]),
+            ('camera', '', []),  # of another program
+        )
+    ]
+    diagnostics = make('diagnostic_msgs/msg/DiagnosticArray', {'status': statuses})
+    start = make('std_msgs/msg/Bool', {'data': False})
+    odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
+    messages = [
+        ('/tb3_1/odom', 0.0, odometry),
+        ('/paused', 0.5, start),
+        ('/diagnostics', 0.75, diagnostics),
+    ]
+    bag = write_bag(tmp_path / 'bag', messages)
+
+    record = read_tables(convert(bag).fleet).safety
+
+    np.testing.assert_allclose(record.t, [0.25, 0.25])
+    assert record.robot.tolist() == [1, 2]
+    assert (record.state, record.overruled.tolist()) == (['moving', 'stopped'], [False, True])
+
+
+def state(make, value):
+    return make('diagnostic_msgs/msg/KeyValue', {'key': 'state', 'value': value})
