@@ -82,8 +82,10 @@ class SafetyFilter:
         for long.
 
         Raises:
-            SetcmasError: The filter cannot guarantee safety at this rate.
+            SetcmasError: The solver is missing, or gamma is too large for this rate.
         """
+        with needs('filter'):
+            import daqp  # noqa: F401
         if options.gamma * conversion.Ts > 1.0:
             raise SetcmasError(
                 f'gamma is {options.gamma:g}; it must be at most the control rate, '
@@ -93,7 +95,6 @@ class SafetyFilter:
         self._options = options
         self._report = report
         self._obstacles = Obstacles.of(options.obstacles or '')
-        self._project = _Projection()
         self._watch = _StopWatch(nb_robots)
         self._points: ControlPoints  # `use` sets both
         self._barriers: BarrierConstraints
@@ -148,7 +149,7 @@ class SafetyFilter:
             last = conversion.last
             rises = [control_points.rises(moved, last, poses, accel * Ts)] if accel else []
             found = self._projected(
-                aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
+                aim, moved, Constraints.stacked([constraints, limits]), rises, most
             )
         allowed = self._allowed(wanted, moved, found)
         conversion(allowed.velocities, poses, allowed.verdicts, commands)
@@ -193,12 +194,11 @@ class SafetyFilter:
         constraints: Constraints,
         rises: list[Constraints],
         most: Floats,
-        near: Indices,
     ) -> Floats | None:
         """Return the velocities closest to the aim; safety may exceed the acceleration limit."""
-        found = self._project(aim, Constraints.stacked([constraints, *rises]), most, near)
+        found = projected(aim, Constraints.stacked([constraints, *rises]), most)
         if found is None and rises:
-            found = self._project(moved, constraints, most, near)
+            found = projected(moved, constraints, most)
         return found
 
     def _constraints(self, points: Floats, centres: Floats, near: Indices) -> Constraints:
@@ -245,55 +245,34 @@ _MOST_ROUNDS = 50
 Mask = NDArray[np.bool_]
 
 
-class _Projection:
-    """Finds the closest velocities that satisfy all constraints, period after period.
+def projected(wanted: Floats, constraints: Constraints, fastest: Floats) -> Floats | None:
+    """Return the velocities closest to the wanted ones that satisfy all constraints, (2, N).
 
-    The program only has constraints that the solution without them violates, and those active in
-    the previous period; speed limits enter as tangents to circles. So velocities that violate no
-    constraint stay unchanged to the last bit.
+    The quadratic program only has constraints that the solution without them violates; speed
+    limits enter as tangents to circles. So velocities that violate no constraint stay unchanged
+    to the last bit.
+
+    Args:
+        wanted: Rows vx, vy in m/s, shape (2, N).
+        constraints: The constraints.
+        fastest: Speed limits in m/s, at least the wanted speeds, shape (N,).
+
+    Returns:
+        The velocities; None if the constraints are infeasible.
     """
-
-    def __init__(self) -> None:
-        with needs('filter'):
-            import daqp  # noqa: F401
-        self._pairs: Indices = np.zeros(0, dtype=np.intp)
-        self._others = np.zeros(0, dtype=bool)
-
-    def __call__(
-        self, wanted: Floats, constraints: Constraints, fastest: Floats, near: Indices
-    ) -> Floats | None:
-        """Return the velocities, shape (2, N); None if the constraints are infeasible.
-
-        Args:
-            wanted: Rows vx, vy in m/s, shape (2, N).
-            constraints: Those of pairs, then others, always in the same order.
-            fastest: Speed limits in m/s, at least the wanted speeds, shape (N,).
-            near: Sorted indices of the pairs that have a constraint.
-        """
-        nb_rows = len(constraints.b)
-        active = self._guess(near, nb_rows - len(near))
-        velocities: Floats = wanted.copy()
-        used = active.copy()
-        for _ in range(_MOST_ROUNDS):
-            constraints, broken = _broken(velocities, constraints, fastest)
-            if not broken.any():
-                self._pairs = near[active[: len(near)]]
-                self._others = active[len(near) : nb_rows]
-                return velocities
-            used, active = (_lengthened(mask, len(broken)) for mask in (used, active))
-            used |= broken
-            solved = _solved(wanted, constraints.selected(used), active[used])
-            if solved is None:
-                return None
-            velocities, active = solved[0], np.zeros(len(used), dtype=bool)
-            active[used] = solved[1]
-        return None
-
-    def _guess(self, near: Indices, nb_others: int) -> Mask:
-        """Guess the active constraints: those active in the previous period."""
-        same = len(self._others) == nb_others
-        others = self._others if same else np.zeros(nb_others, dtype=bool)
-        return np.concatenate([np.isin(near, self._pairs, assume_unique=True), others])
+    velocities = wanted
+    used = np.zeros(0, dtype=bool)
+    for _ in range(_MOST_ROUNDS):
+        constraints, broken = _broken(velocities, constraints, fastest)
+        if not broken.any():
+            return velocities
+        broken[: len(used)] |= used
+        used = broken
+        solution = _solved(wanted, constraints.selected(used))
+        if solution is None:
+            break
+        velocities = solution
+    return None
 
 
 def _broken(
@@ -311,32 +290,25 @@ def _broken(
     )
 
 
-def _lengthened(mask: Mask, length: int) -> Mask:
-    return np.append(mask, np.zeros(length - len(mask), dtype=bool))
-
-
-def _solved(wanted: Floats, constraints: Constraints, active: Mask) -> tuple[Floats, Mask] | None:
-    """Return the velocities of all points, and the active constraints; None if infeasible."""
+def _solved(wanted: Floats, constraints: Constraints) -> Floats | None:
+    """Return the velocities of all points; None if the constraints are infeasible."""
     import daqp
 
     points = np.flatnonzero(constraints.has_constraint(wanted.shape[1]))
     places = np.zeros(points[-1] + 1, dtype=np.intp)
     places[points] = np.arange(len(points))
-    matrix = constraints.matrix(places, len(points))
     own = wanted[:, points]
-    none = np.zeros(len(constraints.b), dtype=np.intc)
-    for sense in (active.astype(np.intc), none) if active.any() else (none,):
-        solution, _, status, info = daqp.solve(
-            np.eye(2 * len(points)),
-            -own.T.ravel(),
-            matrix,
-            constraints.b,
-            np.full(len(constraints.b), -np.inf),
-            sense,
-        )
-        if status == _SOLVED:
-            velocities: Floats = wanted.copy()
-            found = np.reshape(solution, (-1, 2)).T
-            velocities[:, points] = np.where(np.abs(found - own).max(axis=0) > _SAME, found, own)
-            return velocities, np.asarray(info['lam']) > 0.0
-    return None
+    solution, _, status, _ = daqp.solve(
+        np.eye(2 * len(points)),
+        -own.T.ravel(),
+        constraints.matrix(places, len(points)),
+        constraints.b,
+        np.full(len(constraints.b), -np.inf),
+        np.zeros(len(constraints.b), dtype=np.intc),
+    )
+    if status != _SOLVED:
+        return None
+    velocities: Floats = wanted.copy()
+    found = np.reshape(solution, (-1, 2)).T
+    velocities[:, points] = np.where(np.abs(found - own).max(axis=0) > _SAME, found, own)
+    return velocities
