@@ -65,16 +65,6 @@ def test_consensus_leaves_the_average_in_place():
     np.testing.assert_allclose(velocities.sum(axis=0), 0.0, atol=1e-12)
 
 
-def test_two_robots_in_consensus_approach_at_the_rate_of_theory():
-    # Facing each other and slower than vnom, d' = -K d; held over periods T = 0.2 s that is
-    # d(k + 1) = (1 - K T) d(k), with K = 0.5.
-    start = np.array([[-0.4, 0.4], [0.0, 0.0], [0.0, np.pi]])
-    x = poses_of('consensus', start, 2)[0]
-    distance = x[1] - x[0]
-
-    assert distance[20] / distance[0] == pytest.approx((1 - 0.5 * 0.2) ** 10)
-
-
 def test_traj_tracking_counts_time_from_its_own_first_call():
     law = ControlLaw(find_script('traj_tracking'), 1, 1)
 
