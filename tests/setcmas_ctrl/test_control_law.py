@@ -72,15 +72,6 @@ def test_each_distinct_error_is_reported_once(tmp_path):
     assert said[2] == 'tb3_2 at t = 2.0 s: works again after 5 calls'
 
 
-def test_robots_with_the_same_mistake_do_not_fill_the_screen(tmp_path):
-    failing = law(tmp_path, 'return 1 / 0, 0')
-    said = reported(*((robot, failing, t) for robot in (1, 2, 3) for t in (0.0, 0.2)))
-
-    assert len(said) == 3
-    assert 'ZeroDivisionError' in said[0]
-    assert said[2] == 'tb3_3 at t = 0.0 s: the same error as tb3_1'
-
-
 def test_the_users_interrupt_is_not_taken_for_a_fault_of_the_script(tmp_path):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's & ignores it
     try:

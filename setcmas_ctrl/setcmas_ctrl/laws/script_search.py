@@ -11,7 +11,6 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from setcmas_ctrl.laws.exercise import unfilled_note
-from setcmas_ctrl.laws.script_function import CONTROL, check_defines
 from setcmas_ctrl.laws.script_loader import (
     ALGORITHMS,
     EXERCISES,
@@ -52,7 +51,9 @@ def find_script(name: str, exercise: bool = False) -> Path:
         if name in group:
             return group.file(name)
     names = {title: list(group.plugins()) for title, group in groups.items()}
-    names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
+    names['in this folder'] = [
+        path.stem for path in scripts_in(Path.cwd()) if summary_of(path) is not None
+    ]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
     hint = did_you_mean(Path(name).stem, known, 3)
@@ -96,19 +97,6 @@ def scripts_in(folder: Path) -> list[Path]:
     """Return the scripts in a folder, sorted by name."""
     paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
     return sorted(path for path in paths if path.is_file())
-
-
-def _may_be_law(path: Path) -> bool:
-    """Return whether a script defines a control law, or cannot be parsed."""
-    try:
-        tree = parsed(path)
-    except SetcmasError:
-        return True
-    try:
-        check_defines(tree, CONTROL, path)
-    except SetcmasError:
-        return False
-    return True
 
 
 _LISTED = {'control', 'ctc', 'si_to_uni'}

@@ -60,9 +60,6 @@ def parse_setting(text: str) -> tuple[str, Any]:
 def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:
     """Make a script use other values: add a line after `W = 0.5` in its tree.
 
-    A mapping as the script's variables would avoid the extra lines, but Python bypasses it for
-    names that a function declares `global`.
-
     Raises:
         SetcmasError: The script does not assign a name, or assigns a value of another kind, as
             far as can be seen without running it.
@@ -77,7 +74,7 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
         for assigned, own in literals(tree):
             if assigned == name:
                 converted(name, own, value, script)
-    tree.body = _with_settings(tree.body, settings)
+    _WithSettings(settings).visit(tree)
 
 
 def plain_names(source: str, script: str) -> list[str]:
@@ -93,30 +90,32 @@ def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
     return {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
 
 
-def _with_settings(statements: list[ast.stmt], settings: Settings) -> list[ast.stmt]:
-    """Return statements, and those inside them but not in functions, with the lines to add."""
-    lines = []
-    for node in statements:
-        lines.append(node)
+class _WithSettings(ast.NodeTransformer):
+    """Adds a line for each name to set after the statements outside of functions that assign it.
+
+    A mapping as the script's variables would avoid the extra lines, but Python bypasses it for
+    names that a function declares `global`.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+
+    def visit(self, node: ast.AST) -> Any:
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            continue
-        for part in (node, *getattr(node, 'handlers', ()), *getattr(node, 'cases', ())):
-            for block in {'body', 'orelse', 'finalbody'} & {*part._fields}:
-                setattr(part, block, _with_settings(getattr(part, block), settings))
-        lines += _settings_after(node, settings)
-    return lines
+            return node
+        self.generic_visit(node)
+        return [node, *self._lines_after(node)] if isinstance(node, ast.stmt) else node
 
-
-def _settings_after(node: ast.stmt, settings: Settings) -> Iterator[ast.stmt]:
-    """Yield the lines to add after a statement: one for each name it assigns."""
-    names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
-    assigned = {name.id for name in names if isinstance(name.ctx, ast.Store)}
-    for name in settings.keys() & assigned:
-        # A loop that never ran assigns nothing.
-        line = ast.parse(f'if {name!r} in globals(): {name} = {CALL}({name!r}, {name})').body[0]
-        for part in ast.walk(line):
-            ast.copy_location(part, node)
-        yield line
+    def _lines_after(self, node: ast.stmt) -> Iterator[ast.stmt]:
+        names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
+        assigned = {name.id for name in names if isinstance(name.ctx, ast.Store)}
+        for name in self._settings.keys() & assigned:
+            # A loop that never ran assigns nothing.
+            text = f'if {name!r} in globals(): {name} = {CALL}({name!r}, {name})'
+            line = ast.parse(text).body[0]
+            for part in ast.walk(line):
+                ast.copy_location(part, node)
+            yield line
 
 
 def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script: str) -> str:
