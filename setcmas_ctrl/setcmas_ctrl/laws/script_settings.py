@@ -101,7 +101,7 @@ class _WithSettings(ast.NodeTransformer):
         self._settings = settings
 
     def visit(self, node: ast.AST) -> Any:
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.expr)):
             return node
         self.generic_visit(node)
         return [node, *self._lines_after(node)] if isinstance(node, ast.stmt) else node
