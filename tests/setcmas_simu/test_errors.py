@@ -1,12 +1,10 @@
 """Errors: they cross processes; a missing package of an extra gives one line and exit status 2."""
 
 import importlib
-import multiprocessing
 import pickle
 import pkgutil
 import sys
 import sysconfig
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
@@ -15,7 +13,6 @@ import pytest
 
 from launch_scripts.cli import main
 from launch_scripts.processes import ChildDiedError
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, install_command, needs
 from setcmas_simu.option_groups import ClashError
@@ -100,17 +97,6 @@ def test_every_error_can_cross_processes():
         other = pickle.loads(pickle.dumps(error))
         assert type(other) is kind
         assert (str(other), vars(other)) == (str(error), vars(error)), kind
-
-
-def test_an_error_of_another_process_is_raised_here_whole():
-    method = 'forkserver' if 'forkserver' in multiprocessing.get_all_start_methods() else 'spawn'
-    context = multiprocessing.get_context(method)
-    with ProcessPoolExecutor(1, mp_context=context) as pool:
-        crossed = pool.submit(CommunicationOptions, ctc='law.py')
-        with pytest.raises(ClashError, match='ctc needs event_triggered; add it') as raised:
-            crossed.result()
-        assert raised.value.typed == '--ctc needs --event-triggered; add it'
-        assert pool.submit(len, 'still alive').result()
 
 
 def test_in_a_workspace_nobody_is_sent_to_pip(monkeypatch):

@@ -26,12 +26,10 @@ from launch_scripts.command_scenario import (
     scenario_to_simulate,
 )
 from launch_scripts.commands.csv_to_plot import print_evaluation
-from launch_scripts.commands.view import BROWSER, ViewOptions, fleet_views
+from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.processes import PAGE, Child
 from launch_scripts.recorded_run import STOPPED, ProgressSupervisor, SimulatedRun, run_robots
-from launch_scripts.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal import open_keyboard, warn
+from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import take_values
 from setcmas_tools.plots.plot_options import PlotOptions
@@ -40,7 +38,6 @@ from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
 from setcmas_tools.run.scenario import Scenario
 
 _PARTS = ('law', 'robots', 'communication', 'safety', 'time')
-_ENDED = (RunState.COMPLETE, RunState.FAILED)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,9 +56,8 @@ def main(args: argparse.Namespace) -> int:
     folder, info = new_run(args, scenario)
     require_ros("'setcmas offline' takes the same options and needs no ROS; ")
     robots = list(range(1, scenario.nb_robots + 1))
-    view = ViewOptions.of(args)
     with (
-        fleet_views(view, robots, palette=args.palette) as views,
+        fleet_views(ViewOptions.of(args), robots, palette=args.palette) as views,
         ProgressSupervisor(local_environment(), prefix=True) as supervisor,
     ):
         status, ended = run_robots(
@@ -73,16 +69,9 @@ def main(args: argparse.Namespace) -> int:
             info,
             views,
         )
-        attended = sys.stdin.isatty() and sys.stdout.isatty()
-        stays = attended and view.view == BROWSER and ended and ended.outcome.state in _ENDED
-        pages = (child for child in supervisor.children if stays and child.name == PAGE)
-        page = next(pages, None)
-        supervisor.stop(*[child for child in supervisor.children if child is not page])
+        supervisor.stop(*supervisor.children)
         with supervisor.signals_handed_back():
-            status = concluded(args, folder, ended, earlier, status)
-        if page and status != STOPPED:
-            _show_until_enter(supervisor, page)
-        return status
+            return concluded(args, folder, ended, earlier, status)
 
 
 def new_run(
@@ -143,12 +132,6 @@ def concluded(
             raise
         warn(f'setcmas {args.verb}: {error}')  # the reason why the run ended matters more
         return status
-
-
-def _show_until_enter(supervisor: Supervisor, page: Child) -> None:
-    print('the page shows the end of the run until you press Enter here', flush=True)
-    with open_keyboard() as keyboard, suppress(StoppedError):
-        supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
 
 
 def _evaluate(args: argparse.Namespace, folder: RunFolder, earlier: Path | None) -> int:

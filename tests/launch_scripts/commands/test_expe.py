@@ -170,8 +170,6 @@ def test_start_poses_that_wheels_cannot_measure_are_confirmed(domain, tmp_path):
         (('--lab', 'number.yaml'), "it must be a text; put it in quotes: '1'"),
         (('--lab', 'far.yaml'), 'the start pose of robot 1, (5, 0) m, is outside the arena'),
         (('--lab', 'wheels.yaml'), 'wheel_odometry needs a person at a terminal, who confirms'),
-        (('--limits=segway',), "--limits is 'segway'"),
-        (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
         (('--no-joystick',), 'no terminal and no joystick: nothing could start the robots'),
         (('--algo', 'external', '--set', 'K=3'), '--set is for control laws; --algo external has'),

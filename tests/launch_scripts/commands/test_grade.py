@@ -1,8 +1,6 @@
 import errno
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from unittest.mock import Mock
@@ -139,24 +137,6 @@ def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsy
     assert not (grades / 'students' / 'bob.html').exists()
     assert 'bob' not in (grades / 'grades.csv').read_text()
     assert 'bob' in (grades / 'grades.csv.bak').read_text()
-
-
-@needs_sandbox
-@pytest.mark.nightly
-def test_grades_are_written_by_a_script_on_stdin_whose_output_is_read_no_further(tmp_path):
-    write_class(tmp_path / 'class', ada=LAW)
-    reader, writer = os.pipe()
-    os.close(reader)
-    process = subprocess.run(
-        [sys.executable, '-', 'grade', 'class', '-R', 'consensus'], cwd=tmp_path, text=True,
-        input='from launch_scripts.cli import main; main()', timeout=TIMEOUT_S,
-        stdout=writer, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    os.close(writer)
-
-    assert 'Traceback' not in process.stderr
-    assert 'ada.py,10,10' in (tmp_path / 'grades/grades.csv').read_text()
-    assert 'ada.py' in (tmp_path / 'grades/students/ada.html').read_text()
 
 
 @pytest.mark.nightly

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from browser import open_browser, open_page, wait_for
 from PIL import Image
-from processes import refuses, run_here
+from processes import refuses
 from report_pages import HOSTILE, LAW, Page
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -34,19 +34,6 @@ def folder(runs):
     paths = [str(runs / name) for name in ('failed', 'well', 'failed.html')]
     assert main(['report', *paths[:2], '-o', paths[2]]) == 0
     return runs
-
-
-@pytest.mark.nightly
-def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, capsys):
-    monkeypatch.chdir(runs)
-
-    assert main(['report', 'well']) == 0
-    assert capsys.readouterr().out == 'well.html\n'
-    page = (runs / 'well.html').read_text()
-    assert '<title>consensus, 3 robots</title>' in page
-    assert_colour(page, '#0072b2')  # of the palette that is chosen by default
-    assert main(['report', 'well']) == 2
-    assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
 
 
 @pytest.mark.nightly
@@ -236,16 +223,3 @@ def test_paper_shows_the_paths_of_the_robots_and_no_scroll_bars(folder, browser)
         assert browser.execute_script(SCROLLED) == []
     finally:
         browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': ''})
-
-
-@pytest.mark.nightly
-def test_the_last_message_of_a_law_is_shown(tmp_path, browser):
-    options = ['--algo=leader_election', '--nb-robots=3', '--graph=path', '--set=NUMBERS=[5,1,9]']
-    run_here('offline', *options, '--duration=4', '--no-plots', '-o', 'out', cwd=tmp_path)
-    run_here('report', 'out', '-o', 'report.html', cwd=tmp_path)
-    open_page(browser, f'{(tmp_path / "report.html").as_uri()}#t=1')
-    browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
-    about = browser.find_element(By.ID, 'about').text
-
-    assert about.endswith('Its law sent [9, 3, -5, -5] at t = 1.00 s.')
-    assert browser.get_log('browser') == []

@@ -41,10 +41,6 @@ def test_colour_blind_readers_can_tell_eight_robots_apart():
     assert least_difference() > 0.18
 
 
-def test_the_colours_of_ros_1_look_alike_to_them(ros1):
-    assert least_difference() < 0.16
-
-
 def test_a_large_fleet_has_a_scale_of_colours():
     found = [plot_colour(robot, 50) for robot in range(1, 51)]
 

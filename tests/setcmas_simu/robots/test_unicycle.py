@@ -6,20 +6,6 @@ from setcmas_simu.robots.unicycle import step, velocities_between
 from setcmas_tools import simulate
 
 
-def test_heading_is_integrated_before_position():
-    poses = step(np.zeros((3, 1)), 1.0, np.pi / 2 / 0.1, 0.1)
-
-    np.testing.assert_allclose(poses[:, 0], [0.0, 0.1, np.pi / 2], atol=1e-12)
-
-
-def test_a_circle_closes():
-    poses = np.zeros((3, 1))
-    for _ in range(400):
-        poses = step(poses, 0.5, 2 * np.pi / 40, 0.1)
-
-    np.testing.assert_allclose(poses[:2, 0], [0.0, 0.0], atol=1e-9)
-
-
 def test_robots_move_each_on_its_own_and_other_rows_stay():
     states = np.arange(12.0).reshape(4, 3)
 

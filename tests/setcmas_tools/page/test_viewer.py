@@ -176,30 +176,6 @@ def test_a_page_stops_an_experiment_and_never_starts_it(domain):
         terminal.close()
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures('needs_chromium')
-def test_a_run_that_ends_stays_on_the_page_until_enter(tmp_path, monkeypatch):
-    from browser import open_browser, wait_for
-
-    for name in ('CI', 'DISPLAY', 'WAYLAND_DISPLAY'):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.chdir(tmp_path)
-    run = Terminal(
-        'run', '--view', '--no-plots', '--algo', 'consensus', '--nb-robots', '3', '--duration',
-        '15', '--output', 'out',
-    )  # fmt: skip
-    url = run.wait_for(ADDRESS).group(1)
-    with open_browser(1000, 640) as browser:
-        browser.get(url)
-        wait_for(lambda: len(rows(browser)) == 3)
-        run.wait_for('until you press Enter')
-        wait_for(lambda: text(browser, 'state') == 'run ended')
-        assert 'lost' not in text(browser, 'detail')
-        assert run.process.poll() is None
-        run.press('\n')
-        assert run.wait() == 0
-
-
 def test_a_taken_port_and_an_end_without_any_robots(start):
     first = start(*SETCMAS, 'view', '--port', '18980', env=NO_WINDOWS)
     port = page_of(first).rpartition(':')[2]
