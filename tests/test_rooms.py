@@ -30,7 +30,7 @@ ADDED_FREELY = tuple(
 MAY_IMPORT_ROS = {
     'setcmas_ctrl': (
         'controller event_triggered_comm fleet_poses fleet_network pause_watch '
-        'safety_filter_node script_outcomes si_to_uni_node'
+        'safety_filter_node si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
         'fleet_readiness fleet_scripts fleet_time graph_watch markers script_reloader '

@@ -59,6 +59,11 @@ class FleetPoses:
         """Return why a robot's last odometry cannot be used; '' if it can, or none came."""
         return self._faults.get(robot, '')
 
+    def pose(self, robot: int) -> Floats:
+        """Return a copy of a robot's pose, shape (3, 1)."""
+        pose: Floats = self.poses[:, robot - 1 : robot].copy()
+        return pose
+
     def age(self, robot: int) -> float:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-
-import rclpy
+from typing import NoReturn
 
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.control_law import ControlLaw
@@ -68,16 +67,11 @@ class ScriptOutcomes:
         self.conditions.begin_anew()
         self.conversions.begin_anew()
 
-    def check_ros(self, law: ControlLaw, t: float) -> None:
-        """Check that a law has not shut down ROS in this process at time t (s).
-
-        Raises:
-            StopCall: It has; the process ends.
-        """
-        if not rclpy.ok():
-            text = f'{law.path.name} has shut ROS down (rclpy.shutdown)'
-            self.laws.failed(law.robot, t, ControlError(text, 'shutdown', _ENDS_ALL))
-            raise StopCall
+    def end_without_ros(self, law: ControlLaw, t: float) -> NoReturn:
+        """Report that a law has shut down ROS in this process at time t (s); raise StopCall."""
+        text = f'{law.path.name} has shut ROS down (rclpy.shutdown)'
+        self.laws.failed(law.robot, t, ControlError(text, 'shutdown', _ENDS_ALL))
+        raise StopCall
 
     def end(self) -> None:
         """Report the outcome to the launcher."""

@@ -171,13 +171,13 @@ class SiToUni(RobotNode):
         if self.poses.age(self.robot) > POSE_TIMEOUT_S or not has_verdict:
             return REST
         velocity = np.array([[message.x], [message.y]])
-        pose = self.poses.poses[:, [self.robot - 1]]
         verdicts = np.array([int(message.z)]) if self.is_filtered else None
         self.conversion.komega = self.parameters.options.komega
-        command: Command = self.conversion(velocity, pose, verdicts)[:, 0].tolist()
+        commands = self.conversion(velocity, self.poses.pose(self.robot), verdicts)
         scripts = self.conversion.scripts
         if self.in_experiment and any(getattr(one, 'has_failed', False) for one in scripts):
             return NO_COMMAND
+        command: Command = commands[:, 0].tolist()
         return command
 
     def send(self, command: Command) -> None:

@@ -35,6 +35,9 @@ from setcmas_simu.ros.robot_state import StatePublisher
 from setcmas_simu.script_calls import Function, ScriptCall
 from setcmas_simu.simulation_options import SimulationOptions
 
+LOOK_EVERY_S = 0.5
+"""Time in s between looks for requests to restart, and for displays."""
+
 MOST_SPEED = 1e6
 """Largest speed of a command in m/s, and turn rate in rad/s: beyond, a pose becomes infinite."""
 
@@ -85,6 +88,7 @@ class VirtualRobot(RobotNode):
         self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)
         self.on_failure, self.has_started = on_failure, False
+        self.next_look = -math.inf
         self.apply(self.parameters.options)
         self.odom = StatePublisher(self, self.robot, frame, own_frame, self.model.shape)
         self.restart()
@@ -99,16 +103,23 @@ class VirtualRobot(RobotNode):
         """Follow the newest command for one period, and publish the new state."""
         if self.parameters.options is not self.options:
             self.apply(self.parameters.options)
+        if self.time.now >= self.next_look:
+            self.look()
         if message := self.cmd_vel():
             self.command, self.received_at = self.command_in(message), self.time.now
-        if self.reset():
-            self.restart()
         if self.has_started:  # the first step only publishes the start
             is_new = self.time.now - self.received_at <= self.timeout
             command = self.command if is_new else _REST
             self.state = self.model.step(self.state, command, self.time.period)
         self.has_started = True
         self.odom.publish(self.state[:6, 0], self.time.stamp)
+
+    def look(self) -> None:
+        """Look for what is rare, which would cost as much as the motion if done at each step."""
+        self.next_look = self.time.now + LOOK_EVERY_S
+        if self.reset():
+            self.restart()
+        self.odom.find_displays()
 
     def command_in(self, message: Twist | TwistStamped) -> Floats:
         """Return the command in a message; zero for one that is not finite, or far too large."""

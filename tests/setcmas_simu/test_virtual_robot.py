@@ -215,10 +215,10 @@ def test_parameters_that_make_no_sense_are_refused(robot_with, given, message):
 def test_what_displays_need_is_published_while_one_subscribes(peer, stepped, robot_with):
     robot_with('x0:=1.0', 'frame_id:=map')
     odometry = peer.listen(Odometry, '/tb3_3/odom')
-    stepped.step(3)
+    stepped.step(4)
     poses = peer.listen(PoseStamped, '/tb3_3/pose')
-    stepped.step()
-    peer.wait_for(lambda: poses and len(odometry) == 4)
+    stepped.step()  # it looks for displays twice a second
+    peer.wait_for(lambda: poses and len(odometry) == 5)
 
     assert len(poses) == 1
     assert poses[0].pose.position.x == 1.0

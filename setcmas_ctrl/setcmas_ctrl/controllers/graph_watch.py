@@ -15,7 +15,6 @@ from setcmas_simu.fleet.topics import RECORDER_NODE, RECORDER_NODES
 from setcmas_simu.ros import cmd_vel_topics
 
 _ROUND_EVERY_S = 2.0
-_MOST_CHECKS = 2  # robots checked per step
 _NOW_S, _SOON_S = 0.0, 1.9  # in the next round
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
@@ -85,7 +84,7 @@ class GraphWatch:
         return any(info.node_name in RECORDER_NODES for info in listeners)
 
     def check(self) -> None:
-        """Check some robots; report the result after a round over all robots.
+        """Check one robot; report the result after a round over all robots.
 
         Checking a topic takes longer the more topics there are, so one step cannot check all
         robots of a large fleet.
@@ -94,11 +93,10 @@ class GraphWatch:
         if not self._unchecked and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
             self._unchecked, self._found = list(self._drivers), {}
-        some, self._unchecked = self._unchecked[:_MOST_CHECKS], self._unchecked[_MOST_CHECKS:]
-        for driver in some:
-            self._check_robot(driver)
-        if some and not self._unchecked:
-            self._report(now)
+        if self._unchecked:
+            self._check_robot(self._unchecked.pop())
+            if not self._unchecked:
+                self._report(now)
 
     def _check_robot(self, driver: SiToUni) -> None:
         robot, cmd_vel = driver.robot, driver.cmd_vel

@@ -52,10 +52,11 @@ def step(states: Floats, V: Floats | float, omega: Floats | float, Ts: float) ->
         Ts: Period in s.
     """
     way = Ts * V
+    theta = states[2] + Ts * omega
     later: Floats = states.copy()
-    later[2] += Ts * omega
-    later[0] += way * np.cos(later[2])
-    later[1] += way * np.sin(later[2])
+    later[0] = states[0] + way * np.cos(theta)
+    later[1] = states[1] + way * np.sin(theta)
+    later[2] = theta
     return later
 
 

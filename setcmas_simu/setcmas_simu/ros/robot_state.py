@@ -26,18 +26,20 @@ except ImportError:  # no wheel exists
 
 
 class StatePublisher:
-    """Publishes the state of a robot; what only displays need, only while they subscribe."""
+    """Publishes the state of a robot; what only displays need, only for those found last."""
 
     def __init__(self, node: Node, robot: int, frame_id: str, child: str, shape: Shape) -> None:
         """Create the topics of a robot on its node: its frame `child` moves in `frame_id`."""
         self._odometry, self._pose = Odometry(child_frame_id=child), PoseStamped()
         self._odometry.header.frame_id = self._pose.header.frame_id = frame_id
         self._marker = robot_marker(robot, frame_id, shape)
-        self._odom = node.create_publisher(Odometry, topics.ODOM, qos.STATE)
+        odom = node.create_publisher(Odometry, topics.ODOM, qos.STATE)
+        self._own = odom, self._odometry, self._odometry.pose.pose
         self._displays = [
             (node.create_publisher(PoseStamped, topics.POSE, qos.STATE), self._pose),
             (node.create_publisher(Marker, topics.MARKER, qos.STATE), self._marker),
         ]
+        self.find_displays()
         self._tf = None
         if TFMessage:
             self._tf = node.create_publisher(TFMessage, topics.TF, qos.EVENT)
@@ -45,17 +47,21 @@ class StatePublisher:
             transform.header.frame_id = frame_id
             self._transforms = TFMessage(transforms=[transform])
 
+    def find_displays(self) -> None:
+        """Find out who subscribes; to be called now and then, as it costs as much as a message."""
+        self._wanted = [
+            (publisher, message, message.pose)
+            for publisher, message in self._displays
+            if publisher.get_subscription_count()
+        ]
+
     def publish(self, state: Floats, stamp: Time) -> None:
         """Publish x, y (m), theta (rad), and the velocities forward, left (m/s) and turn rate."""
         x, y, theta, V, left, omega = state.tolist()
         z, w = map(float, quaternion_of_yaw(theta))
         twist = self._odometry.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-        wanted = [(self._odom, self._odometry, self._odometry.pose.pose)]
-        for publisher, message in self._displays:
-            if publisher.get_subscription_count():
-                wanted.append((publisher, message, message.pose))
-        for publisher, message, pose in wanted:
+        for publisher, message, pose in (self._own, *self._wanted):
             message.header.stamp = stamp
             pose.position.x, pose.position.y = x, y
             pose.orientation.z, pose.orientation.w = z, w
