@@ -125,13 +125,11 @@ class Communication:
 
     Attributes:
         graph: Which robots receive from which.
-        channel: Delay, loss and noise of the links.
         options: What was chosen, with the path of a condition that is a script.
         seed: Seed of the links' random numbers.
     """
 
     graph: CommunicationGraph
-    channel: Channel
     options: CommunicationOptions
     seed: int
 
@@ -146,9 +144,14 @@ class Communication:
         return self.reaches_all and not self.event_triggered
 
     @property
+    def channel(self) -> Channel:
+        """Delay, loss and noise of the links."""
+        return Channel(self.options.delay, self.options.loss, self.options.noise)
+
+    @property
     def reaches_all(self) -> bool:
         """Whether each message reaches every robot at once and unchanged."""
-        return self.graph.is_complete and self.channel.is_perfect
+        return self.graph.is_complete and self.channel == Channel()
 
     @property
     def needs_all_poses(self) -> bool:
@@ -163,7 +166,7 @@ class Communication:
     def links(self, receivers: Sequence[int]) -> Links:
         """Return the links on which some robots receive the states of the fleet."""
         holds_own = self.event_triggered and self.options.own_state == HELD
-        return Links(receivers, self.channel, self.seed, holds_own)
+        return Links(receivers, self.graph.nb_robots, self.channel, self.seed, holds_own)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return the object that decides when a robot sends its state, or raise SetcmasError."""
@@ -184,7 +187,6 @@ def chosen_communication(
     reach = math.inf if chosen.range is None else chosen.range
     return Communication(
         CommunicationGraph(description.segments(nb_robots), description.repeat, reach),
-        Channel.of(nb_robots, chosen.delay, chosen.loss, chosen.noise, description.links),
         chosen,
         seed,
     )
@@ -204,11 +206,11 @@ def graph_description(graph: Graph) -> GraphDescription:
     """Return the graph of a preset, a file or an adjacency matrix, or raise SetcmasError."""
     if not isinstance(graph, (str, Path)):
         build = partial(checked_adjacency, graph)
-        return GraphDescription(False, [], [('', math.inf, build)])
+        return GraphDescription([('', math.inf, build)])
     path = graph_file(graph)
     if path is None:
         name = _preset(graph)
-        return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
+        return GraphDescription([(name, math.inf, PRESETS[name])])
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
         known = f'{", ".join(PRESETS)} or a YAML file{did_you_mean(_preset(graph), PRESETS, 2)}'
         raise SetcmasError(f"unknown graph '{graph}'; it must be {known}")

@@ -129,13 +129,18 @@ class Segment:
 
 
 class CommunicationGraph:
-    """Graph as a function of time: one graph per segment, with links up to a range."""
+    """Graph as a function of time: one graph per segment, with links up to a range.
+
+    Attributes:
+        nb_robots: Number of robots.
+    """
 
     def __init__(
         self, segments: Sequence[Segment], repeat: bool = False, reach: float = math.inf
     ) -> None:
         """Set the segments from t = 0; the last one stays, or all repeat. The reach is in m."""
         self._segments = segments
+        self.nb_robots = len(segments[0].adjacency)
         self._reach = reach
         ends = np.cumsum([segment.duration for segment in segments])
         self._begins = [0.0, *ends[:-1].tolist()]
@@ -144,7 +149,7 @@ class CommunicationGraph:
     @property
     def is_complete(self) -> bool:
         """Whether the graph is complete, with weights 1, at all times."""
-        matrix = complete(len(self._segments[0].adjacency))
+        matrix = complete(self.nb_robots)
         same = all(np.array_equal(part.adjacency, matrix) for part in self._segments)
         return same and not self.needs_places
 

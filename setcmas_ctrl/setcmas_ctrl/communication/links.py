@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,60 +18,18 @@ Objects = NDArray[np.object_]
 
 
 @dataclass(frozen=True)
-class LinkChannel:
-    """Properties of one link; None where it is like all others.
+class Channel:
+    """Properties of all links.
 
     Attributes:
-        receiver: Number of the receiving robot.
-        sender: Number of the sending robot.
-        delay: Delay in s.
+        delay: Delay of each message in s.
         loss: Probability that a message is lost.
         noise: Standard deviation of the noise on each coordinate of a received position, in m.
     """
 
-    receiver: int
-    sender: int
-    delay: float | None = None
-    loss: float | None = None
-    noise: float | None = None
-
-
-@dataclass(frozen=True)
-class Channel:
-    """Properties of all links; row i, column j is the link to robot i + 1 from robot j + 1.
-
-    Attributes:
-        delay: Delays in s, shape (N, N).
-        loss: Probabilities of loss, shape (N, N).
-        noise: Standard deviations in m, shape (N, N).
-    """
-
-    delay: Floats
-    loss: Floats
-    noise: Floats
-
-    @classmethod
-    def of(
-        cls,
-        nb_robots: int,
-        delay: float = 0.0,
-        loss: float = 0.0,
-        noise: float = 0.0,
-        links: Iterable[LinkChannel] = (),
-    ) -> Channel:
-        """Return equal links, except for those listed in `links`."""
-        shape = (nb_robots, nb_robots)
-        channel = cls(np.full(shape, delay), np.full(shape, loss), np.full(shape, noise))
-        for link in links:
-            for name in ('delay', 'loss', 'noise'):
-                if (value := getattr(link, name)) is not None:
-                    getattr(channel, name)[link.receiver - 1, link.sender - 1] = value
-        return channel
-
-    @property
-    def is_perfect(self) -> bool:
-        """Whether every message arrives at once and unchanged."""
-        return not (self.loss.any() or self.noise.any() or self.delay.any())
+    delay: float = 0.0
+    loss: float = 0.0
+    noise: float = 0.0
 
 
 @dataclass
@@ -144,23 +102,24 @@ class Links:
     """
 
     def __init__(
-        self, receivers: Sequence[int], channel: Channel, seed: int, holds_own: bool = False
+        self,
+        receivers: Sequence[int],
+        nb_robots: int,
+        channel: Channel,
+        seed: int,
+        holds_own: bool = False,
     ) -> None:
-        """Prepare links to some robots, by their sorted numbers; all links are down.
+        """Prepare links to some robots of a fleet, by their sorted numbers; all links are down.
 
         With `holds_own`, receivers hold their own states, too. Each sender has its own random
         numbers, and draws some per message for every robot of the fleet. So what happens to a
         message does not depend on which other robots send or receive.
         """
-        nb_robots = len(channel.delay)
         rows: Indices = np.array(receivers, dtype=np.intp) - 1
         shape = (len(rows), nb_robots)
         self._nb_robots, self._receivers = nb_robots, rows
-        self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
-        # Even if only links to other processes are: all draw the same random numbers.
-        self._is_lossy = bool(channel.loss.any())
-        self._is_noisy = bool(channel.noise.any())
-        is_random = self._is_lossy or self._is_noisy
+        self._channel = channel
+        is_random = channel.loss > 0.0 or channel.noise > 0.0
         self._random = [
             np.random.default_rng([seed, sender])
             for sender in range(nb_robots if is_random else 0)
@@ -171,10 +130,7 @@ class Links:
         self._held = np.full((len(rows), 3, nb_robots), np.nan)
         self._holds_own = holds_own
         self.last_sent = np.full((3, nb_robots), np.nan)
-        # A queue per delay: with equal delays, messages arrive in the order of sending.
-        self._on_the_way: dict[float, deque[Messages]] = {
-            delay: deque() for delay in sorted(set(self._channel.delay.flat))
-        }
+        self._on_the_way: deque[Messages] = deque()  # they arrive in the order of sending
         self.counts = LinkCounts.zero(*shape)
         self._has_contents = False
         self._attached, self._contents = np.full((2, nb_robots), None)  # of next and last states
@@ -221,7 +177,7 @@ class Links:
 
     def forget_contents(self) -> None:
         """Drop all contents, those on their way too."""
-        on_the_way = [one.contents for queue in self._on_the_way.values() for one in queue]
+        on_the_way = [messages.contents for messages in self._on_the_way]
         for contents in (self._attached, self._contents, self._held_contents, *on_the_way):
             contents.fill(None)
 
@@ -246,37 +202,34 @@ class Links:
         return self._held
 
     def _deliver(self, now: float) -> None:
-        for queue in self._on_the_way.values():
-            while queue and queue[0].arrival <= now + _SAME_TIME_S:
-                self._arrive(queue.popleft())
+        while self._on_the_way and self._on_the_way[0].arrival <= now + _SAME_TIME_S:
+            self._arrive(self._on_the_way.popleft())
 
     def _carry(self, senders: Indices, over: Mask, now: float) -> None:
         """Send the last states of n senders over the links in a mask (R, n)."""
         self.counts.sent[:, senders] += over
-        if self._is_lossy:
+        if self._channel.loss:
             draws = np.array([self._random[one].random(self._nb_robots) for one in senders])
-            lost = over & (draws.T[self._receivers] < self._channel.loss[:, senders])
+            lost = over & (draws.T[self._receivers] < self._channel.loss)
             self.counts.lost[:, senders] += lost
             over = over & ~lost
-        poses, contents = self._transmitted(senders), self._contents[senders]
-        for delay, queue in self._on_the_way.items():
-            late = over
-            if len(self._on_the_way) > 1:
-                late = over & (self._channel.delay[:, senders] == delay)
-            messages = Messages(now + delay, senders, late, poses, contents)
-            if delay:
-                queue.append(messages)
-            else:
-                self._arrive(messages)
+        arrival = now + self._channel.delay
+        messages = Messages(
+            arrival, senders, over, self._transmitted(senders), self._contents[senders]
+        )
+        if self._channel.delay:
+            self._on_the_way.append(messages)
+        else:
+            self._arrive(messages)
 
     def _transmitted(self, senders: Indices) -> Floats:
         """Return the last states of n senders, with noise, as in `Messages`."""
         poses = self.last_sent[None, :, senders]
-        if not self._is_noisy:
+        if not self._channel.noise:
             return poses
         of_fleet = (2, self._nb_robots)
         draws = np.array([self._random[one].standard_normal(of_fleet) for one in senders])
-        noise = draws.transpose(2, 1, 0)[self._receivers] * self._channel.noise[:, None, senders]
+        noise = draws.transpose(2, 1, 0)[self._receivers] * self._channel.noise
         disturbed = np.repeat(poses, len(noise), axis=0)
         disturbed[:, :2] += noise
         return disturbed

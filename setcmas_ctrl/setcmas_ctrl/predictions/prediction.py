@@ -76,12 +76,6 @@ class Conditions:
         return graph.laplacian(self.adjacency)
 
 
-def of_all_links(values: Floats, adjacency: Floats) -> float:
-    """Return the value (N, N) that all links of a graph have; 0 if they differ."""
-    found = values[adjacency > 0]
-    return float(found[0]) if found.size and (found == found[0]).all() else 0.0
-
-
 _NOTHING = 1e-7  # rounding leaves 1e-8 of a double eigenvalue 0
 _MOST_ROWS = 300  # of a matrix whose eigenvalues take 0.1 s; times grow with their cube
 _MEETING_POINT = {

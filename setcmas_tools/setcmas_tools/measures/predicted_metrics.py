@@ -9,13 +9,13 @@ import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
 from setcmas_ctrl.predictions.law_predictions import predicted, predicted_law
-from setcmas_ctrl.predictions.prediction import Conditions, Departure, of_all_links
+from setcmas_ctrl.predictions.prediction import Conditions, Departure
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
 from setcmas_tools.measures.robot_metrics import largest_speed
 from setcmas_tools.run.fleet_motion import held_poses
-from setcmas_tools.run.run import Run, channel_of, models_of
+from setcmas_tools.run.run import Run, models_of
 
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
@@ -123,8 +123,7 @@ def conditions_of(run: Run) -> Conditions | None:
         adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
         if len(adjacency) != count:
             return None
-    channel = channel_of(run, count)
-    delay = of_all_links(channel.delay, adjacency) if channel else 0.0
+    delay = float(given.get('delay') or 0.0)
     if robot_rate := float(given.get('robot_rate') or 0.0):  # only whole steps are sent
         delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
@@ -142,7 +141,7 @@ def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
 def departures(run: Run) -> dict[Departure, str]:
     """Return what a run has and points without limits have not, each with a detail or ''."""
     given, commands, record = run.parameters, run.commands, run.record
-    channel, is_triggered = channel_of(run, len(run.robots)), bool(given.get('event_triggered'))
+    is_triggered = bool(given.get('event_triggered'))
     turns = any(motion_of(model) is not Motion.FREE for model in models_of(run).values())
     found: dict[Departure, str | bool] = {Departure.TURNING: turns}
     found[Departure.OWN_TURNING] = any(one.option == 'si_to_uni' for one in run.inputs)
@@ -159,9 +158,8 @@ def departures(run: Run) -> dict[Departure, str]:
         found[Departure.LOSS] = f'{lost:,}' if lost else False
         found[Departure.EVENTS] = record.is_event_triggered
         found[Departure.CHANGES] = len(np.unique(record.changes[:, 0])) > 1
-    if channel:
-        found[Departure.DELAY] = bool(channel.delay.any())
-        found[Departure.NOISE] = bool(channel.noise.any())
+    found[Departure.DELAY] = bool(given.get('delay'))
+    found[Departure.NOISE] = bool(given.get('noise'))
     found[Departure.OWN_EXACT] = is_triggered and given.get('own_state') != HELD
     found[Departure.OWN_CONDITION] = is_triggered and bool(given.get('ctc'))
     found[Departure.RATES] = is_triggered and given.get('rate') != given.get('robot_rate')

@@ -12,11 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.communication_settings import (
-    CommunicationOptions,
-    chosen_communication,
-)
-from setcmas_ctrl.communication.links import Channel
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
@@ -266,21 +261,6 @@ def law_title(algo: str) -> str:
     stems = (text.replace('\\', '/').rpartition('/')[2].removesuffix('.py') for text in texts)
     title = ', '.join(dict.fromkeys(stems))
     return title if len(title) <= 40 else f'{title[:39]}…'
-
-
-def channel_of(run: Run, nb_robots: int) -> Channel | None:
-    """Return delay, loss and noise of the links; None if the run does not record them."""
-    names = ('graph', 'delay', 'loss', 'noise')
-    values = {name: run.parameters[name] for name in names if name in run.parameters}
-    files = [given.path for given in run.inputs if given.option == 'graph']
-    if files:
-        values['graph'] = files[0]
-    if not values:
-        return None
-    try:
-        return chosen_communication(nb_robots, CommunicationOptions(**values)).channel
-    except SetcmasError:  # a graph whose file is gone
-        return None
 
 
 def arena_of(run: Run) -> Arena | None:

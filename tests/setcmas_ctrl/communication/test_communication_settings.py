@@ -8,6 +8,7 @@ from setcmas_ctrl.communication.communication_settings import (
     check_communication,
     chosen_communication,
 )
+from setcmas_ctrl.communication.links import Channel
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 
@@ -40,9 +41,7 @@ def test_options_reach_the_links():
 
     assert settings.graph.adjacency(0, np.zeros((2, 4)))[0].tolist() == [0, 1, 0, 0]
     assert settings.graph.adjacency(0, np.array([[0.0, 4, 8, 9], [0] * 4])).sum() == 2
-    assert (settings.channel.delay == 0.2).all()
-    assert (settings.channel.loss == 0.1).all()
-    assert (settings.channel.noise == 0.02).all()
+    assert settings.channel == Channel(delay=0.2, loss=0.1, noise=0.02)
     assert chosen('--graph=directed-ring').graph.adjacency(0, np.zeros((2, 4)))[3, 0] == 1
 
 
@@ -55,11 +54,11 @@ def test_event_triggered_robots_hold_their_own_state_unless_told_otherwise():
 
 def test_a_file_and_a_matrix(tmp_path):
     path = tmp_path / 'graph.yaml'
-    path.write_text('edges: [1 - 2]\nlinks:\n  - {link: 1 <- 2, loss: 0.5}\n')
-    of_file = chosen(f'--graph={path}', '--loss=0.1', nb_robots=2)
+    path.write_text('edges: [1 <- 2]\n')
+    of_file = chosen(f'--graph={path}', nb_robots=2)
     of_matrix = chosen_communication(2, CommunicationOptions(graph=[[0, 1], [0, 0]]))
 
-    assert of_file.channel.loss.tolist() == [[0.1, 0.5], [0.1, 0.1]]
+    assert of_file.graph.adjacency(0, np.zeros((2, 2))).tolist() == [[0, 1], [0, 0]]
     assert of_matrix.graph.adjacency(0, np.zeros((2, 2))).tolist() == [[0, 1], [0, 0]]
 
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.graph_file import load_graph
-from setcmas_ctrl.communication.links import LinkChannel
 from setcmas_simu.errors import SetcmasError
 
 
@@ -28,15 +27,12 @@ def test_a_preset_and_edges(load, text, adjacency):
     assert segment.adjacency.tolist() == adjacency
 
 
-def test_segments_and_links(load):
+def test_segments(load):
     description = load(
         'segments:\n'
         '  - {name: apart, duration: 10, edges: [1 - 2, 3 - 4]}\n'
         '  - {duration: 5, graph: complete}\n'
         'repeat: true\n'
-        'links:\n'
-        '  - {link: 1 - 2, delay: 0.2}\n'
-        '  - {link: 3 <- 4, loss: 1, noise: 0.5}\n'
     )
     apart, together = description.segments(4)
 
@@ -45,11 +41,6 @@ def test_segments_and_links(load):
     np.testing.assert_array_equal(apart.adjacency, np.kron(np.eye(2), 1 - np.eye(2)))
     np.testing.assert_array_equal(together.adjacency, 1 - np.eye(4))
     assert description.repeat
-    assert description.links == [
-        LinkChannel(1, 2, delay=0.2),
-        LinkChannel(2, 1, delay=0.2),
-        LinkChannel(3, 4, loss=1.0, noise=0.5),
-    ]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +66,6 @@ def test_segments_and_links(load):
         ('edges: []\n', 1, 'a non-empty list'),
         ('edges:\n  - {1 - 2: 1, 2 - 3: 1}\n', 2, 'or with a weight: 1 - 2: 0.5'),
         ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; it must be one of'),
-        ('links:\n  - {link: 1 - 2}\n', 1, 'has no graph'),
         ('graph: ring\nrepeat: true\n', 2, "'repeat' needs 'segments'"),
         ('segments:\n  - {graph: ring}\n  - {graph: path}\n', 1, 'needs a duration'),
         (
@@ -84,13 +74,6 @@ def test_segments_and_links(load):
             'duration is 0; it must be above 0 s',
         ),
         ('segments:\n  - {graph: ring}\nedges: [1 - 2]\n', 3, "'edges' belongs in the segments"),
-        (
-            'graph: ring\nlinks:\n  - {link: 1 - 2, loss: 1.5}\n',
-            3,
-            'loss is 1.5; it must be from 0 to 1',
-        ),
-        ('graph: ring\nlinks:\n  - {loss: 0.5}\n', 3, "'link' is missing"),
-        ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, 'did you mean loss?'),
     ],
 )
 def test_mistakes_are_reported_with_their_line(load, text, line, message):

@@ -112,22 +112,6 @@ def test_robots_start_where_they_were_at_the_first_command():
     assert figures['consensus.final_centre_x_m'].predicted == pytest.approx(0.0, abs=1e-9)
 
 
-def test_links_with_properties_of_their_own_are_left_out(tmp_path):
-    (tmp_path / 'graph.yaml').write_text('edges: [1 - 2]\nlinks: [{link: 1 <- 2, delay: 1}]\n')
-    options = {'graph': str(tmp_path / 'graph.yaml'), 'set': {'SLOW': 0.0}, **THEORY}
-    one_way = simulate('laplacian_consensus', 2, 20.0, **options).metrics()['prediction']
-    (tmp_path / 'graph.yaml').write_text(
-        'edges: [1 - 2]\nlinks: [{link: 1 <- 2, delay: 1}, {link: 2 <- 1, delay: 1}]\n'
-    )
-    both = simulate('laplacian_consensus', 2, 20.0, **options).metrics()['prediction']
-
-    assert one_way.differs == ['delay of messages']
-    assert both.differs == []
-    assert both['consensus.final_centre_x_m'].measured == pytest.approx(
-        both['consensus.final_centre_x_m'].predicted, abs=1e-3
-    )
-
-
 def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
     exact = THEORY | {'vnom': 0.5, 'set': {'K': 12.5, 'SLOW': 0.0}}  # they meet at the first call
     run = simulate('laplacian_consensus', poses=[[0, 0.01], [0, 0], [0, 0]], nb_robots=2, **exact)
