@@ -11,9 +11,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from launch_scripts.terminal import LOG_FORMAT, warn
+from launch_scripts.terminal import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError, install_command
-from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
+from setcmas_simu.fleet.topics import LARGEST_DOMAIN
 
 _PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _ON_PYPI = ('Linux', 'x86_64')
@@ -117,11 +117,6 @@ def require_ros(without: str = '') -> None:
     if not domain.isdecimal() or int(domain) > LARGEST_DOMAIN:
         raise SetcmasError(
             f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {LARGEST_DOMAIN}, or unset"
-        )
-    if int(domain) in SHARED_DOMAINS:
-        warn(
-            f'setcmas: ROS_DOMAIN_ID is {domain}, whose ports other programs may hold; if nodes '
-            'do not find each other, use 0 to 101'
         )
     middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
     if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:

@@ -64,16 +64,6 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
         environment.require_ros()
 
 
-def test_a_domain_whose_ports_other_programs_may_hold_is_taken_with_a_warning(monkeypatch, capsys):
-    told = []
-    for domain in ('101', '150', '232'):
-        monkeypatch.setenv('ROS_DOMAIN_ID', domain)
-        environment.require_ros()
-        told.append(capsys.readouterr().err.count('ROS_DOMAIN_ID is'))
-
-    assert told == [0, 1, 0]
-
-
 @pytest.mark.nightly
 def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environment(tmp_path):
     name = '共识 é a$b$c_$.py'
@@ -182,10 +172,3 @@ def test_one_that_works_is_taken(path, tmp_path):
     path(install(tmp_path / 'opt'))
 
     environment.check_ros()
-
-
-def test_nodes_import_numpy_without_threads_that_spin(monkeypatch):
-    monkeypatch.delenv('OPENBLAS_NUM_THREADS', raising=False)
-    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '1'
-    monkeypatch.setenv('OPENBLAS_NUM_THREADS', '2')
-    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '2'

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from numbers import Real
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_kinds import Kind, ParsedText
-from setcmas_simu.yaml_entries import Entry, read_entries
+from setcmas_simu.yaml_entries import Entry
 
 
 class Arena(NamedTuple):
@@ -73,8 +73,7 @@ class Borders(Kind):
 Point = tuple[float, float]
 Side = tuple[Point, Point]
 
-FORM = "'disc X Y RADIUS; polygon X1 Y1 X2 Y2 X3 Y3 ...' in m, or a YAML file"
-_OF_FILES = ('.yaml', '.yml')
+FORM = "'disc X Y RADIUS; polygon X1 Y1 X2 Y2 X3 Y3 ...' in m"
 
 
 class Disc(NamedTuple):
@@ -107,13 +106,8 @@ class Polygon:
 
     def check_sides(self, name: str) -> None:
         """Check that sides meet at their corners only; SetcmasError calls the polygon `name`."""
-        ordered = sorted(self.sides, key=min)  # by their left ends
-        for nb_before, side in enumerate(ordered, 1):
-            for other in ordered[nb_before:]:
-                if min(other)[0] > max(side)[0]:
-                    break  # it begins to the right of where this one ends, as all others do
-                if not _meet(side, other):
-                    continue
+        for side, other in combinations(self.sides, 2):
+            if _meet(side, other):
                 (x1, y1), (x2, y2), (x3, y3), (x4, y4) = *side, *other
                 raise SetcmasError(
                     f'{name}: the side from ({x1:g}, {y1:g}) to ({x2:g}, {y2:g}) crosses or '
@@ -183,25 +177,14 @@ class Obstacles:
 
 @dataclass(frozen=True)
 class ObstaclesKind(ParsedText):
-    """Obstacles as text; files are read at once, so that runs keep their content."""
+    """Obstacles as text; in YAML also as a list."""
 
     read_text: Callable[[str], object] = Obstacles.of
     form: str = FORM
-    metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
-
-    def parse(self, text: str) -> str:
-        """Return the obstacles in a text or file as text; malformed text as it is."""
-        if text.endswith(_OF_FILES):
-            return str(Obstacles.listed(read_entries(Path(text))))
-        return text
-
-    def located(self, value: Any, place: Callable[[str], str]) -> Any:
-        """Return a file in its place."""
-        names_file = isinstance(value, str) and value.endswith(_OF_FILES)
-        return place(value) if names_file else value
+    metavar: str | None = field(default='SHAPES', kw_only=True)
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
-        """Return the obstacles of a text, a file or a list."""
+        """Return the obstacles of a text or a list."""
         if isinstance(entry.value, list):
             return str(Obstacles.listed(entry))
         return super().read(entry, place)

@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.robots.models_by_name import is_file
 
-OF_FILES = ('algo', 'si_to_uni', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')
+OF_FILES = ('algo', 'si_to_uni', 'ctc', 'graph', 'model', 'poses', 'lab')
 """The values of a scenario that may name files."""
 
 _SCRIPTS = {

@@ -47,20 +47,6 @@ def test_classes_and_keys_are_those_of_rviz_2(experiment):
             assert display['Covariance'] == {'Value': False}
 
 
-@pytest.mark.parametrize(
-    ('experiment', 'fleet', 'names'),
-    [
-        (False, {'/obstacles'}, ('marker', 'pose', 'odom', 'wp_ref', 'traj_ref')),
-        (True, {'/obstacles', '/arena', '/mocap/tb3_12/odom'}, ('wp_ref', 'traj_ref')),
-    ],
-)
-def test_topics_and_trails(experiment, fleet, names):
-    text = rviz_config([12], experiment)
-
-    assert set(topics_of(text)) == fleet | {f'/tb3_12/{name}' for name in names}
-    assert max(d['Keep'] for d in displays(yaml.safe_load(text)) if 'Keep' in d) > 100
-
-
 @pytest.mark.parametrize('robot', [1, 4, 9])
 def test_arrows_have_the_colour_of_their_robot(robot):
     shown = topics_of(rviz_config([robot]))

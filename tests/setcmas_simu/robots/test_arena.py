@@ -1,16 +1,23 @@
+from pathlib import Path
+
 import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Obstacles, ObstaclesKind
+from setcmas_simu.yaml_entries import entries_of
 
 TEXT = 'disc 1 2 0.5; polygon 0 0 1 0 1 1.5'
 
 
-def test_a_file_says_the_same_as_a_text(tmp_path):
-    file = tmp_path / 'walls.yaml'
-    file.write_text('- polygon: [[0, 0], [1, 0], [1, 1.5]]\n- disc: [1, 2, 0.5]\n')
+def listed(text):
+    """Return the obstacles of a list in a YAML file."""
+    return ObstaclesKind().read(entries_of(text, Path('walls.yaml')), str)
 
-    assert ObstaclesKind().parse(str(file)) == TEXT == str(Obstacles.of(TEXT))
+
+def test_a_list_says_the_same_as_a_text():
+    shapes = '- polygon: [[0, 0], [1, 0], [1, 1.5]]\n- disc: [1, 2, 0.5]\n'
+
+    assert listed(shapes) == TEXT == str(Obstacles.of(TEXT))
 
 
 @pytest.mark.parametrize(
@@ -47,9 +54,6 @@ def test_a_polygon_need_not_be_convex(text):
     assert str(Obstacles.of(text)) == text
 
 
-def test_a_mistake_in_a_file_is_reported_with_its_line(tmp_path):
-    file = tmp_path / 'walls.yaml'
-    file.write_text('- disc: [1, 2, 0.5]\n- polygon: [[0, 0], [1, 1]]\n')
-
+def test_a_mistake_in_a_list_is_reported_with_its_line():
     with pytest.raises(SetcmasError, match=r'walls.yaml, line 2: .*at least 3 corners'):
-        ObstaclesKind().parse(str(file))
+        listed('- disc: [1, 2, 0.5]\n- polygon: [[0, 0], [1, 1]]\n')
