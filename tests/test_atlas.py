@@ -151,6 +151,19 @@ def test_dynamic_average_follows_the_mean_of_ramps_with_the_error_of_theory(grap
         assert figure.measured == pytest.approx(figure.predicted, **error)
 
 
+SLOW_CALLS = {'rate': 5.0, 'robot_rate': 10.0}
+
+
+@pytest.mark.parametrize(('rates', 'delay', 'age'), [({}, 1.0, 1.0), (SLOW_CALLS, 0.25, 0.3)])
+def test_late_neighbours_move_the_meeting_point(rates, delay, age):
+    options = {'graph': 'path', 'set': {'SLOW': 0.0}, 'random_poses': 'auto', **THEORY, **rates}
+    run = simulate('laplacian_consensus', 4, 90.0, delay=delay, **options)
+    weights = 1 + 0.2 * age * np.array([1, 2, 2, 1])
+
+    meet = run.poses[0, :2] @ weights / weights.sum()
+    assert run.poses[-1, :2] == pytest.approx(np.repeat(meet[:, None], 4, 1), abs=1e-3)
+
+
 @pytest.mark.parametrize(('delay', 'meets'), [(0.84, True), (1.0, False)])
 def test_robots_with_late_positions_meet_up_to_the_delay_of_theory(delay, meets):
     # K lambda_N = 0.5 (2 + sqrt(2)), so the bound is pi / (2 K lambda_N) = 0.92 s

@@ -221,7 +221,8 @@ def theory(run: Run) -> list[str]:
     """Return what `setcmas metrics --theory` prints of the prediction, or of the law's task."""
     metrics = run.metrics()
     found = metrics.get('prediction')
-    lines = found.lines if isinstance(found, Comparison) else fleet_lines(metrics.parts)
+    predicts = isinstance(found, Comparison) and found.figures
+    lines = found.lines if predicts else fleet_lines(metrics.parts)
     return ['```text', *lines, '```', '']
 
 

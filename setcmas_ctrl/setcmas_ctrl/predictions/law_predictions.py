@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from math import asin, ceil
+from math import asin
 from typing import Any
 
 import numpy as np
@@ -23,10 +23,9 @@ def consensus(law: Any, conditions: Conditions) -> Prediction:
 
 
 def laplacian_consensus(law: Any, conditions: Conditions) -> Prediction:
-    """Predict v_i = -K sum_j a_ij (p_i(t - DELAY) - p_j)."""
-    late = round(max(ceil(law.DELAY / conditions.period - 1e-9), 0) * conditions.period, 9)
-    matrix = law.K * conditions.laplacian
-    return Prediction(LinearLaw(matrix, 'K L', 'consensus', own_delay=late))
+    """Predict v_i = -K sum_j a_ij (p_i - p_j); nothing for late own positions."""
+    linear = LinearLaw(law.K * conditions.laplacian, 'K L', 'consensus')
+    return Prediction(None if law.DELAY else linear)
 
 
 def containment(law: Any, conditions: Conditions) -> Prediction:
@@ -46,7 +45,7 @@ def cyclic_pursuit(law: Any, conditions: Conditions) -> Prediction:
     if law.ALPHA is not None and abs(law.ALPHA) < np.pi / count:
         return Prediction(LinearLaw(matrix, 'K R(alpha) (I - P)'))
     linear = LinearLaw(matrix, 'K R(alpha) (I - P)', kept=count)
-    if law.ALPHA is not None or not moves.all() or count < 3 or conditions.delay:
+    if law.ALPHA is not None or not moves.all() or count < 3:
         return Prediction(linear)
     radius = np.abs(np.fft.fft(conditions.starts[0] + 1j * conditions.starts[1])[-1]) / count
     turn, h = 2 * law.K * np.sin(np.pi / count), conditions.period

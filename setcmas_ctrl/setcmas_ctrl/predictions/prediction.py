@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from math import ceil, log
+from math import log
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +46,7 @@ class Theorem(NamedTuple):
     metric: str
     value: float
     formula: str
-    excludes: frozenset[Departure] = frozenset({Departure.CHANGES})
+    excludes: frozenset[Departure] = frozenset({Departure.CHANGES, Departure.DELAY})
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,6 @@ class Conditions:
         adjacency: Weights of the graph then, shape (N, N): row i receives from column j.
         period: Time between two calls of the laws, in s.
         duration: Length of the run, in s.
-        delay: Delay of messages, in s.
         threshold: Distance from the last position sent at which a robot sends its state, in m; 0
             if it sends every state, or has a condition of its own.
     """
@@ -67,7 +66,6 @@ class Conditions:
     adjacency: Floats
     period: float
     duration: float = 0.0
-    delay: float = 0.0
     threshold: float = 0.0
 
     @property
@@ -77,7 +75,6 @@ class Conditions:
 
 
 _NOTHING = 1e-7  # rounding leaves 1e-8 of a double eigenvalue 0
-_MOST_ROWS = 300  # of a matrix whose eigenvalues take 0.1 s; times grow with their cube
 _MEETING_POINT = {
     'consensus': ('final_centre_x_m', 'final_centre_y_m'),
     'alignment': ('final_mean_vx_m_s', 'final_mean_vy_m_s'),
@@ -89,8 +86,7 @@ _MEETING_POINT = {
 class LinearLaw:
     """A law z' = -M z of the positions of all robots, or of values that they send each other.
 
-    Called every h s it is the sampled model z(k + 1) = z(k) - h M z(k), in which what robots
-    receive, and perhaps their own position, is late.
+    Called every h s it is the sampled model z(k + 1) = z(k) - h M z(k).
 
     Attributes:
         matrix: M in 1/s, shape (N, N), or a multiple with memories of robots 1, 2, ...; a complex
@@ -98,7 +94,6 @@ class LinearLaw:
         formula: M in the terms of the law, such as 'K L'.
         task: Task whose metrics measure the agreement, 'consensus' or 'alignment'; '' if none do.
         kept: Number of modes that the law keeps: of consensus one, the meeting point.
-        own_delay: Age of the own position that a robot uses, in s.
         starts: Values at the start, if they are no positions: a row per coordinate of their mean,
             shape (2, N), or none, shape (0, N).
     """
@@ -107,72 +102,39 @@ class LinearLaw:
     formula: str
     task: str = ''
     kept: int = 1
-    own_delay: float = 0.0
     starts: Floats | None = None
-
-    def slowest_factor(self, conditions: Conditions) -> complex | None:
-        """Return the factor with the largest modulus by which a mode changes from call to call.
-
-        Those of the kept modes, which are 1, do not count. If all positions are equally late, each
-        eigenvalue of M has a model of its own. None if the models are too large.
-        """
-        h, delay = conditions.period, conditions.delay
-        if self.own_delay == delay:
-            values = np.linalg.eigvals(self.matrix)
-            decaying = values[np.argsort(np.abs(values))][self.kept :].round(12)
-            different = np.sort_complex(list(set(decaying.tolist())))
-            models = [[(np.array([[value]]), delay / h)] for value in different]
-        else:
-            robot = np.arange(len(self.matrix)) % len(conditions.adjacency)
-            received = np.where(robot[:, None] != robot, self.matrix, 0.0)
-            own = self.matrix - received
-            models = [[(own, self.own_delay / h), (received, delay / h)]]
-        calls = ceil(round(max(self.own_delay, delay) / h, 6)) + 1
-        if sum((len(parts[0][0]) * calls) ** 3 for parts in models) > _MOST_ROWS**3:
-            return None
-        found = (np.linalg.eigvals(_companion(parts, h)) for parts in models)
-        factors = np.concatenate([np.zeros(0), *found])
-        if self.own_delay != delay:
-            factors = factors[np.argsort(np.abs(factors - 1.0))][self.kept :]
-        return complex(max(factors, key=abs, default=0.0))
 
     def theorems(self, conditions: Conditions) -> Iterator[Theorem]:
         """Yield rates, the meeting point, and the bound of events."""
-        h, factor = conditions.period, self.slowest_factor(conditions)
-        if factor is None or not _NOTHING < abs(factor) < 1.0 - _NOTHING:
-            return
+        h = conditions.period
         values = np.linalg.eigvals(self.matrix)
         of_robots = len(values) == len(conditions.adjacency)
-        is_late = bool(conditions.delay or self.own_delay)
-        swings = abs(factor.imag) > _NOTHING and (is_late or not of_robots)  # errors rise and fall
-        metric = f'{"modes" if swings else self.task or "modes"}.convergence_rate_1_s'
         values = values[np.argsort(np.abs(values))][self.kept :]
-        if not is_late and self.kept == 1 and h * np.abs(values).max() < 1.0:
-            name = 'lambda_2' if np.allclose(self.matrix, self.matrix.T) else 'least Re lambda'
+        # The factor by which the slowest mode changes from call to call.
+        factor = complex(max(1.0 - h * values, key=abs, default=0.0))
+        if not _NOTHING < abs(factor) < 1.0 - _NOTHING:
+            return
+        swings = abs(factor.imag) > _NOTHING and not of_robots  # errors rise and fall
+        metric = f'{"modes" if swings else self.task or "modes"}.convergence_rate_1_s'
+        is_symmetric = np.allclose(self.matrix, self.matrix.T)
+        if self.kept == 1 and h * np.abs(values).max() < 1.0:
+            name = 'lambda_2' if is_symmetric else 'least Re lambda'
             yield Theorem(metric, float(values.real.min()), f'{name} of {self.formula}')
-        if conditions.delay == self.own_delay:  # else the meeting point moves, too
-            rho = f'sampled model, h = {h:g} s: -ln(rho)/h'
-            yield Theorem(metric, -log(abs(factor)) / h, rho)
+        rho = f'sampled model, h = {h:g} s: -ln(rho)/h'
+        yield Theorem(metric, -log(abs(factor)) / h, rho)
         if self.kept == 1 and self.task and of_robots:
             yield from self._meeting_point(conditions)
         is_of_positions = of_robots and self.starts is None
-        is_symmetric = np.allclose(self.matrix, self.matrix.T)
-        if conditions.threshold and is_of_positions and is_symmetric and not is_late:
+        if conditions.threshold and is_of_positions and is_symmetric:
             yield self._event_bound(conditions)
 
     def _meeting_point(self, conditions: Conditions) -> Iterator[Theorem]:
-        """Yield the place, or the value, on which robots agree.
-
-        If w' M = 0, w' z is constant; if messages are late, w' z minus w' M_received times the
-        integral of z over the delay is.
-        """
+        """Yield the place, or the value, on which robots agree: if w' M = 0, w' z is constant."""
         values, vectors = np.linalg.eig(self.matrix.T)
-        late = conditions.delay - self.own_delay
-        w = vectors[:, np.abs(values).argmin()].real * (1.0 + late * self.matrix.diagonal().real)
-        formula = "w_i (1 + tau M_ii), w' M = 0" if late else "w, w' M = 0"
+        w = vectors[:, np.abs(values).argmin()].real
         starts = conditions.starts if self.starts is None else self.starts
         for name, places in zip(_MEETING_POINT[self.task], starts, strict=False):
-            by = f'mean of the starts with weights {formula}'
+            by = "mean of the starts with weights w, w' M = 0"
             yield Theorem(f'{self.task}.{name}', float(w @ places / w.sum()), by)
 
     def _event_bound(self, conditions: Conditions) -> Theorem:
@@ -194,24 +156,6 @@ class LinearLaw:
             f'the upper bound |L| c / lambda_2, c = {conditions.threshold:g} m',
             frozenset(Departure) - {Departure.EVENTS},
         )
-
-
-def _companion(parts: list[tuple[NDArray[Any], float]], h: float) -> NDArray[Any]:
-    """Return the matrix that takes z(k), z(k - 1), ... to the next call; parts have ages in calls.
-
-    Between two calls robots move evenly.
-    """
-    steps = [(part, *divmod(round(age, 6), 1.0)) for part, age in parts if part.any()]
-    longest = max((int(age) + (share > 0.0) for _, age, share in steps), default=0)
-    size = len(parts[0][0])
-    rows = np.zeros((size, longest + 2, size), parts[0][0].dtype)
-    rows[:, 0] = np.eye(size)
-    for part, age, share in steps:
-        rows[:, int(age)] -= h * (1.0 - share) * part
-        rows[:, int(age) + 1] -= h * share * part
-    companion = np.eye(size * (longest + 1), k=-size, dtype=rows.dtype)
-    companion[:size] = rows[:, : longest + 1].reshape(size, -1)
-    return companion
 
 
 @dataclass(frozen=True)

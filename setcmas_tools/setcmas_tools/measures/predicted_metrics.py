@@ -97,8 +97,6 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         return None
     found = predicted(name, run.parameters.get('set') or {}, conditions)
     left_out = departures(run)
-    if found.linear and conditions.delay:
-        left_out.pop(Departure.DELAY)
     theorems = [*(found.linear.theorems(conditions) if found.linear else ()), *found.theorems]
     figures = [
         Figure(one.metric, _measured(parts, one.metric), one.value, one.formula)
@@ -123,13 +121,10 @@ def conditions_of(run: Run) -> Conditions | None:
         adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
         if len(adjacency) != count:
             return None
-    delay = float(given.get('delay') or 0.0)
-    if robot_rate := float(given.get('robot_rate') or 0.0):  # only whole steps are sent
-        delay = float(np.ceil(delay * robot_rate - 1e-6)) / robot_rate
     by_distance = given.get('event_triggered') and not given.get('ctc')
     threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
     duration = float(grid.t[-1] - grid.t[0])
-    return Conditions(starts, adjacency, 1.0 / rate, duration, delay, threshold)
+    return Conditions(starts, adjacency, 1.0 / rate, duration, threshold)
 
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:

@@ -43,7 +43,7 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, nb_
 
 
 def test_what_the_theory_leaves_out_is_said():
-    run = simulate('consensus', 4, 20.0, graph='ring', loss=0.5, delay=0.1, filter='barrier')
+    run = simulate('consensus', 4, 20.0, graph='ring', loss=0.5, filter='barrier')
     last = run.metrics()['prediction'].lines[-1]
 
     for note in (
@@ -52,7 +52,6 @@ def test_what_the_theory_leaves_out_is_said():
     ):  # fmt: skip
         assert note in last
     assert 'noise' not in last
-    assert 'delay' not in last  # the sampled model has it
 
 
 TRIGGERED = {
@@ -110,6 +109,13 @@ def test_robots_start_where_they_were_at_the_first_command():
     figures = replace(run, table=earlier).metrics()['prediction']
 
     assert figures['consensus.final_centre_x_m'].predicted == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('options', [{'delay': 0.3}, {'set': {'DELAY': 0.4}}])
+def test_late_positions_are_not_predicted(options):
+    metrics = simulate('laplacian_consensus', 4, 5.0, **options).metrics()
+
+    assert theory_lines(metrics.parts) == ['theory: the law predicts nothing for these conditions']
 
 
 def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
