@@ -207,20 +207,10 @@ def graph_description(graph: Graph) -> GraphDescription:
     if not isinstance(graph, (str, Path)):
         build = partial(checked_adjacency, graph)
         return GraphDescription([('', math.inf, build)])
-    path = graph_file(graph)
-    if path is None:
-        name = _preset(graph)
+    path, name = Path(graph), str(graph).replace('-', '_')
+    if name in PRESETS:
         return GraphDescription([(name, math.inf, PRESETS[name])])
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
-        known = f'{", ".join(PRESETS)} or a YAML file{did_you_mean(_preset(graph), PRESETS, 2)}'
+        known = f'{", ".join(PRESETS)} or a YAML file{did_you_mean(name, PRESETS, 2)}'
         raise SetcmasError(f"unknown graph '{graph}'; it must be {known}")
     return load_graph(path)
-
-
-def graph_file(graph: str | Path) -> Path | None:
-    """Return the file in `--graph`, whether or not it exists; None for a preset."""
-    return None if _preset(graph) in PRESETS else Path(graph)
-
-
-def _preset(graph: str | Path) -> str:
-    return str(graph).replace('-', '_')

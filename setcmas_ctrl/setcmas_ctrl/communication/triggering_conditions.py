@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_function import ScriptFunction
@@ -60,20 +59,10 @@ def further_than(threshold: float) -> Condition:
 
     def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
         del t
-        return bool(have_gone_far(pos, last_pos, threshold))
+        dx, dy, _ = (pos - last_pos).tolist()
+        return math.sqrt(dx * dx + dy * dy) > threshold
 
     return ctc
-
-
-def have_gone_far(positions: Floats, sent: Floats, threshold: float) -> NDArray[np.bool_]:
-    """Return where the condition of the ROS 1 stack triggers, for a robot or a fleet.
-
-    Positions now and in the last states sent have the rows x, y in m; further rows are ignored.
-    NaN means that nothing was sent yet. The threshold is in m.
-    """
-    dx, dy = positions[:2] - sent[:2]
-    stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= threshold
-    return ~stay  # comparisons with NaN are false, so the first state is sent
 
 
 def takes_velocities(condition: Any, name: str) -> bool:

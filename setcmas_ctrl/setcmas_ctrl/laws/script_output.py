@@ -1,11 +1,10 @@
-"""Output of scripts: puts the robot's name before each line, and folds repeated lines."""
+"""Output of scripts: puts the robot's name before each line; shows the first lines only."""
 
 from __future__ import annotations
 
 import contextlib
-import re
 import sys
-from collections import Counter, defaultdict, deque
+from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from typing import IO, Any, cast
 
@@ -75,48 +74,39 @@ def named_output() -> Iterator[None]:
             _ended.extend((stdout, stderr))
 
 
-_SHOWN_ALIKE = 5
 _MOST_SHOWN = 50
-_NUMBERS = re.compile(r'[-+]?(?:\d+\.?\d*(?:e[-+]?\d+)?|\bnan\b|\binf\b)|\s+')
 
 
-class FoldedOutput:
-    """Shows a few of the lines that differ only in numbers, and counts the others."""
+class LimitedOutput:
+    """Shows the first lines, and counts the others."""
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream = stream
-        self._begun = ''
-        self._counts: Counter[str] = Counter()
-        self._shown = 0
+        self._nb_lines = 0
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text up to its last line break."""
-        *lines, self._begun = (self._begun + text).split('\n')
-        for line in lines:
-            kind = _NUMBERS.sub('', line)
-            self._counts[kind] += 1
-            if self._counts[kind] <= _SHOWN_ALIKE and self._shown < _MOST_SHOWN:
-                self._shown += 1
-                self._stream.write(f'{line}\n')
+        """Write a text, up to the last line to show."""
+        for part in text.splitlines(keepends=True):
+            if self._nb_lines < _MOST_SHOWN:
+                self._stream.write(part)
+            self._nb_lines += part.endswith('\n')
         return len(text)
 
     def end(self) -> None:
-        """Write the last line, and how many lines are left out."""
-        if self._begun:
-            self.write('\n')
-        if left_out := sum(self._counts.values()) - self._shown:
-            self._stream.write(f'... {left_out:,} more lines like these\n')
+        """Write how many lines are left out."""
+        if self._nb_lines > _MOST_SHOWN:
+            self._stream.write(f'... {self._nb_lines - _MOST_SHOWN:,} more lines\n')
 
 
 @contextlib.contextmanager
-def folded_output() -> Iterator[None]:
-    """Fold repeated lines on sys.stdout, inside."""
-    folded = FoldedOutput(sys.stdout)
-    with contextlib.redirect_stdout(cast(IO[str], folded)):
+def limited_output() -> Iterator[None]:
+    """Show the first lines on sys.stdout only, inside."""
+    limited = LimitedOutput(sys.stdout)
+    with contextlib.redirect_stdout(cast(IO[str], limited)):
         try:
             yield
         finally:
-            folded.end()
+            limited.end()

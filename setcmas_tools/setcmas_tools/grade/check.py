@@ -13,7 +13,7 @@ from typing import Any
 
 from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_ctrl.laws.script_imports import calling_robot
-from setcmas_ctrl.laws.script_output import folded_output
+from setcmas_ctrl.laws.script_output import limited_output
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.script_calls import Function
@@ -191,7 +191,7 @@ def runs_here(submission: Any, function: Function = Function.CONTROL) -> LawRunn
     def run(scenario: MarkedScenario) -> ScenarioRun:
         messages: list[str] = []
         try:
-            with folded_output():
+            with limited_output():
                 made = simulate(
                     scenario.with_submission(submission, function), warn=messages.append
                 )
@@ -214,7 +214,7 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
         chosen = scenario.with_submission(str(script), rubric.function).found()
         messages: list[str] = []
         nowhere = io.StringIO()
-        with redirect_stderr(nowhere), folded_output(), OfflineRun(chosen) as offline_run:
+        with redirect_stderr(nowhere), limited_output(), OfflineRun(chosen) as offline_run:
             made = offline_run.result(messages.append, call_timeout)
         if made.outcome.state is RunState.DIED:
             return ScenarioRun(made, Failure(made.outcome.detail), is_complete=False)

@@ -15,7 +15,7 @@ from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value
-from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, have_gone_far
+from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import GainOptions, LawOptions
@@ -198,7 +198,7 @@ class OfflineCommunication:
         self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
         self._broadcasts = (
             [communication.broadcast(robot, self.reports) for robot in robots]
-            if communication.event_triggered and communication.options.ctc is not None
+            if communication.event_triggered
             else []
         )
         self._nb_robots = nb_robots
@@ -222,18 +222,13 @@ class OfflineCommunication:
             self._links.send(self._all, poses, t)
             return
         self._times.append(t)
-        if self._broadcasts:
-            triggered = self._triggered_by_scripts(poses, V, t)
-        else:
-            triggered = have_gone_far(
-                poses, self._links.last_sent, self._communication.options.threshold
-            )
+        triggered = self._triggered_by(poses, V, t)
         self._triggered.append(triggered)
         senders = triggered.nonzero()[0]
         if len(senders):
             self._links.send(senders, poses[:, senders], t)
 
-    def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
+    def _triggered_by(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
         call = run_progress.current.call
         results: list[bool] = []
