@@ -14,6 +14,7 @@ from processes import TIMEOUT_S
 
 pytest.importorskip('rclpy')
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from network_namespaces import on_a_network
 from network_rehearsal import roll_after_the_laptop_is_cut_off
 from rehearsal import BRIDGES, Rehearsal
@@ -104,17 +105,25 @@ def path(truths):
     return sum(after.rolls * (after.stamp - before.stamp) for before, after in pairs)
 
 
+def is_out_of_sight(states):
+    """Return whether a robot has not been seen for long enough to be another one."""
+    values = {pair.key: pair.value for pair in states[-1].values} if states else {}
+    return float(values.get('pose_age') or 0.0) > 1.0
+
+
 @pytest.mark.nightly
 def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_path):
+    states = [peer.listen(DiagnosticStatus, f'/tb3_{robot}/bridge_state') for robot in (1, 2)]
     with Rehearsal(peer, tmp_path, *SLOW) as experiment:
         experiment.let_go(GOES)
         peer.wait_for(lambda: experiment.output().count('identified by motion') == 2)
-        experiment.press(' ')
-        peer.wait_for(lambda: 'paused: by space bar' in experiment.output())
-        experiment.fault('dropout 1 4')
-        experiment.fault('dropout 2 8')
-        peer.spin(2.0)
+        experiment.wait_for_stop(experiment.press(' '))
+        for robot in (1, 2):
+            experiment.fault(f'dropout {robot} 600')
+        peer.wait_for(lambda: all(map(is_out_of_sight, states)))
         experiment.fault('swap 1 600')
+        for robot in (1, 2):  # seen again from now on
+            experiment.fault(f'dropout {robot} 0.1')
         begin = {robot: len(truths) for robot, truths in experiment.truth.items()}
         experiment.press_until(lambda: 'names swapped' in experiment.output())
         since = [truth for robot, at in begin.items() for truth in experiment.truth[robot][at:]]
