@@ -101,8 +101,7 @@ def discovery_finding(variables: Mapping[str, str]) -> Finding:
 
 def _examine_lab(lab: Lab, name: str, ros_arguments: list[str]) -> list[Finding]:
     """Print the table of a lab's robots, and return the findings."""
-    from setcmas_expe.doctor.lab_checks import COLUMNS
-    from setcmas_expe.doctor.lab_examination import examine
+    from setcmas_expe.doctor.lab_examination import COLUMNS, examine
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:
