@@ -169,7 +169,8 @@ class SiToUni(RobotNode):
             return NO_COMMAND  # a law that fails; the bridge stops the robot for good
         has_verdict = not self.is_filtered or math.isfinite(message.z)
         if self.poses.age(self.robot) > POSE_TIMEOUT_S or not has_verdict:
-            return REST
+            # A robot of an experiment must not set off again because poses are back.
+            return NO_COMMAND if self.in_experiment else REST
         velocity = np.array([[message.x], [message.y]])
         verdicts = np.array([int(message.z)]) if self.is_filtered else None
         self.conversion.komega = self.parameters.options.komega

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
@@ -246,14 +247,16 @@ def test_robots_are_driven_as_their_model_asks_for(driven, send):
     assert (twist.linear.x, twist.linear.y) == pytest.approx((0.0, 0.25))
 
 
-def test_in_an_experiment_a_law_that_fails_becomes_no_command(driven, send):
+def test_in_an_experiment_a_law_that_fails_or_knows_no_pose_becomes_no_command(driven, send):
     robot = driven(experiment=True, odom='/mocap/tb3_3/odom')
     assert robot.node.cmd_vel.topic == '/tb3_3/cmd_vel_wanted'
     send(math.nan, math.nan)
+    assert np.isnan(robot.steps()).all()
 
-    ((V, omega),) = robot.steps()
-    assert math.isnan(V)
-    assert math.isnan(omega)
+    robot.has_odometry = False  # of it the bridge must know, too
+    robot.steps(1.2)
+    send(0.5)
+    assert np.isnan(robot.steps()).all()
 
 
 def test_an_edit_of_si_to_uni_is_seen_in_the_node(driven, send, monkeypatch):

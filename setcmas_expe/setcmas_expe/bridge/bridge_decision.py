@@ -58,7 +58,9 @@ class Cause(enum.Enum):
     IN_OBSTACLE = 'inside an obstacle of the lab; carry it out'
     OTHERS_UNSEEN = 'other robots have not been seen yet'
     NO_COMMAND = 'no command'
-    NOT_A_NUMBER = 'its command is not a number; has its law failed?'
+    NOT_A_NUMBER = (
+        'its command is not a number; has its law failed, or do poses not reach its controller?'
+    )
     OUTSIDE = 'outside the arena; it may only move back inside'
     TOO_NEAR = 'too near to another robot; it may only move away'
 

@@ -16,8 +16,9 @@ class StampClock:
     """Estimates delays from stamps of another machine's clock.
 
     The smallest difference between arrival and stamp so far counts as no delay. Stamps that go
-    backwards mean that the clock was set: delay cannot reverse their order. A pause forgets that a
-    clock was slewed, but not that a network holds messages up: its delay grows faster.
+    backwards mean that the clock was set: delay cannot reverse their order, and stays what it was.
+    A pause forgets that a clock was slewed, but not that a network holds messages up: its delay
+    grows faster.
     """
 
     def __init__(self) -> None:
@@ -37,8 +38,11 @@ class StampClock:
         if stamp == 0.0:
             return 0.0
         offset = now - stamp
-        if self._offset is None or stamp < self._stamp:
+        if self._offset is None:
             self._offset = self._slewed = offset
+        elif stamp < self._stamp:
+            by = offset - (self._now - self._stamp)
+            self._offset, self._slewed = self._offset + by, self._slewed + by
         step = max(0.0, now - self._now)
         is_delay = offset - self._slewed - _SLEW * step > _DELAY_S
         self._slewed = min(offset, self._slewed + (0.0 if is_delay else _SLEW * step))

@@ -179,6 +179,20 @@ def test_setting_the_clock_of_the_sender_is_no_lateness(tracker, step):
     assert tracker.age() < 0.01
 
 
+def test_setting_the_clock_of_the_sender_back_does_not_make_late_poses_fresh(tracker):
+    tracker.feed(2.0)
+    tracker.silence(0.8)
+    tracker.latency = 0.8
+    tracker.feed(0.5)
+    tracker.clock -= 3600.0
+    tracker.feed(1.0)
+    assert tracker.age() == pytest.approx(0.8, abs=0.02)
+
+    tracker.latency = 0.0
+    tracker.feed(0.1)
+    assert tracker.age() < 0.01
+
+
 def test_a_robot_that_was_lost_cannot_come_back_far_away(tracker):
     tracker.feed(1.0)
     tracker.silence(60.0)
