@@ -25,7 +25,7 @@ from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, Status
 from setcmas_simu.reports import Paused, Ready, Recording, Started
-from setcmas_simu.script_calls import Function, ScriptCall, ScriptFailure
+from setcmas_simu.script_calls import ScriptCall, ScriptFailure
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.run_folder import RunFolder
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
@@ -288,7 +288,7 @@ def _controlled(
     _show_progress(supervisor, duration, run)
     trouble, is_stuck = run.trouble, run.is_stuck
     status = run.finish()
-    outcome = _outcome_of(run.failed)
+    outcome = Outcome.of_calls((call.script, call.robot) for call in run.failed)
     if is_stuck:
         outcome = replace(outcome, state=RunState.NOT_FINISHED)
     if trouble:
@@ -328,15 +328,3 @@ def _show_progress(supervisor: Supervisor, duration: float, run: Robots) -> None
             until=lambda: elapsed() >= duration - _ROUNDING_S or run.is_stuck, on_tick=advance
         )
         bar.update(0 if run.is_stuck else duration - bar.n)
-
-
-def _outcome_of(failed: Sequence[ScriptCall]) -> Outcome:
-    """Return the outcome of a run from the calls that failed."""
-    laws: dict[str, list[int]] = {}
-    conditions: dict[str, list[int]] = {}
-    for call in sorted(failed, key=lambda call: call.robot):
-        scripts = conditions if call.function is Function.CONDITION else laws
-        robots = scripts.setdefault(call.script, [])
-        if call.robot not in robots:
-            robots.append(call.robot)
-    return Outcome.of_failures(laws, conditions)

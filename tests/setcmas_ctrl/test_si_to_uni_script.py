@@ -151,7 +151,7 @@ def test_failures_of_a_run_are_kept():
 
     (failure,) = run.info.failures
     assert (failure.t, failure.robot, failure.function.value) == (0.0, 1, 'si_to_uni')
-    assert run.outcome.failed_laws == {Path(__file__).name: [1]}
+    assert run.outcome.failed == {Path(__file__).name: [1]}
     assert len(said) == 1
 
 

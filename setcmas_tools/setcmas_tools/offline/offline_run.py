@@ -58,7 +58,7 @@ class OfflineRun(ScriptProcess[Run]):
     def _broken(self, error: ScriptEndedError) -> Run:
         scripts, robot = self._scenario.law.scripts(), error.robot
         failed = {scripts.script(robot).name: [robot]} if robot else {}
-        run = self._remains(Outcome(RunState.DIED, failed, {}, str(error)))
+        run = self._remains(Outcome(RunState.DIED, failed, str(error)))
         t = float(run.table.t[-1]) if len(run.table.t) else 0.0
         failure = ScriptFailure(
             t, robot, error.function, error.file, error.line or None, error.reason

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import partial
 from operator import attrgetter
@@ -251,15 +251,16 @@ class Simulation:
         conditions = self._radio.reports
         condition = Path(name_of(self._scenario.communication.ctc) or 'by default').name
         failed_models = [robot for robot, one in enumerate(self._robots, 1) if one.failed]
-        outcome = Outcome.of_failures(
-            _by_script([law.path.name for law in self._fleet.laws], laws.failed_robots)
-            | _by_script([one.path.name for one in self._conversions], conversions.failed_robots)
-            | _by_script(self._models, failed_models),
-            {condition: conditions.failed_robots},
-        )
+        failed = [
+            *((self._fleet.laws[robot - 1].path.name, robot) for robot in laws.failed_robots),
+            *((self._conversions[i - 1].path.name, i) for i in conversions.failed_robots),
+            *((condition, robot) for robot in conditions.failed_robots),
+            *((Path(self._models[robot - 1]).name, robot) for robot in failed_models),
+        ]
         failures = [*laws.failures, *conversions.failures, *conditions.failures]
         failures.sort(key=attrgetter('t'))
         record = kept_record(self._scenario, self._inputs)
+        outcome = Outcome.of_calls(failed)
         return RunInfo(outcome=outcome, scenario=record, failures=failures or None)
 
 
@@ -283,14 +284,6 @@ def _calls(t: Floats, Ts: float, rate: float) -> tuple[Floats, list[int]]:
     times = np.arange(math.ceil(before[-1] * rate) + 1) / rate
     times = times[times < before[-1]]
     return times, np.searchsorted(before, times, side='right').tolist()
-
-
-def _by_script(names: Sequence[str], robots: Sequence[int]) -> dict[str, list[int]]:
-    """Return some robots by the name of their script; `names` begins with that of robot 1."""
-    failed: dict[str, list[int]] = {}
-    for robot in robots:
-        failed.setdefault(Path(names[robot - 1]).name, []).append(robot)
-    return failed
 
 
 def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:

@@ -214,9 +214,8 @@ class Run(RunTables):
 
     @property
     def failed_robots(self) -> list[int]:
-        """The robots whose law or triggering condition failed at some time, sorted."""
-        failed = (self.outcome.failed_laws, self.outcome.failed_conditions)
-        return sorted({i for scripts in failed for robots in scripts.values() for i in robots})
+        """The robots for which a script failed at some time, sorted."""
+        return sorted({robot for robots in self.outcome.failed.values() for robot in robots})
 
     def metrics(self) -> Any:
         """Return the metrics of the run."""

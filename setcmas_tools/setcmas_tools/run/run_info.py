@@ -7,7 +7,7 @@ import enum
 import functools
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
@@ -162,43 +162,35 @@ class Outcome:
     """How a run ended.
 
     Attributes:
-        failed_laws: The robots for which each control script failed at some time, by script.
-        failed_conditions: The same of triggering conditions.
+        failed: The robots for which each script failed at some time, by its file name.
         detail: Further details, such as which process died and why.
     """
 
     state: RunState
-    failed_laws: dict[str, list[int]] = field(default_factory=dict)
-    failed_conditions: dict[str, list[int]] = field(default_factory=dict)
+    failed: dict[str, list[int]] = field(default_factory=dict)
     detail: str = ''
 
     def __str__(self) -> str:
         """Return a text such as 'complete, but law.py failed for robot 2'."""
-        conditions = {f'the condition {name}': r for name, r in self.failed_conditions.items()}
-        failures = [
-            f'{name} failed for {robots_in_words(sorted(robots))}'
-            for name, robots in (self.failed_laws | conditions).items()
-        ]
         if self.state is RunState.FAILED:
+            failures = [
+                f'{name} failed for {robots_in_words(robots)}'
+                for name, robots in self.failed.items()
+            ]
             return f'complete, but {" and ".join(failures) or "a script failed for some robots"}'
         text = {RunState.STOPPED: 'stopped by the user'}.get(self.state, self.state.value)
         return f'{text}: {self.detail}' if self.detail else text
 
     @classmethod
-    def of_failures(
-        cls,
-        failed_laws: Mapping[str, list[int]],
-        failed_conditions: Mapping[str, list[int]] | None = None,
-    ) -> Outcome:
+    def of_calls(cls, failed: Iterable[tuple[str, int]]) -> Outcome:
         """Return the outcome of a run that lasted its whole duration.
 
-        Args:
-            failed_laws: Robots by control script; robots may be none.
-            failed_conditions: Robots by triggering condition.
+        Failed calls are given as name of the script's file, and number of the robot.
         """
-        laws = {name: robots for name, robots in failed_laws.items() if robots}
-        conditions = {name: rs for name, rs in (failed_conditions or {}).items() if rs}
-        return cls(RunState.FAILED if laws or conditions else RunState.COMPLETE, laws, conditions)
+        robots: dict[str, list[int]] = {}
+        for script, robot in sorted(set(failed)):
+            robots.setdefault(script, []).append(robot)
+        return cls(RunState.FAILED if robots else RunState.COMPLETE, robots)
 
 
 INFO_FILE = 'run.yaml'

@@ -76,8 +76,7 @@ def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], **_: object
     with silent():
         run = simulate(scenario, warn=messages.append)
         numbers = numbers_of(measure(run, messages.append, metrics))
-    failed = [*run.outcome.failed_laws.values(), *run.outcome.failed_conditions.values()]
-    robots = format_robots(sorted({robot for robots in failed for robot in robots}))
+    robots = format_robots(run.failed_robots)
     return _row(number, run.outcome.state, robots, ''.join(messages[:1])) | numbers
 
 

@@ -152,7 +152,7 @@ def test_a_script_that_dies_is_reported_with_robot_and_script(run, body, cause, 
 
     assert reason(result).startswith('tb3_2: the ')
     assert f'{cause}{place}' in reason(result)
-    assert result.outcome.failed_laws == {'law.py': [2]}
+    assert result.outcome.failed == {'law.py': [2]}
     assert result.parameters['algo'] == 'inputs/algo/law.py'
     assert result.inputs[0].path.name == 'law.py'
     assert len(result.t) >= 3

@@ -17,7 +17,7 @@ from setcmas_tools.run.run_info import (
 
 INFO = RunInfo(
     ['setcmas', 'run'],
-    Outcome.of_failures({'law.py': [2, 3], 'other.py': []}, {'when.py': [1]}),
+    Outcome.of_calls([('law.py', 3), ('when.py', 1), ('law.py', 2), ('law.py', 3)]),
     {'nb_robots': 3, 'range': None, 'set': {'K': 1.2}, 'seed': 7, 'algo': 'inputs/algo/law.py'},
     {'robot_rate': None},
     '2026-11-21T16:02:11+0000',
@@ -34,7 +34,7 @@ def test_what_is_written_is_read(tmp_path):
 
 def test_the_outcome_in_words():
     assert str(INFO.outcome) == (
-        'complete, but law.py failed for robots 2-3 and the condition when.py failed for robot 1'
+        'complete, but law.py failed for robots 2-3 and when.py failed for robot 1'
     )
     assert str(Outcome(RunState.DIED, detail='tb3_1 was killed')) == 'died: tb3_1 was killed'
     assert str(Outcome(RunState.STOPPED)) == 'stopped by the user'

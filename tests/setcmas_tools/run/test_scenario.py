@@ -105,7 +105,7 @@ def test_a_name_means_a_law_that_ships_never_a_script_of_the_current_folder(tmp_
     file = tmp_path / 'own' / 'c.yaml'
     file.write_text('algo: consensus\nnb_robots: 2\nduration: 1\n')
 
-    assert simulate(Scenario.load(file)).outcome.failed_laws == {}
+    assert simulate(Scenario.load(file)).outcome.failed == {}
 
 
 def test_the_record_of_a_run_is_a_scenario_whose_scripts_are_those_that_it_keeps(square):
