@@ -124,8 +124,8 @@ def concluded(
             warn(f'setcmas {args.verb}: {info.outcome}; see the messages above the table')
         return status
     except KeyboardInterrupt:
-        bag = folder.shown(folder.bag)
-        warn(f'setcmas {args.verb}: the bag is complete; continue with bag_to_csv {bag}')
+        command = f'bag_to_csv {folder.bag}'
+        warn(f'setcmas {args.verb}: the bag is complete; continue with {command}')
         return STOPPED
     except SetcmasError as error:
         if not status:
@@ -146,5 +146,5 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder, earlier: Path | None)
     run = Run.load(folder.path, warn)
     files = print_evaluation(args, folder, run, earlier)
     with suppress(OSError):  # the terminal may be closed; the work is done
-        print(f'bag: {folder.shown(folder.bag)}   {files}', flush=True)
+        print(f'bag: {folder.bag}   {files}', flush=True)
     return 0

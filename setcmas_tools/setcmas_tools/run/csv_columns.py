@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from io import TextIOWrapper
 from pathlib import Path
@@ -46,7 +46,6 @@ NUMBER = Cells('.9f')
 SHORT_NUMBER = Cells('.9g')
 COUNT = Cells('.0f', 0, 1e15)
 ROBOT = Cells('.0f', 1, MAX_ROBOTS)
-EXACT_NUMBER = Cells('')
 NUMBER_OR_EMPTY = Cells('', may_be_empty=True)
 TEXT = Cells('', is_text=True)
 
@@ -106,7 +105,8 @@ class CsvFile:
         except OSError as error:
             raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
         except ValueError as error:
-            reason = ' '.join(str(error)[:_LONGEST_REASON].split())
+            # What follows is advice about numpy's arguments.
+            reason = ' '.join(str(error).partition(';')[0][:_LONGEST_REASON].split())
             raise SetcmasError(
                 f"'{path}' is damaged ({reason}); it must have the columns {self.header}"
             ) from error
@@ -119,36 +119,21 @@ class CsvFile:
             columns += self.further
             if header != _header(columns):
                 raise ValueError(f"its first line is '{header}'")
-        lines = _CountedLines(file)
         empty: dict[int | str, Callable[[str], float]] = {
             i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty
         }
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', UserWarning)  # a table without rows is one
-            try:
-                rows = np.loadtxt(
-                    lines,
-                    dtype=[(one.name, object if one.cells.is_text else float) for one in columns],
-                    delimiter=',',
-                    comments=None,
-                    converters=empty,
-                    ndmin=1,
-                )
-            except ValueError as error:  # its message is about numpy's arguments
-                raise ValueError(f'line {lines.number}') from error
+            rows = np.loadtxt(
+                file,
+                dtype=[(one.name, object if one.cells.is_text else float) for one in columns],
+                delimiter=',',
+                quotechar='"',
+                comments=None,
+                converters=empty,
+                ndmin=1,
+            )
         return [_within_limits(column, rows[column.name]) for column in columns]
-
-
-class _CountedLines:
-    """Lines of a file after its header; `number` is that of the last one in the file."""
-
-    def __init__(self, file: Iterable[str]) -> None:
-        self._file, self.number = file, 1
-
-    def __iter__(self) -> Iterator[str]:
-        for line in self._file:
-            self.number += 1
-            yield line
 
 
 _MOST_BYTES = 1_000_000_000
@@ -248,13 +233,10 @@ GRAPH = CsvFile(
 )
 MESSAGES = CsvFile(
     'messages.csv',
-    'values that laws sent to other robots, a row for each number',
+    'values that laws sent to other robots, a row for each',
     (
         *_T_ROBOT,
-        *_columns(TEXT, name='name of the value; empty if it has none'),
-        *_columns(NUMBER_OR_EMPTY, row='place in an array, from 0; empty for a number'),
-        *_columns(NUMBER_OR_EMPTY, column='place in a row of a matrix, from 0; else empty'),
-        *_columns(EXACT_NUMBER, value='the number'),
+        *_columns(TEXT, value='the value as JSON: a number, an array or a dictionary of these'),
     ),
 )
 CSV_FILES = (FLEET, COMMANDS, DRAWINGS, SAFETY, COUNTS, TRIGGERS, GRAPH, MESSAGES)

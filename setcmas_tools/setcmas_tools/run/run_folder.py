@@ -225,7 +225,7 @@ class RunFolder:
     """The folder of a run.
 
     Attributes:
-        path: The folder, absolute: a script that changes the current folder moves no results.
+        path: The folder.
         bag: The folder of the rosbag2 bag.
         csv: The folder of the CSV files.
         plots: The folder of the plots.
@@ -233,26 +233,16 @@ class RunFolder:
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
-        """Name the folder and the inputs of the run; nothing is created yet.
-
-        Raises:
-            SetcmasError: The path is relative, and the current folder is gone.
-        """
-        self._named = path
+        """Name the folder and the inputs of the run; nothing is created yet."""
+        self.path = path
         self._inputs = inputs
-        with self._writing():
-            self.path = path.absolute()
         self.bag, self.csv, self.plots = (self.path / name for name in ('bag', 'csv', 'plots'))
         self.metrics = self.path / 'metrics.yaml'
 
-    def shown(self, part: Path) -> Path:
-        """Return the path of a part for messages: relative if the user's path is."""
-        return self._named / part.relative_to(self.path)
-
     def summary(self, nb_plots: int) -> str:
         """Return a line with the folders of CSV files and plots."""
-        plots = f'   {nb_plots} plots: {self.shown(self.plots)}' if nb_plots else ''
-        return f'CSV: {self.shown(self.csv)}{plots}'
+        plots = f'   {nb_plots} plots: {self.plots}' if nb_plots else ''
+        return f'CSV: {self.csv}{plots}'
 
     def check(self, overwrite: bool) -> None:
         """Check that no earlier run would be lost.
@@ -263,16 +253,16 @@ class RunFolder:
         """
         with self._writing():
             if self.path.exists() and not self.path.is_dir():
-                raise SetcmasError(f"output '{self._named}' is not a folder")
+                raise SetcmasError(f"output '{self.path}' is not a folder")
             taken = [part for part in _PARTS if (self.path / part).exists()]
         if taken and 'run.yaml' not in taken:
             raise SetcmasError(
-                f"output '{self._named}' holds {', '.join(taken)} and no run.yaml, so it is not a "
+                f"output '{self.path}' holds {', '.join(taken)} and no run.yaml, so it is not a "
                 'run of setcmas; name another folder'
             )
         if taken and not overwrite:
             raise SetcmasError(
-                f"output '{self._named}' holds an earlier run; "
+                f"output '{self.path}' holds an earlier run; "
                 'name another folder, or add --overwrite to replace that run'
             )
 
@@ -307,4 +297,4 @@ class RunFolder:
             self.path.rmdir()  # stays if the user has files of their own in it
 
     def _writing(self) -> AbstractContextManager[None]:
-        return file_errors(f"output '{self._named}' cannot be written")
+        return file_errors(f"output '{self.path}' cannot be written")

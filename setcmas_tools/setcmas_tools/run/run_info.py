@@ -250,11 +250,12 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    from setcmas_tools.run.scenario import check_record  # late: not needed for tables
+    from setcmas_tools.run.scenario import Scenario  # late: not needed for tables
 
     info = read_record(folder / INFO_FILE, RunInfo)
     try:
-        check_record(info.scenario if info else {})
+        if info and info.scenario:
+            Scenario.recorded(info.scenario)
     except SetcmasError as error:
         raise SetcmasError(f"'{folder / INFO_FILE}' is damaged: {error}") from error
     return info

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import groupby
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.message_content import checked_value
+from setcmas_ctrl.communication.message_content import checked_value, plain
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.errors import SetcmasError
@@ -105,8 +104,7 @@ def write_tables(tables: RunTables, folder: Path) -> None:
         rows = _rows(safety.t, safety.robot, np.array(safety.state, object), safety.overruled)
         SAFETY.write(folder / SAFETY.name, rows)
     if tables.messages:
-        rows = (row for one in tables.messages for row in _message_rows(one))
-        MESSAGES.write(folder / MESSAGES.name, rows)
+        MESSAGES.write(folder / MESSAGES.name, map(_message_row, tables.messages))
     if tables.references:
         with written_whole(folder / TASK_FILE) as file:
             file.write(f'{tables.references.encoded()}\n')
@@ -161,36 +159,20 @@ def _drawing(t: float, robot: float, name: str, kind: str, *numbers: float) -> D
     return Drawing(t, int(robot), name, kind, sphere)
 
 
-def _message_rows(message: SentMessage) -> Iterator[tuple[Any, ...]]:
-    """Yield a row for each number of a message."""
-    values = message.value if isinstance(message.value, Mapping) else {'': message.value}
-    for name, value in values.items():
-        for place, number in np.ndenumerate(value):
-            row, column = (*place, '', '')[:2]
-            yield message.t, message.robot, name, row, column, float(number)
+def _message_row(message: SentMessage) -> tuple[Any, ...]:
+    text = json.dumps(plain(message.value)).replace('"', '""')
+    return message.t, message.robot, f'"{text}"'
 
 
 def _read_messages(path: Path) -> list[SentMessage]:
     """Read the messages of a run, or raise SetcmasError."""
     messages = []
-    rows = _rows(*(MESSAGES.read(path) or ()))
-    for (t, robot), own in groupby(rows, itemgetter(0, 1)):
+    for t, robot, text in _rows(*(MESSAGES.read(path) or ())):
         try:
-            values = {name: _array(list(cells)) for name, cells in groupby(own, itemgetter(2))}
-            value = values[''] if list(values) == [''] else values
-            messages.append(SentMessage(t, int(robot), checked_value(value)))
-        except (TypeError, ValueError) as error:
+            messages.append(SentMessage(t, int(robot), checked_value(json.loads(text))))
+        except (TypeError, ValueError, RecursionError) as error:
             raise SetcmasError(f"'{path}' is damaged at t = {t:g} s: {error}") from error
     return messages
-
-
-def _array(rows: list[tuple[Any, ...]]) -> Any:
-    """Return the number or array in some rows of one value, in the order of writing."""
-    numbers, last = [row[-1] for row in rows], rows[-1]
-    shape = [int(place) + 1 for place in last[3:5] if not math.isnan(place)]
-    if math.prod(shape) != len(numbers):
-        raise ValueError(f'a message of shape {tuple(shape)} has {len(numbers)} numbers')
-    return np.reshape(numbers, shape)
 
 
 def write_communication(record: CommunicationRecord, folder: Path) -> None:

@@ -197,12 +197,17 @@ class Scenario:
     @classmethod
     def recorded(cls, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario of a `record`, or raise SetcmasError; its files may be missing."""
-        given = {name: value for name, value in values.items() if value is not None}
-        _check_version(given.pop('version', VERSION))
+        _check_version(values.get('version', VERSION))
+        given = {k: v for k, v in values.items() if k in options() and v is not None}
         poses = given.pop('poses', None)
-        if isinstance(poses, list):
-            poses = tuple((x, y, theta) for x, y, theta in poses)
-        scenario = cls.of(**given)
+        if isinstance(poses, str):
+            poses = Path(poses)
+        elif isinstance(poses, list):
+            try:
+                poses = tuple((x, y, theta) for x, y, theta in poses)
+            except (TypeError, ValueError) as error:
+                raise SetcmasError(f'poses must be rows x, y, theta: {error}') from None
+        scenario = cls.of(given.pop('algo', ''), **given)
         return scenario._with({'poses': poses}) if poses else scenario
 
     def values(self) -> dict[str, Any]:
@@ -320,19 +325,6 @@ class Scenario:
         return target
 
 
-def check_record(values: Mapping[str, Any]) -> None:
-    """Check the values of a record, without looking for its files, or raise SetcmasError."""
-    _check_version(values.get('version', VERSION))
-    for name, value in values.items():
-        if value is None or name not in options():
-            continue
-        if name not in OF_FILES:
-            options()[name].check(name, options()[name].value(value))
-        elif not isinstance(value, (str, list, dict) if name in _OF_NUMBERS else str):
-            raise SetcmasError(f'{name} is {str(value)[:80]}; it must be a text')
-
-
-_OF_NUMBERS = ('poses', 'graph')
 _OF_FUNCTIONS = ('algo', 'si_to_uni', 'ctc')
 
 

@@ -30,8 +30,8 @@ def test_files_that_a_spreadsheet_has_saved(tmp_path, lead, ending):
     ('file', 'content', 'shown'),
     [
         (FLEET, '', "its first line is ''"),
-        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', '(line 3)'),
-        (FLEET, '{header}\n0,1,one,1,1,1,1\n', '(line 2)'),
+        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', 'at row 2'),
+        (FLEET, '{header}\n0,1,one,1,1,1,1\n', "could not convert string 'one'"),
         (FLEET, '{header}\n0,0,1,1,1,1,1\n', 'robot must be from 1 to 2000'),
         (FLEET, '{header}\nnan,1,1,1,1,1,1\n', 't must be from -1e+06 to 1e+06'),
         (COMMANDS, '{header},allowed_vx\n0,1,1,1,1\n', 'allowed_vx'),
@@ -88,11 +88,11 @@ def test_messages_are_read_as_they_were_written(tmp_path):
         assert one.value['v'].shape == (1,)
 
 
-@pytest.mark.parametrize('row', ['0,1,x,1,,2', '0,1,x y,,,2', '0,1,,,,nan'])
+@pytest.mark.parametrize('row', ['0,1,"[1"', '0,1,"{""x y"": 1}"', '0,1,NaN', f'0,1,{"[" * 9999}'])
 def test_damaged_messages_are_reported(tmp_path, row):
     fleet = fleet_table([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
     write_tables(RunTables(fleet), tmp_path)
-    (tmp_path / 'messages.csv').write_text(f't,robot,name,row,column,value\n{row}\n')
+    (tmp_path / 'messages.csv').write_text(f't,robot,value\n{row}\n')
 
     with pytest.raises(SetcmasError, match=r'messages\.csv'):
         read_tables(tmp_path / 'fleet.csv')

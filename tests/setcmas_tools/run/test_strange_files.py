@@ -184,7 +184,17 @@ def test_a_file_that_has_no_end(run, name, kind):
 
 @pytest.mark.parametrize(
     ('name', 'value'),
-    [('model', 7), ('arena', [1, 2]), ('obstacles', {'a': 1}), ('algo', []), ('graph', 3)],
+    [
+        ('model', 7),
+        ('arena', [1, 2]),
+        ('obstacles', {'a': 1}),
+        ('algo', []),
+        ('graph', 3),
+        ('poses', [[1]]),
+        ('poses', {'a': 1}),
+        ('poses', 'x'),
+        ('algo', 'null'),
+    ],
 )
 def test_values_of_another_kind_hinder_no_report(run, name, value):
     text = (run / 'run.yaml').read_text()
