@@ -186,48 +186,34 @@ def _robots_and_end(reference: Run, run: Run) -> Iterator[str]:
 
 
 def _settings(reference: Run, run: Run) -> Iterator[str]:
-    both = {'the reference': reference, 'this run': run}
-    unknown = [name for name, one in both.items() if not one.parameters]
+    runs = {'the reference': reference, 'this run': run}
+    unknown = [name for name, one in runs.items() if not one.parameters]
     if unknown:
         yield f'options and versions of {" and ".join(unknown)} are not known'
         return
-    yield from _changed('outcome', str(reference.outcome), str(run.outcome))
-    yield from _options_changed(reference, run)
-    if reference.info.origin and run.info.origin:
-        yield from _changed('version of ', _origin(reference), _origin(run))
+    old, new = _facts(reference), _facts(run)
+    if old['kind'] != new['kind']:
+        yield f'kind: {old["kind"]} -> {new["kind"]}; what only one of them has is left out'
+        both = [key for key in old if key in new]
+        old, new = ({key: one[key] for key in both} for one in (old, new))
+    for key in dict.fromkeys([*old, *new]):
+        if key != 'kind' and old.get(key) != new.get(key):
+            yield f'{key}: {old.get(key, "none")} -> {new.get(key, "none")}'
     yield from _inputs(reference, run)
 
 
-def _options_changed(reference: Run, run: Run) -> Iterator[str]:
-    old, new = flat(_options(reference)), flat(_options(run))
-    kinds = ['experiment' if is_experiment(one) else 'simulation' for one in (reference, run)]
-    if kinds[0] != kinds[1]:
-        yield f'kind: {kinds[0]} -> {kinds[1]}; options that only one of them has are left out'
-        both = [key for key in old if None not in (old[key], new.get(key))]
-        old, new = ({key: values[key] for key in both} for values in (old, new))
-    yield from _changed('', old, new)
-
-
-def _options(run: Run) -> dict[str, Any]:
-    arena = arena_of(run)
-    borders = ', '.join(f'{border:g}' for border in arena) if arena else None
-    return {**run.parameters, 'arena': borders}
-
-
-def _origin(run: Run) -> Mapping[str, Any]:
-    origin = run.info.origin
-    return {'setcmas': origin.setcmas, **origin.versions} if origin else {}
-
-
-def _changed(name: str, before: Any, after: Any) -> Iterator[str]:
-    old, new = flat(before), flat(after)
-    for key in dict.fromkeys([*old, *new]):
-        if _text(old, key) != _text(new, key):
-            yield f'{name}{key}: {_text(old, key)} -> {_text(new, key)}'
-
-
-def _text(values: Mapping[str, Any], key: str) -> str:
-    return str(values[key]) if values.get(key) is not None else 'none'
+def _facts(run: Run) -> dict[str, str]:
+    """Return outcome, options and versions of a run as texts by name; none that are None."""
+    arena, origin = arena_of(run), run.info.origin
+    facts = {
+        'kind': 'experiment' if is_experiment(run) else 'simulation',
+        'outcome': run.outcome,
+        **run.parameters,
+        'arena': ', '.join(f'{border:g}' for border in arena) if arena else None,
+        'version of setcmas': origin.setcmas if origin else None,
+        **{f'version of {name}': one for name, one in (origin.versions if origin else {}).items()},
+    }
+    return {name: str(one) for name, one in flat(facts).items() if one is not None}
 
 
 def _inputs(reference: Run, run: Run) -> Iterator[str]:

@@ -23,7 +23,7 @@ from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
 from setcmas_tools.run.scenario import Scenario, name_of
-from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, predicted
+from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
 from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import SEED, TABLE, Plan, make_plan, read_plan, store
 from setcmas_tools.study.study_run import Row, made_rows
@@ -199,26 +199,16 @@ class Study:
         """Medians over seeds of each case as a table; of all runs if there are too many cases."""
         is_long = len(self) / self.plan.seeds > _MOST_CASES
         names = [] if is_long else self.names
-        numbers = {name: self.numbers(name) for name in self._summed_up()}
+        metrics = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
+        numbers = {name: self.numbers(name) for name in metrics}
         keys = self.table[names] if names else pd.DataFrame({'': 0}, self.table.index)
         counted = keys.assign(runs=1, broken=self.is_broken, **numbers)
         how = {'runs': 'sum', 'broken': 'sum', **dict.fromkeys(numbers, 'median')}
         cases = counted.groupby([*keys], sort=False, dropna=False).agg(how).reset_index()
-        medians = [
-            'predicted' if name.startswith('prediction_') else f'median\n{name}'
-            for name in numbers
-        ]
-        heads = [*names, 'runs', 'broken', *medians]
+        heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in numbers)]
         rows = [list(map(shown, row)) for row in cases[[*names, *how]].itertuples(index=False)]
         table: str = tabulate(rows, heads, stralign='right', disable_numparse=True)
         return table
-
-    def _summed_up(self) -> list[str]:
-        """Return the metrics of the summary, each before what laws predict for it."""
-        first = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
-        compared = [name for name in self.metrics if predicted(name) in self.metrics]
-        both = [[name, predicted(name)] for name in dict.fromkeys([*first, *compared])]
-        return [name for pair in both for name in pair if name in self.metrics]
 
     def __repr__(self) -> str:
         varied = f', {", ".join(self.names)} varied' if self.names else ''

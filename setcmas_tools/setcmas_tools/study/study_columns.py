@@ -11,7 +11,7 @@ import numpy as np
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_tools.measures.metric import METRICS
-from setcmas_tools.measures.metrics import Metrics
+from setcmas_tools.measures.metrics import PREDICTION, Metrics
 
 _DIGITS = 9
 _OVER_ROBOTS: dict[str, Callable[[list[Any]], Any]] = {
@@ -125,12 +125,6 @@ SHIPPED = {column.metric for column in COLUMNS.values()}
 """The built-in metrics."""
 
 
-def predicted(name: str) -> str:
-    """Return the column with the values of a column that laws predict."""
-    column = COLUMNS.get(name)
-    return f'prediction_{column.metric}_{column.field}' if column else f'prediction_{name}'
-
-
 def numbers_of(metrics: Metrics) -> dict[str, float | None]:
     """Return the metrics of a run by column, with 9 digits."""
     found = {
@@ -139,7 +133,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
         if column.metric in metrics
     }
     for metric, part in metrics.items():
-        if metric not in SHIPPED:
+        if metric not in (*SHIPPED, PREDICTION):
             found |= _others(metric, part.values)
     return {name: _rounded(number) for name, number in found.items()}
 

@@ -11,7 +11,6 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.palettes import PALETTES
@@ -20,7 +19,7 @@ from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import as_written, finish, legend, plot_style, write_figures
 from setcmas_tools.study.study import Study, runs_in_words, shown
-from setcmas_tools.study.study_columns import COLUMNS, predicted
+from setcmas_tools.study.study_columns import COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,31 +54,20 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str) -> None:
     words, unit = _words_and_unit(metric)
     label = f'{words} ({unit})' if unit else words
     axes = picture.add_subplot(title=words[0].upper() + words[1:], ylabel=label)
-    numbers, theory = study.numbers(metric), predicted(metric)
+    numbers = study.numbers(metric)
     values, places, is_scale = _axis(axes, study.table[by])
     split = _second(study, by)
     lines = [*study.table.groupby(split, sort=False)] if split else [('', study.table)]
     colours = colormaps[_SHADES](np.linspace(0.0, 0.85, len(lines)))
     medians: list[Any] = []
-    expected: list[Line2D] = []
     for number, (colour, (value, rows)) in enumerate(zip(colours, lines, strict=True)):
-        if theory in study.metrics:
-            known = study.numbers(theory)[rows.index].groupby(rows[by]).median().reindex(values)
-            expected += _draw_theory(axes, places, known, is_scale)
         shift = 0 if is_scale else number * _LINE_SHIFT
         band = spread(numbers[rows.index], rows[by]).reindex(values)
         drawn = _draw_medians(axes, [place + shift for place in places], band, colour, is_scale)
-        drawn.set_label(as_written(f'{split} = {shown(value)}') if split else 'measured')
+        drawn.set_label(as_written(f'{split} = {shown(value)}'))
         medians.append(drawn)
-    legend(axes, [*medians, *expected[:1]] if split or expected else [])
+    legend(axes, medians if split else [])
     _note(axes, study, metric)
-
-
-def _draw_theory(
-    axes: Axes, places: Sequence[float], values: pd.Series, is_scale: bool
-) -> list[Line2D]:
-    look = '-' if is_scale else '_'
-    return axes.plot(places, values, look, color='0.8', lw=6, ms=30, mew=6, label='predicted')
 
 
 def _draw_medians(
@@ -164,7 +152,6 @@ def plot(
 
 
 def _of_task(study: Study) -> Iterator[str]:
-    compared = [name for name in study.metrics if predicted(name) in study.metrics]
-    for metric in dict.fromkeys((*_DRAWN, *compared)):
+    for metric in _DRAWN:
         if metric in study.metrics and study.numbers(metric).nunique() > 1:
             yield metric

@@ -87,6 +87,6 @@ def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
     lab = replace(run, info=info, safety=safety)
 
     assert differences(lab, run) == [
-        'kind: experiment -> simulation; options that only one of them has are left out',
+        'kind: experiment -> simulation; what only one of them has is left out',
         'vnom: 0.2 -> 0.5',
     ]

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -73,25 +71,6 @@ def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
 
     for name in ('runs.csv', 'study.yaml'):
         assert (tmp_path / 'two' / name).read_bytes() == (study.folder / name).read_bytes()
-
-
-def test_the_summary_has_each_column_once_and_what_is_predicted_next_to_it(study):
-    table = study.table.assign(prediction_separation_least_separation_m=0.25)
-    kinds, names = map(str.split, replace(study, table=table).summary.splitlines()[:2])
-
-    assert names.count('least_separation') == 1
-    place = kinds.index('median') + names.index('least_separation')
-    assert kinds[place : place + 2] == ['median', 'predicted']
-
-
-def test_what_is_predicted_is_drawn_for_names_as_well_as_for_numbers(tmp_path):
-    vary = {'graph': ['ring', 'complete']}
-    study = sweep('laplacian_consensus', 4, 20.0, vary=vary, output=tmp_path / 'graphs', jobs=1)
-    axes = study.plot('convergence_rate', by='graph').axes[0]
-    theory = next(one for one in axes.get_lines() if one.get_label() == 'predicted')
-
-    assert [*theory.get_xdata()] == [0, 1]
-    assert [*theory.get_ydata()] == [*study.numbers('prediction_consensus_convergence_rate_1_s')]
 
 
 def test_names_and_values_are_drawn_as_they_are_written(tmp_path):
