@@ -27,11 +27,10 @@ from setcmas_ctrl.communication.triggering_conditions import (
     Broadcast,
     further_than,
 )
-from setcmas_ctrl.laws.exercise import unfilled_note
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.laws.script_function import file_of
 from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script
-from setcmas_ctrl.laws.script_search import find_script_of
+from setcmas_ctrl.laws.script_search import find_script_of, unfilled_note
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_groups import ClashError, Options, flag, option

@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.laws.exercise import is_unfilled
 from setcmas_ctrl.laws.script_imports import calling_robot
 from setcmas_ctrl.laws.script_output import limited_output
-from setcmas_ctrl.laws.script_search import find_script
+from setcmas_ctrl.laws.script_search import find_script, is_unfilled
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.mark_records import (

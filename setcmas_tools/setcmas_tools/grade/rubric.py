@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.laws.exercise import FUNCTIONS, exercise_of, solution_of
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_search import FUNCTIONS, exercise_of, solution_of
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_kinds import Number, OneOf, Whole
 from setcmas_simu.script_calls import Function

@@ -11,9 +11,9 @@ from typing import Any
 
 import yaml
 
-from setcmas_ctrl.laws.exercise import FUNCTIONS, solution_of
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.laws.script_search import FUNCTIONS, solution_of
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric

@@ -16,8 +16,7 @@ from setcmas_ctrl.communication.communication_settings import (
 from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import Algo, GivenConversion, LawOptions
-from setcmas_ctrl.laws.exercise import unfilled_note
-from setcmas_ctrl.laws.script_search import LawScripts
+from setcmas_ctrl.laws.script_search import LawScripts, unfilled_note
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, it_must_be

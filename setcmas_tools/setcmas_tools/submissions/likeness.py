@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
-from setcmas_ctrl.laws.exercise import UNREADABLE
+from setcmas_ctrl.laws.script_search import UNREADABLE
 
 _RUN = 8  # syntax tree nodes per compared run
 _MOST_NODES = 20_000  # per script

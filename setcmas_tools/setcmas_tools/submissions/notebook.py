@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
-from setcmas_ctrl.laws.exercise import FUNCTIONS, UNREADABLE
+from setcmas_ctrl.laws.script_search import FUNCTIONS, UNREADABLE
 from setcmas_simu.errors import SetcmasError
 
 _TRANSPARENT = ('%%time', '%%capture', '%%writefile')  # the rest of the cell is ordinary code

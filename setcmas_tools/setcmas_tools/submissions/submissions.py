@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from setcmas_ctrl.laws.exercise import FUNCTIONS, UNREADABLE, same_functions
+from setcmas_ctrl.laws.script_search import FUNCTIONS, UNREADABLE, same_functions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.likeness import Print, fingerprint

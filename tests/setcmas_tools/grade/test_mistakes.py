@@ -7,7 +7,7 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.laws.exercise import is_unfilled
+from setcmas_ctrl.laws.script_search import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import OwnLaw, runs_here
