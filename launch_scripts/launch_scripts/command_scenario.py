@@ -14,7 +14,7 @@ from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
-from setcmas_tools.run.run_info import INFO_FILE, origin_changes, read_info
+from setcmas_tools.run.run_info import INFO_FILE
 from setcmas_tools.run.scenario import Scenario
 
 
@@ -90,9 +90,6 @@ def _earlier_scenario(args: argparse.Namespace) -> Scenario:
     is_run = (folder / INFO_FILE).is_file()
     scenario = Scenario.load(folder / INFO_FILE) if is_run else _scenario_of_study(folder)
     _name_scripts(args.verb, scenario, folder)
-    if (info := read_info(folder)) and info.origin:
-        for line in origin_changes(info.origin):
-            warn(f'setcmas {args.verb}: {line}')
     return scenario
 
 

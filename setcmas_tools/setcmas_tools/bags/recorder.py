@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rclpy.duration import Duration
@@ -249,10 +249,6 @@ class RecordedTopic:
         return received
 
 
-Timed = tuple[int, Received]
-"""A time in ns, and the message that has it."""
-
-
 class ArrivalTimes:
     """Times of arrival in the time of the robots.
 
@@ -260,34 +256,20 @@ class ArrivalTimes:
     a jump of an hour would otherwise freeze or stretch the recorded run.
     """
 
-    def __init__(
-        self,
-        rtf: float = 1.0,
-        system_ns: Callable[[], int] = time.time_ns,
-        steady_ns: Callable[[], int] = time.monotonic_ns,
-    ) -> None:
-        """Start.
-
-        Args:
-            rtf: Seconds of the robots per second.
-            system_ns: Clock of the messages, in ns; it may be set.
-            steady_ns: A clock that is never set, in ns.
-        """
+    def __init__(self, rtf: float = 1.0) -> None:
+        """Start now; `rtf` is the number of seconds of the robots per second."""
         self._rtf = rtf
-        self._system_ns = system_ns
-        self._steady_ns = steady_ns
-        self._begin = self._last = system_ns()
-        self._offset = self._begin - steady_ns()
+        self._begin, self._steady_begin = time.time_ns(), time.monotonic_ns()
+        self._last = 0
 
-    def of(self, messages: list[Received]) -> Iterator[Timed]:
-        """Yield messages with their times, in order, and take them from the list."""
-        now = self._system_ns()
-        jump = now - self._steady_ns() - self._offset
+    def of(self, messages: list[Received]) -> Iterator[tuple[int, Received]]:
+        """Yield messages with their times in ns, in order, and take them from the list."""
+        now, elapsed = time.time_ns(), time.monotonic_ns() - self._steady_begin
         messages.sort(key=lambda message: message.time_ns)
         for message in messages:
-            arrival = (message.time_ns or now) - jump  # 0 is unknown
-            self._last = max(self._last, arrival)
-            yield self._begin + round((self._last - self._begin) * self._rtf), message
+            age = now - (message.time_ns or now)  # 0 is unknown
+            self._last = max(self._last, elapsed - age)
+            yield self._begin + round(self._last * self._rtf), message
         messages.clear()
 
 

@@ -39,13 +39,6 @@ def tool(target: str) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-def data_frame(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a pandas DataFrame, or raise SetcmasError."""
-    with needs('notebook'):
-        import pandas as pd
-    return pd.DataFrame(columns)
-
-
 @dataclass(frozen=True, repr=False, eq=False)
 class Run(RunTables):
     """A run, simulated or real: its tables, and how it came about.
@@ -236,8 +229,9 @@ class Run(RunTables):
 
     def to_dataframe(self) -> Any:
         """Return the motion as a pandas DataFrame with the columns of fleet.csv."""
-        names = (column.name for column in FLEET.columns)
-        return data_frame({name: getattr(self.table, name) for name in names})
+        with needs('notebook'):
+            import pandas as pd
+        return pd.DataFrame({one.name: getattr(self.table, one.name) for one in FLEET.columns})
 
     @property
     def title(self) -> str:

@@ -102,18 +102,6 @@ def this_origin() -> Origin:
     )
 
 
-def origin_changes(origin: Origin) -> list[str]:
-    """Return how the versions of this process differ from those of a run, a line for each."""
-    now = {name: _version(name) for name in origin.versions} | this_origin().versions
-    before = {'setcmas': origin.setcmas, **origin.versions}
-    now['setcmas'] = this_origin().setcmas
-    return [
-        f'version of {name}: {version} -> {now[name] or "none"}'
-        for name, version in before.items()
-        if version != now[name]
-    ]
-
-
 def _version(package: str) -> str | None:
     from importlib import metadata  # slow, and needed only where a run is written
 

@@ -41,40 +41,19 @@ _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
 
 
-class FleetSamples:
-    """Collects odometry of each robot.
+def _odometry_topics(bag_topics: Iterable[BagTopic]) -> dict[str, int]:
+    """Return the robot of each topic whose odometry is the motion of a robot.
 
     Odometry of motion capture replaces the robot's own, which drifts.
     """
-
-    def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
-        """Choose the topics among those that have messages, by names and types."""
-        self._rows = array('d')
-        self._odometry: dict[int, str] = {}
-        for name, msgtype in sorted(bag_topics):
-            robot = _robot_of(name, topics.ODOM)
-            if robot and msgtype == _ODOMETRY and self._odometry.get(robot, '/tb3') >= '/tb3':
-                self._odometry[robot] = name
-
-    def collector(self, topic: str) -> Taker | None:
-        """Return the function that takes the messages of a topic; None if not needed."""
-        robot = _robot_of(topic, topics.ODOM)
-        if robot and self._odometry.get(robot) == topic:
-            return lambda time_ns, message: self._take_odometry(robot, time_ns, message)
-        return None
-
-    def table(self) -> FleetTable | None:
-        """Return the table."""
-        return fleet_table(np.array(self._rows).reshape(-1, 7)) if self._rows else None
-
-    def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
-        position, q = message.pose.pose.position, message.pose.pose.orientation
-        twist = message.twist.twist
-        theta = yaw_of_quaternion(q.x, q.y, q.z, q.w)
-        if not (q.x or q.y or q.z or q.w):  # a zero quaternion has no heading
-            theta = math.nan
-        row = (time_ns / 1e9, robot, position.x, position.y, theta)
-        self._rows.extend((*row, twist.linear.x, twist.angular.z))
+    chosen: dict[int, str] = {}
+    for topic in bag_topics:
+        name, robot = topic.name, topics.robot_of(topic.name)
+        if robot and topic.msgtype == _ODOMETRY:
+            is_own = name == topics.robot_topic(robot, topics.ODOM)
+            if is_own or name == f'{_MOTION_CAPTURE}{topics.robot_topic(robot, topics.ODOM)}':
+                chosen[robot] = chosen.get(robot, name) if is_own else name
+    return {name: robot for robot, name in chosen.items()}
 
 
 def _unusable_poses(table: FleetTable) -> Iterator[str]:
@@ -86,12 +65,6 @@ def _unusable_poses(table: FleetTable) -> Iterator[str]:
             f'robot {robot}: {np.count_nonzero(unusable & own)} of {np.count_nonzero(own)} poses '
             'cannot be used: NaN, infinite, or a zero quaternion'
         )
-
-
-def _robot_of(name: str, topic: str) -> int | None:
-    robot = topics.robot_of(name)
-    own = robot and name.removeprefix(_MOTION_CAPTURE) == topics.robot_topic(robot, topic)
-    return robot if own else None
 
 
 _LATE_S = 1.0  # if a message is recorded later, its t began at another time
@@ -179,7 +152,8 @@ class RunSamples:
 
     def __init__(self, bag_topics: Sequence[BagTopic]) -> None:
         """Choose the topics among those that have messages."""
-        self._fleet = FleetSamples((one.name, one.msgtype) for one in bag_topics)
+        self._odometry = _odometry_topics(bag_topics)
+        self._rows = array('d')
         self._communication = CommunicationSamples()
         self._commands, self._allowed = array('d'), array('d')
         self._drawings = DrawingRecord()
@@ -192,7 +166,9 @@ class RunSamples:
         topic, msgtype = bag_topic.name, bag_topic.msgtype
         robot = topics.robot_of(topic) or 0
         name = topic.removeprefix(topics.robot_topic(robot, ''))
-        found = [self._fleet.collector(topic), self._takers(robot).get((name, msgtype))]
+        found = [self._takers(robot).get((name, msgtype))]
+        if topic in self._odometry:
+            found.append(partial(self._take_odometry, robot))
         if robot and name != topics.MARKER and msgtype.removesuffix('Array') == _MARKER:
             found.append(partial(self._take_markers, robot, name))
         return [collect for collect in found if collect]
@@ -224,9 +200,9 @@ class RunSamples:
 
     def tables(self) -> RunTables | None:
         """Return the tables; None if the bag has no odometry of robots."""
-        fleet = self._fleet.table()
-        if fleet is None:
+        if not self._rows:
             return None
+        fleet = fleet_table(np.array(self._rows).reshape(-1, 7))
         self.notices += _unusable_poses(fleet)
         rows = with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
@@ -240,6 +216,15 @@ class RunSamples:
             safety_record(self._safety) if self._safety else None,
             self._communication.messages(),
         )
+
+    def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        twist = message.twist.twist
+        theta = yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        if not (q.x or q.y or q.z or q.w):  # a zero quaternion has no heading
+            theta = math.nan
+        row = (time_ns / 1e9, robot, position.x, position.y, theta)
+        self._rows.extend((*row, twist.linear.x, twist.angular.z))
 
     def _take_task(self, _: int, message: Any) -> None:
         try:

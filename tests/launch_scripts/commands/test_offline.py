@@ -49,8 +49,10 @@ def test_the_layout_is_that_of_run_and_other_commands_take_it_from_there(tmp_pat
 
 def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     given = {
-        'law.py': 'import gains\ndef control(i, n, p, t):\n    return gains.K, 0\n',
+        'leader.py': 'import gains\nW = 0\ndef control(i, n, p, t):\n    return gains.K, W\n',
         'gains.py': 'K = 0.3\n',
+        'law.py': 'K = 0.5\ndef control(i, n, p, t):\n    return K * (i - p[0, i - 1]), 0\n',
+        'side.py': 'def step(state, command, Ts):\n    return state[0] + Ts, *state[1:]\n',
         'when.py': 'def ctc(pos, last_pos, t):\n    return t > 1\n',
         'mine.py': 'def si_to_uni(velocity, pose, komega):\n    return velocity[0], 0.1\n',
         'switch.yaml': 'segments:\n  - {duration: 1, graph: ring}\n  - {graph: star}\n',
@@ -59,13 +61,15 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     for name, text in given.items():
         (tmp_path / name).write_text(text)
     options = ('--nb-robots', '3', '--duration', '3', '--event-triggered', '--loss', '0.5')
+    options += ('--set', 'K=0.2')
 
     def run(folder, **files):
         named = [text for name, file in files.items() for text in (f'--{name}', str(file))]
         assert offline(tmp_path, *options, *named, '--output', folder).returncode == 0
         return {path.name: path.read_bytes() for path in (tmp_path / folder / 'csv').iterdir()}
 
-    names = {'algo': 'law', 'ctc': 'when', 'si-to-uni': 'mine'}
+    names = {'algo': '1:leader,2-3:law', 'ctc': 'when', 'si-to-uni': 'mine'}
+    names |= {'model': '2:side.py,3:car'}
     names |= {'graph': 'switch.yaml', 'poses': 'places.yaml'}
     first = run('first', **names)
     for name in given:
@@ -161,37 +165,6 @@ def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
 
     assert result.returncode == 130
     assert 'stopped by the user' in result.stderr
-
-
-def test_a_law_and_a_model_for_each_robot_and_the_run_again(tmp_path):
-    (tmp_path / 'helper.py').write_text('SPEED = 0.3\n')
-    (tmp_path / 'leader.py').write_text(
-        'from helper import SPEED\nW = 0.0\n'
-        'def control(robotNo, nbRobots, poses, t):\n    return SPEED, W\n'
-    )
-    (tmp_path / 'follower.py').write_text(
-        'K = 0.5\ndef control(robotNo, nbRobots, poses, t):\n'
-        '    return tuple(K * (poses[:2, 0] - poses[:2, robotNo - 1]))\n'
-    )
-    (tmp_path / 'side.py').write_text(
-        'def step(state, command, Ts):\n    x, y, theta = state\n'
-        '    return x + Ts * command[0], y + Ts * command[1], theta\n'
-        'def command(velocity, pose):\n    return velocity[0], velocity[1], 0.0\n'
-    )
-    laws = ('--algo', '1:leader.py,2-4:follower.py', '--set', 'K=0.2', '--nb-robots', '4')
-    models = ('--model', '2:car,3:side.py', '--duration', '3')
-
-    offline(tmp_path, *laws, *models, '-o', 'first')
-
-    for name in ('leader', 'follower', 'side', 'helper'):
-        (tmp_path / f'{name}.py').unlink()
-    info = tmp_path / 'first' / 'run.yaml'
-    info.write_text(info.read_text().replace('versions: {', 'versions: {my-lab: 1.0.0, '))
-    again = offline(tmp_path, '--from', 'first', '-o', 'second')
-    assert 'setcmas offline: version of my-lab: 1.0.0 -> none\n' in again.stderr
-    third = offline(tmp_path, '--from', 'second', '-o', 'third')
-    assert 'identical to first' in again.stdout
-    assert 'identical to second' in third.stdout
 
 
 _ELSEWHERE = 'import os\nos.chdir(os.path.dirname(os.path.abspath(__file__)))\n'

@@ -20,6 +20,7 @@ from stereo_msgs.msg import DisparityImage
 from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_tools.bags import recorder
 from setcmas_tools.bags.recorder import ArrivalTimes, Received
 
 LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -223,49 +224,38 @@ def test_type_without_a_python_package_is_reported_once(record, peer, bag, tmp_p
     assert len(recorded(bag, '/number')) == 1
 
 
-S = 1_000_000_000
-
-
-def test_times_go_as_fast_as_those_of_the_robots():
-    times = ArrivalTimes(5.0, lambda: 100 * S, lambda: 0)
-    messages = [Received(102 * S, None, b'a'), Received(101 * S, None, b'b')]
-
-    assert [(t, one.data) for t, one in times.of(messages)] == [(105 * S, b'b'), (110 * S, b'a')]
-
-
 class Clocks:
-    """A system clock that is set, and a steady one."""
+    """A system clock that is set, and a steady one, in ns."""
 
     def __init__(self):
-        self.system = 1_000_000
-        self.steady = 500
+        self.system, self.steady = 1_000_000, 500
 
-    def pass_time(self, duration):
-        self.system += duration
-        self.steady += duration
+    def time_ns(self):
+        return self.system
 
-    def times(self, *received):
-        times = ArrivalTimes(1.0, lambda: self.system, lambda: self.steady)
-        yield
-        for time_ns in received:
-            yield next(times.of([Received(time_ns, None, b'')]))[0]
+    def monotonic_ns(self):
+        return self.steady
 
 
-def test_times_of_arrival_are_kept_and_never_go_back():
+@pytest.mark.parametrize(
+    ('rtf', 'jump', 'received', 'stamps'),
+    [
+        (1.0, 0, (20, 10, 50), [10, 20, 50]),
+        (1.0, 0, (20, 150, 0), [100, 100, 150]),  # 0 is unknown
+        (5.0, 0, (20, 10), [50, 100]),
+        (1.0, 3600, (3620, 3700), [20, 100]),
+        (1.0, -3600, (-3580, -3500), [20, 100]),
+    ],
+)
+def test_times_go_as_those_of_the_robots_and_do_not_follow_the_clock_when_it_is_set(
+    monkeypatch, rtf, jump, received, stamps
+):
     clocks = Clocks()
-    times = clocks.times(1_000_020, 1_000_010, 1_000_050)
-    next(times)
-    clocks.pass_time(100)
+    monkeypatch.setattr(recorder, 'time', clocks)
+    times = ArrivalTimes(rtf)
+    clocks.system += 100 + jump
+    clocks.steady += 100
+    messages = [Received(1_000_000 + t if t else 0, None, b'') for t in received]
 
-    assert list(times) == [1_000_020, 1_000_020, 1_000_050]
-
-
-@pytest.mark.parametrize('jump', [3600, -3600])
-def test_setting_the_clock_does_not_move_the_recording(jump):
-    clocks = Clocks()
-    times = clocks.times(clocks.system + 100 + jump)
-    next(times)
-    clocks.pass_time(100)
-    clocks.system += jump
-
-    assert next(times) == 1_000_100
+    assert [stamp - 1_000_000 for stamp, _ in times.of(messages)] == stamps
+    assert messages == []

@@ -57,6 +57,14 @@ def test_a_run_that_goes_well_is_the_same_as_without_a_process(run, tmp_path):
     assert (result.poses == simulate(tmp_path / 'law.py', 3, 4.0).poses).all()
 
 
+def test_what_a_script_prints_is_shown_where_the_command_runs(run, capsys):
+    run('print("here"); sys.stderr.write("half a line")')
+
+    printed = capsys.readouterr()
+    assert printed.out == 'tb3_2: here\n'
+    assert printed.err.strip() == 'tb3_2: half a line'
+
+
 def test_sets_of_strings_and_generators_without_a_seed_are_the_same_in_each_process(run):
     top = """
         import random

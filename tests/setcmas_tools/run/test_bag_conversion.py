@@ -1,7 +1,5 @@
 import csv
 import math
-import subprocess
-import sys
 from operator import itemgetter
 from pathlib import Path
 
@@ -46,9 +44,8 @@ def run(make):
     return messages
 
 
-@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
-def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, plugin):
-    report = convert(write_bag(tmp_path / 'bag', run, plugin))
+def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run):
+    report = convert(write_bag(tmp_path / 'bag', run))
 
     assert report.folder == tmp_path / 'csv'
     assert [file.name for file in report.files] == [
@@ -186,16 +183,6 @@ def test_output_that_cannot_be_written(tmp_path, write_bag, points):
 
     with pytest.raises(SetcmasError, match='cannot be written'):
         convert(bag, tmp_path / 'taken')
-
-
-def test_needs_neither_ros_nor_matplotlib():
-    code = (
-        'import sys; import setcmas_tools.run.bag_conversion; '
-        'print([name for name in ("rclpy", "matplotlib", "tqdm") if name in sys.modules])'
-    )
-    output = subprocess.run([sys.executable, '-c', code], capture_output=True, check=True).stdout
-
-    assert output.strip() == b'[]'
 
 
 def test_bags_whose_names_differ_by_the_ending_have_folders_of_their_own(tmp_path):

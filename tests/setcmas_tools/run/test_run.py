@@ -116,13 +116,6 @@ def test_a_notebook_shows_picture_and_table(run):
     assert len(repr(run.info)) < 120
 
 
-def test_a_film(run):
-    film = run.animate(kind='gif', speed=10)
-
-    assert film.content.startswith(b'GIF89a')
-    assert 'data:image/gif' in film._repr_html_()
-
-
 def test_a_data_frame(run):
     pandas = pytest.importorskip('pandas')
     frame = run.to_dataframe()

@@ -1,6 +1,3 @@
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
@@ -9,7 +6,6 @@ from setcmas_tools.run.run_info import (
     Outcome,
     RunInfo,
     RunState,
-    origin_changes,
     read_info,
     this_origin,
     write_info,
@@ -50,17 +46,6 @@ def test_the_origin_names_packages_and_plugins(monkeypatch):
     assert origin.versions['my-lab'] == '1.0'
     assert {'numpy', 'rosbags'} < origin.versions.keys()
     this_origin.cache_clear()
-
-
-def test_other_versions_than_those_of_a_run_are_listed():
-    versions = {**this_origin().versions, 'my-lab': '1.0', 'numpy': '1.0'}
-    origin = replace(this_origin(), versions=versions)
-
-    assert origin_changes(this_origin()) == []
-    assert origin_changes(origin) == [
-        f'version of numpy: 1.0 -> {np.__version__}',
-        'version of my-lab: 1.0 -> none',
-    ]
 
 
 @pytest.mark.parametrize(
