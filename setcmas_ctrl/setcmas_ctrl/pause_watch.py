@@ -119,7 +119,7 @@ class EmergencyWatch:
         # The first profile matches publishers without latching, the second latching ones.
         self._topics = [
             PolledTopic(node, Bool, stop, self._on_stop, qos.EVENT),
-            PolledTopic(node, Bool, stop, self._on_stop, qos.LATCHED),
+            PolledTopic(node, Bool, stop, self._on_stop, qos.LATCHED_BY_MANY),
             PolledTopic(node, Bool, state, self._on_state, qos.LATCHED_BY_MANY),
         ]
 

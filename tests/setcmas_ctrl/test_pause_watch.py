@@ -42,3 +42,14 @@ def test_a_held_stop_outlives_the_pause_node_that_held_it_though_another_says_go
     assert not is_held_after(False)
     for node in nodes:
         node.destroy_node()
+
+
+def test_a_latched_stop_is_heard_by_who_comes_later_though_others_latch_none(peer):
+    topic = '/emergency_stop'
+    for is_stop in (True, False, False, False):
+        peer.node.create_publisher(Bool, topic, qos.LATCHED).publish(Bool(data=is_stop))
+    watch = EmergencyWatch(peer.node)
+    heard = peer.listen(Bool, topic, qos.LATCHED_BY_MANY)
+    peer.wait_for(lambda: len(heard) == 4)
+
+    peer.wait_for(watch.take)

@@ -37,7 +37,7 @@ class FleetPause:
             # Each profile matches publishers that the other does not.
             *(
                 PolledTopic(node, Bool, stop, self._on_stop, one)
-                for one in (qos.EVENT, qos.LATCHED)
+                for one in (qos.EVENT, qos.LATCHED_BY_MANY)
             ),
         ]
 

@@ -33,7 +33,6 @@ _RULER_MM = 20.0
 """Height of the ruler at the bottom of each page."""
 _STRIP_MM = 12.0
 """Height of the strip with number and arrow, in front of the tag."""
-_GAP_MM = 5.0
 _PX_PER_MM, _TAG_PX = 8, 800
 
 
@@ -59,16 +58,17 @@ def write_sheets(path: Path, pages: Iterator[Figure]) -> int:
 
 def sheets(nb_robots: int, nb_floor_tags: int, size: float, paper: str) -> Iterator[Figure]:
     """Yield pages: tags of the robots 1 to N and of the floor, `size` in mm, and the board."""
-    tags = [*range(1, nb_robots + 1), *range(FIRST_FLOOR_TAG, FIRST_FLOOR_TAG + nb_floor_tags)]
-    places = list(_places(size, paper))
-    for start in range(0, len(tags), len(places)):
+    width, height = PAPERS[paper]
+    across = size * (1 + 2 * _MARGIN)
+    x, y = (width - across) / 2, height - _EDGE_MM - _STRIP_MM - across
+    robots = range(1, nb_robots + 1)
+    for tag in (*robots, *range(FIRST_FLOOR_TAG, FIRST_FLOOR_TAG + nb_floor_tags)):
         figure, page = _page(paper)
-        for (x, y), tag in zip(places, tags[start:], strict=False):
-            _draw_tag(page, x, y, size, tag)
+        _draw_tag(page, x, y, size, tag)
         yield figure
     figure, page = _page(paper)
     across, down = np.array(BOARD) * _SQUARE_MM
-    x, y = (PAPERS[paper][0] - across) / 2, (PAPERS[paper][1] - down + _RULER_MM) / 2
+    x, y = (width - across) / 2, (height - down + _RULER_MM) / 2
     pixels = (round(across * _PX_PER_MM), round(down * _PX_PER_MM))
     _draw(page, board().generateImage(pixels), x, y, float(across))
     yield figure
@@ -78,20 +78,6 @@ def board() -> cv2.aruco.CharucoBoard:
     """Return the ChArUco board of the sheets, with lengths in m."""
     family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     return cv2.aruco.CharucoBoard(BOARD, _SQUARE_MM / 1e3, _MARKER_MM / 1e3, family)
-
-
-def _places(size: float, paper: str) -> Iterator[tuple[float, float]]:
-    """Yield the lower left corners in mm of the parts to cut out of a page."""
-    width, height = PAPERS[paper]
-    across = size * (1 + 2 * _MARGIN)
-    down = across + _STRIP_MM
-    nb_columns = int((width - 2 * _EDGE_MM + _GAP_MM) // (across + _GAP_MM))
-    nb_rows = int((height - 2 * _EDGE_MM - _RULER_MM + _GAP_MM) // (down + _GAP_MM))
-    left = (width - nb_columns * across - (nb_columns - 1) * _GAP_MM) / 2
-    for row in range(nb_rows):
-        for column in range(nb_columns):
-            y = height - _EDGE_MM - down - row * (down + _GAP_MM)
-            yield left + column * (across + _GAP_MM), y
 
 
 def _page(paper: str) -> tuple[Figure, Axes]:

@@ -8,7 +8,7 @@ def test_the_sheets_are_written(tmp_path):
     result = run_here('tags', '--nb-robots', '2', '--size', '60', cwd=tmp_path)
 
     assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith('tags.pdf: 3 pages')
+    assert result.stdout.startswith('tags.pdf: 7 pages')
     assert (tmp_path / 'tags.pdf').read_bytes().startswith(b'%PDF')
 
 
