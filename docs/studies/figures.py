@@ -87,7 +87,7 @@ def draw_thresholds(study: Study) -> Figure:
     panels[0].set_yscale('log')
     panels[0].plot(d, NB_ROBOTS + way / d, 'k--', label=r'$N + \Sigma_i |p_i(0) - \bar{p}| / d$')
     slowest = algebraic_connectivity('ring')
-    settling = np.log(20) / (slowest * study.plan.base.law.set['K'])
+    settling = np.log(20) / (slowest * study.base.law.set['K'])
     panels[1].axhline(
         settling,
         color='k',

@@ -70,8 +70,8 @@ def scenario_to_simulate(args: argparse.Namespace) -> Scenario:
 def add_from_argument(parser: argparse.ArgumentParser) -> None:
     """Add --from."""
     run = (
-        'repeat the run in this folder, or a run of a study, such as study/417, from its own '
-        'files, and compare the two; other options on the command line override its scenario'
+        'repeat the run in this folder from its own files, and compare the two; other options on '
+        'the command line override its scenario'
     )
     parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
 
@@ -87,23 +87,15 @@ def _earlier_scenario(args: argparse.Namespace) -> Scenario:
         raise SetcmasError(
             f"'{args.scenario}' and --from {folder} both say what to run; leave one out"
         )
-    is_run = (folder / INFO_FILE).is_file()
-    scenario = Scenario.load(folder / INFO_FILE) if is_run else _scenario_of_study(folder)
+    if not (folder / INFO_FILE).is_file():
+        raise SetcmasError(
+            f"there is no {INFO_FILE} in '{folder}'; it must be the folder of a run or of a "
+            'study; to simulate a recording, give its law and start poses (--algo, --pose) in '
+            'place of --from'
+        )
+    scenario = Scenario.load(folder / INFO_FILE)
     _name_scripts(args.verb, scenario, folder)
     return scenario
-
-
-def _scenario_of_study(folder: Path) -> Scenario:
-    """Return the scenario of a run of a study, such as study/417, or raise SetcmasError."""
-    from setcmas_tools.study.study_plan import FILE_NAME, read_plan
-
-    if folder.name.isdecimal() and (folder.parent / FILE_NAME).is_file():
-        return read_plan(folder.parent).scenario(int(folder.name))
-    raise SetcmasError(
-        f"there is no {INFO_FILE} in '{folder}'; it must be a run's folder, or the folder "
-        'of a study and the number of a run, such as study/417; to simulate a recording, give '
-        'its law and start poses (--algo, --pose) in place of --from'
-    )
 
 
 def earlier_run(args: argparse.Namespace) -> Path | None:

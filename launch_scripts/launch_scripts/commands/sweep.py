@@ -1,14 +1,15 @@
 """Run a control law many times offline with varied parameters.
 
-Writes runs.csv with a row per run, plots, and study.yaml, from which runs can be repeated: use
-setcmas offline (or run) --from FOLDER/NUMBER. A run whose law fails, hangs or dies still gets a
-row. Ctrl-C ends a study early and writes the rows so far.
+Writes runs.csv with a row per run, plots, and run.yaml with the scenario of the first run, from
+which others can be repeated: use setcmas offline (or run) --from FOLDER with the values in their
+row. A run whose law fails, hangs or dies still gets a row. Ctrl-C ends a study early and writes
+the rows so far.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2
   setcmas sweep --algo consensus --nb-robots 8 --vary K=0.2:2:10 --seeds 20 --random-poses -o study
   setcmas sweep --algo consensus --nb-robots 8 --vary graph=ring,path --vary loss=0,0.2,0.4
-  setcmas offline --from study/417 -o run            repeat run 417 of that study, with plots
+  setcmas offline --from study --seed 7 --set K=1.2 -o run        repeat a run, with plots
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
-    from setcmas_tools.study.study import carry_out, runs_in_words
+    from setcmas_tools.study.study import TABLE, carry_out, runs_in_words
     from setcmas_tools.study.study_columns import check_known
-    from setcmas_tools.study.study_plan import TABLE, make_plan
+    from setcmas_tools.study.study_plan import make_plan
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
     check_known(options.metric)

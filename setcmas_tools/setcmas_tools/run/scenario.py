@@ -38,7 +38,7 @@ VERSION = 1
 """Version of the keys of scenario files."""
 
 OF_RUN = 'scenario'
-"""The key of run.yaml and study.yaml that holds a scenario."""
+"""The key of run.yaml that holds a scenario."""
 
 
 @dataclass(frozen=True, kw_only=True)

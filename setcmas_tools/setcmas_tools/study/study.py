@@ -22,12 +22,16 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
+from setcmas_tools.run.run_folder import RunFolder, inputs_of, kept_record
+from setcmas_tools.run.run_info import INFO_FILE, RunInfo
 from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
 from setcmas_tools.study.study_options import SweepOptions
-from setcmas_tools.study.study_plan import SEED, TABLE, Plan, make_plan, read_plan, store
+from setcmas_tools.study.study_plan import SEED, Plan, make_plan
 from setcmas_tools.study.study_run import Row, made_rows
-from setcmas_tools.study.variation import Variation
+from setcmas_tools.study.variation import Variation, value_of, with_values
+
+TABLE = 'runs.csv'
 
 
 def sweep(
@@ -84,11 +88,21 @@ def carry_out(
 ) -> Study:
     """Make the runs of a study in a folder, or raise SetcmasError.
 
-    If `folder` is None, it is a temporary one. An interrupted study keeps its finished runs.
+    If `folder` is None, it is a temporary one. Its run.yaml has the scenario of the first run. An
+    interrupted study keeps its finished runs.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
+    if (place / TABLE).exists() and not overwrite:
+        raise SetcmasError(
+            f"output '{place}' holds an earlier study; name another folder, or add --overwrite"
+        )
+    base = plan.scenario(1).found()
+    inputs = inputs_of(base)
+    files = RunFolder(place, inputs)
+    files.check(overwrite)
+    files.create(RunInfo(scenario=kept_record(base, inputs)))
     with file_errors(f"study '{place}' cannot be written"):
-        store(plan, place, overwrite)
+        (place / TABLE).unlink(missing_ok=True)
         rows: dict[int, Row] = {}
         try:
             for row in tqdm(made_rows(plan, options), 'runs', len(plan.runs), disable=None):
@@ -96,7 +110,7 @@ def carry_out(
         finally:
             if rows:
                 write_table(plan, rows, place)
-    study = Study(plan, read_table(place), place)
+    study = Study(base, [*plan.vary], read_table(place), place)
     if not folder:
         weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
     return study
@@ -134,25 +148,25 @@ class Study:
             study.run(417)                   # repeats this run
 
     Attributes:
+        base: The scenario of the first run.
+        names: Varied names, without the seeds.
         table: A row for each run: its number, its values, its seed, its outcome and its metrics.
     """
 
-    plan: Plan
+    base: Scenario
+    names: list[str]
     table: pd.DataFrame
     folder: Path
 
     @classmethod
     def load(cls, folder: str | Path) -> Study:
         """Read a study, or raise SetcmasError."""
-        return cls(read_plan(Path(folder)), read_table(Path(folder)), Path(folder))
+        table = read_table(Path(folder))
+        names = [*table][1 : [*table].index(SEED)]
+        return cls(Scenario.load(Path(folder) / INFO_FILE), names, table, Path(folder))
 
     def __len__(self) -> int:
         return len(self.table)
-
-    @property
-    def names(self) -> list[str]:
-        """Varied names, without the seeds."""
-        return [*self.plan.vary]
 
     @property
     def metrics(self) -> list[str]:
@@ -176,8 +190,13 @@ class Study:
         return values.mask(self.is_broken)
 
     def run(self, number: int) -> Run:
-        """Repeat a run, and return it with all its data."""
-        return simulate(self.plan.scenario(number))
+        """Repeat a run, whose values are no functions, and return it with all its data."""
+        if number not in self.table['run'].array:
+            raise SetcmasError(f'unknown run {number}; must be from 1 to {len(self)}')
+        row = self.table[self.table['run'] == number].iloc[0]
+        known = {name: None if pd.isna(row[name]) else row[name] for name in self.names}
+        values = {name: value_of(name, value) for name, value in known.items()}
+        return simulate(with_values(self.base, values).replace(seed=int(row[SEED])))
 
     def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:
         """Return a plot of a metric over a varied name, by default the first.
@@ -190,14 +209,14 @@ class Study:
     @property
     def title(self) -> str:
         """Title in plots, such as 'consensus, 600 runs'."""
-        algo = Path(str(name_of(self.plan.base.law.algo))).stem
+        algo = Path(str(name_of(self.base.law.algo))).stem
         runs = runs_in_words(len(self))
         return f'{algo}, {runs}' if 'algo' not in self.names else runs
 
     @property
     def summary(self) -> str:
         """Medians over seeds of each case as a table; of all runs if there are too many cases."""
-        is_long = len(self) / self.plan.seeds > _MOST_CASES
+        is_long = len(self) / self.table[SEED].nunique() > _MOST_CASES
         names = [] if is_long else self.names
         metrics = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
         numbers = {name: self.numbers(name) for name in metrics}
@@ -231,6 +250,8 @@ def read_table(folder: Path) -> pd.DataFrame:
     try:
         texts = dict.fromkeys(OUTCOME, str)
         table = pd.read_csv(folder / TABLE, dtype=texts, keep_default_na=False, na_values=[''])
+        if SEED not in table:
+            raise ValueError(f'it has no column {SEED}')
         return table.fillna(dict.fromkeys(OUTCOME, ''))
     except (OSError, ValueError) as error:
         raise SetcmasError(

@@ -21,7 +21,8 @@ def test_a_study_and_one_of_its_runs(tmp_path):
     study = Study.load(tmp_path / 'study')
     assert study.table['vnom'].tolist() == [0.2, 0.4, 0.2, 0.4]
 
-    again = run_here('offline', '--from', 'study/3', '-o', 'run', '--no-plots', cwd=tmp_path)
+    third = ('--graph', 'path', '--vnom', '0.2', '-o', 'run', '--no-plots')
+    again = run_here('offline', '--from', 'study', *third, cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     assert f', {study.table["disagreement"][2]:.3f} m at the end' in again.stdout
 
@@ -31,7 +32,7 @@ def test_ctrl_c_ends_a_study_that_hangs(tmp_path, start):
     (tmp_path / 'law.py').write_text(HANGING)
     command = [*SETCMAS, *SWEEP, '--algo', 'law.py', '--seeds', '5', '--jobs', '1']
     process = start(*command, cwd=tmp_path)
-    while not (tmp_path / 'study' / 'study.yaml').exists():
+    while not (tmp_path / 'study' / 'run.yaml').exists():
         assert process.popen.poll() is None, process.output()
         time.sleep(0.02)
     assert process.end(signal.SIGINT) == 130

@@ -62,14 +62,13 @@ def test_the_folder_keeps_what_repeats_a_run(study, law):
     assert run.metrics()['consensus'].disagreement_at_end_m == pytest.approx(
         study.table['disagreement'][7], rel=1e-8
     )
-    assert run.parameters['algo'] == 'inputs/algo/law.py'
     assert run.inputs[0].path == (study.folder / 'inputs' / 'algo' / 'law.py').resolve()
 
 
 def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
     sweep(law, 3, 8, output=tmp_path / 'two', jobs=2, **STUDY)
 
-    for name in ('runs.csv', 'study.yaml'):
+    for name in ('runs.csv', 'run.yaml'):
         assert (tmp_path / 'two' / name).read_bytes() == (study.folder / name).read_bytes()
 
 
@@ -184,7 +183,7 @@ def test_metrics_of_ones_own_are_columns(law):
 
 def test_a_folder_with_something_else_is_left_alone(study, law, tmp_path):
     (tmp_path / 'run.yaml').touch()
-    for folder, told in ((study.folder, 'an earlier study'), (tmp_path, 'not a study')):
+    for folder, told in ((study.folder, 'an earlier study'), (tmp_path, 'an earlier run')):
         with pytest.raises(SetcmasError, match=told):
             sweep(law, 3, 8, output=folder)
     assert len(Study.load(study.folder)) == 12
