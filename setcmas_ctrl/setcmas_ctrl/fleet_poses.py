@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -12,7 +11,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.messages import RobotState, state_of
-from setcmas_simu.ros.polling import PolledTopic
 
 POSE_TIMEOUT_S = 1.0
 """Age in s after which a robot's own pose is too old to command it."""
@@ -34,26 +32,28 @@ class FleetPoses:
         self.new: dict[int, RobotState] = {}
         self._received = np.full(nb_robots, -np.inf)
         self._faults: dict[int, str] = {}
-        self.topics = {
-            robot: PolledTopic(
-                node, Odometry, topic, partial(self._on_odometry, robot), qos.NEWEST_STATE
-            )
+        self._sources = sources
+        self._newest = {
+            robot: node.newest(Odometry, topic, qos.NEWEST_STATE)
             for robot, (node, topic) in sources.items()
         }
 
     def topic_of(self, robot: int) -> str:
         """Return the full name of the topic with a robot's odometry."""
-        return str(self.topics[robot].subscription.topic_name)
+        node, topic = self._sources[robot]
+        name: str = node.resolve_topic_name(node.full_name(topic))
+        return name
 
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
         self.now, self.new = now, {}
-        for topic in self.topics.values():
-            topic.take()
+        for robot, newest in self._newest.items():
+            if message := newest():
+                self._take(robot, message)
 
     def missing(self) -> list[int]:
         """Return the followed robots without a pose yet."""
-        return [robot for robot in self.topics if np.isinf(self._received[robot - 1])]
+        return [robot for robot in self._newest if np.isinf(self._received[robot - 1])]
 
     def fault(self, robot: int) -> str:
         """Return why a robot's last odometry cannot be used; '' if it can, or none came."""
@@ -68,7 +68,7 @@ class FleetPoses:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
 
-    def _on_odometry(self, robot: int, message: Odometry) -> None:
+    def _take(self, robot: int, message: Odometry) -> None:
         state = state_of(message)
         if isinstance(state, str):
             self._faults[robot] = state

@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_node import FleetNode
 
 STAND = 'def control(i, n, p, t):\n    return 0, 0\n'
 
@@ -31,8 +32,15 @@ class Driver:
         self._publisher = self._node.create_publisher(Odometry, '/tb3_1/odom', profile)
 
 
-def test_the_newest_poses_of_a_fleet_are_shared(peer):
-    sources = {i: (peer.node, f'/tb3_{i}/odom') for i in (1, 3)}
+@pytest.fixture
+def node(peer):
+    node = FleetNode('poses', context=peer.context)
+    yield node
+    node.destroy_node()
+
+
+def test_the_newest_poses_of_a_fleet_are_shared(peer, node):
+    sources = {i: (node, f'/tb3_{i}/odom') for i in (1, 3)}
     poses = FleetPoses(sources, 3)
     publishers = {i: peer.publisher(Odometry, poses.topic_of(i)) for i in sources}
 

@@ -93,7 +93,8 @@ class ControlledFleet:
         self.monitor = FleetMonitor(
             node, options, self.robots, self.poses, si_to_unis, process.launcher, self.time
         )
-        process.requests = RequestWait(every_node, self.monitor.urgent)  # also while nodes wait
+        urgent = [*self.monitor.urgent, *clock.topics]
+        process.requests = RequestWait(every_node, urgent)  # also while nodes wait
 
     def _nodes(self, safety: FilterOptions) -> list[RobotNode]:
         """Return the nodes of the robots in this process."""

@@ -9,12 +9,11 @@ from functools import partial
 from rclpy.node import Node
 
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
-from setcmas_ctrl.controllers.fleet_time import TopicClock
 from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Started
-from setcmas_simu.ros.clocks import ScaledClock, SteadyClock
+from setcmas_simu.ros.clocks import ScaledClock, SteadyClock, TopicClock
 from setcmas_simu.ros.fleet_node import SIMULATED_TIME, FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import RosProcess

@@ -1,20 +1,18 @@
-"""Time t of a run, the same for all controllers of a fleet; the clock on /clock."""
+"""Time t of a run, the same for all controllers of a fleet."""
 
 from __future__ import annotations
 
 import os
 import socket
 
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import TimeReference
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.clocks import SteadyClock
-from setcmas_simu.ros.polling import PolledTopic, wait_for_any
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import RosProcess
 
 _SAME_S = 0.02  # covers the travel time of messages between machines
@@ -113,44 +111,3 @@ class FleetTimeTopic:
     def _on_time(self, message: TimeReference) -> None:
         if message.source != self._source:
             self._time.synchronise(messages.seconds_of(message.time_ref), self._clock.now())
-
-
-_CLOCK_WAIT_S = 0.02
-
-
-class TopicClock(SteadyClock):
-    """Time on /clock, also in message stamps, for nodes with use_sim_time."""
-
-    def __init__(self, node: Node) -> None:
-        """Subscribe; the clock stands at 0 until the first message."""
-        self._node = node
-        self._stamp_ns: int | None = None
-        self._elapsed_ns = 0
-        self._topic = PolledTopic(node, ClockMessage, topics.CLOCK, self._on_clock, qos.CLOCK)
-
-    def has_begun(self) -> bool:
-        """Return whether a message has come."""
-        self._topic.take()
-        return self._stamp_ns is not None
-
-    def now(self) -> float:
-        """Return the time since the first message, without steps back."""
-        self._topic.take()
-        return 1e-9 * self._elapsed_ns
-
-    def stamp(self) -> Time:
-        """Return the newest time, as the simulator sent it."""
-        return messages.stamp_of(self._stamp_ns or 0)
-
-    def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time or a stop request."""
-        process.serve_at_times()
-        while not process.stopping and self.now() < t:
-            wait_for_any(self._node, [self._topic.subscription], _CLOCK_WAIT_S)
-            process.serve_at_times()
-
-    def _on_clock(self, message: ClockMessage) -> None:
-        stamp_ns = message.clock.sec * 10**9 + message.clock.nanosec
-        if self._stamp_ns is not None:  # a restarted simulator begins again
-            self._elapsed_ns += max(0, stamp_ns - self._stamp_ns)
-        self._stamp_ns = stamp_ns

@@ -10,7 +10,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.service import Service
-from rclpy.subscription import Subscription
 
 
 class _NeverCalledBack(CallbackGroup):
@@ -123,15 +122,12 @@ class PolledServices:
             answer(service)
 
 
-def wait_for_any(node: Node, subscriptions: Sequence[Subscription], timeout_s: float) -> list[int]:
-    """Return the indices of subscriptions with a message; wait for one, at most timeout_s.
+def wait_for_message(node: Node, topic: PolledTopic, timeout_s: float) -> None:
+    """Wait until a topic has a message, which is not taken, or a time-out.
 
-    Messages are not taken. An executor would check every entity of its nodes instead.
+    An executor would check every entity of its nodes instead.
     """
-    waiting = rclpy_implementation.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, node.context.handle)
+    waiting = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
     waiting.clear_entities()
-    for subscription in subscriptions:
-        waiting.add_subscription(subscription.handle)
+    waiting.add_subscription(topic.subscription.handle)
     waiting.wait(round(timeout_s * 1e9))
-    ready = set(waiting.get_ready_entities('subscription'))
-    return [i for i, one in enumerate(subscriptions) if one.handle.pointer in ready]

@@ -24,7 +24,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import seconds_of, state_of
-from setcmas_simu.ros.polling import PolledTopic, wait_for_any
+from setcmas_simu.ros.polling import PolledTopic, wait_for_message
 from setcmas_tools.page.document import colour_code
 from setcmas_tools.page.live import LiveRun, RobotDiagnosis, Shape
 from setcmas_tools.page.server import Button
@@ -106,11 +106,11 @@ class LiveTopics:
 
     def wait(self, timeout_s: float) -> None:
         """Wait until a robot publishes its pose: those of a simulation do so together."""
-        names = [
-            name for name, topic in self._robots.items() if topic.subscription.msg_type is Odometry
-        ]
-        if names:
-            wait_for_any(self._node, [self._robots[names[0]].subscription], timeout_s)
+        poses = (
+            topic for topic in self._robots.values() if topic.subscription.msg_type is Odometry
+        )
+        if first := next(poses, None):
+            wait_for_message(self._node, first, timeout_s)
         else:
             time.sleep(timeout_s)
 
