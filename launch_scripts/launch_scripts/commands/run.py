@@ -31,7 +31,6 @@ from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.recorded_run import STOPPED, ProgressSupervisor, SimulatedRun, run_robots
 from launch_scripts.terminal import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_groups import take_values
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import RunFolder, RunOptions, inputs_of, kept_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
@@ -47,7 +46,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scenario_arguments(parser, parts=_PARTS)
     add_from_argument(parser)
     ViewOptions.add_to(parser)
-    take_values(parser)
 
 
 def main(args: argparse.Namespace) -> int:

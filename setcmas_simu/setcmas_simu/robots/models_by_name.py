@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, is_per_robot, parse_per_robot
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
-from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
+from setcmas_simu.robots.identified_robot import ENDINGS, read_model_file
 from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
 from setcmas_simu.robots.unicycle import Unicycle
 
@@ -65,22 +64,6 @@ UNICYCLE = 'unicycle'
 NO_LIMITS = 'ideal'
 
 
-class ScriptLoader(Protocol):
-    """Loads robot scripts."""
-
-    def __call__(
-        self,
-        path: Path,
-        robot: int,
-        warn: Callable[[str], None],
-        on_call: Callable[[int, Path], object],
-    ) -> RobotModel:
-        """Load a script for a robot; `warn` shows messages when the script fails."""
-
-    def seed(self, seed: int) -> None:
-        """Seed the random numbers that the scripts of this process draw."""
-
-
 def _checked(thing: Any) -> RobotModel:
     if isinstance(thing, type):
         raise InvalidPluginError(f'it is a class; it must be an instance, as {thing.__name__}()')
@@ -92,10 +75,9 @@ def _checked(thing: Any) -> RobotModel:
 MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
 
 
-def _script_loader() -> ScriptLoader:
-    """Return the loader of robot scripts, which loads them as a controller loads its scripts."""
-    module = importlib.import_module('setcmas_ctrl.robot_script')
-    return cast(ScriptLoader, module.ScriptRobot)
+def _robot_scripts() -> Any:
+    """Return the class of robot scripts, which are loaded as a controller loads its scripts."""
+    return importlib.import_module('setcmas_ctrl.robot_script').ScriptRobot
 
 
 def is_script(name: str) -> bool:
@@ -151,19 +133,10 @@ def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
     `text` is the value of `--model`, `limits` names the limits of unicycles.
     """
     with contextlib.suppress(SetcmasError):
-        unicycle = limits_named(limits).V_max
-        names = model_names(text, nb_robots)
-        files = _files(names)
-        return max(
-            unicycle
-            if name == UNICYCLE
-            else math.inf
-            if is_script(name)
-            else files[name].robot(robot).V_max
-            if name in files
-            else MODELS.get(name).V_max
-            for robot, name in enumerate(names, start=1)
-        )
+        names, robots = model_names(text, nb_robots), range(1, nb_robots + 1)
+        # A script does not say how fast its robot is.
+        models = _models(names, robots, limits, lambda *_: Unicycle())
+        return max(model.V_max for model in models)
     return None
 
 
@@ -175,17 +148,16 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     Raises:
         SetcmasError: A model is unknown, or limits would apply to a robot of another model.
     """
-    numbers, files = robots or range(1, len(names) + 1), _files(names)
-    for robot, name in zip(numbers, names, strict=True):
-        if is_script(name):
-            if not Path(name).is_file():
-                raise SetcmasError(
-                    f"robot script '{name}' not found; write one with setcmas new --robot"
-                )
-        elif name in files:
-            files[name].robot(robot)
-        elif name != UNICYCLE:
-            MODELS.plugin(name)
+
+    def existing(script: Path, _: int) -> RobotModel:
+        if not script.is_file():
+            raise SetcmasError(
+                f"robot script '{script}' not found; write one with setcmas new --robot"
+            )
+        return Unicycle()
+
+    numbers = robots or range(1, len(names) + 1)
+    _models(names, numbers, limits, existing)
     others = {robot: name for robot, name in zip(numbers, names, strict=True) if name != UNICYCLE}
     if others and limits != NO_LIMITS:
         whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
@@ -211,13 +183,29 @@ def robot_models(
     Raises:
         SetcmasError: A model is unknown, or a script does not load.
     """
-    unicycle, files = Unicycle(limits_named(limits)), _files(names)
+    return _models(
+        names, robots, limits, lambda path, robot: _robot_scripts()(path, robot, warn, on_call)
+    )
+
+
+def _models(
+    names: Sequence[str],
+    robots: Sequence[int],
+    limits: str,
+    load: Callable[[Path, int], RobotModel],
+) -> list[RobotModel]:
+    """Return the model of each robot; `load` returns that of a script for a robot.
+
+    Each model file is read once, so that robots can share its models.
+    """
+    unicycle = Unicycle(limits_named(limits))
+    files = {name: read_model_file(Path(name)) for name in {*names} if is_model_file(name)}
     models: list[RobotModel] = []
     for name, robot in zip(names, robots, strict=True):
         if name == UNICYCLE:
             models.append(unicycle)
         elif is_script(name):
-            models.append(_script_loader()(Path(name), robot, warn, on_call))
+            models.append(load(Path(name), robot))
         elif name in files:
             models.append(files[name].robot(robot))
         else:
@@ -228,12 +216,7 @@ def robot_models(
 def seed_scripts(names: Sequence[str], seed: int) -> None:
     """Seed the random numbers that the robot scripts among some models draw."""
     if any(map(is_script, names)):
-        _script_loader().seed(seed)
-
-
-def _files(names: Sequence[str]) -> dict[str, ModelFile]:
-    """Read each model file among names once, so that robots can share its models."""
-    return {name: read_model_file(Path(name)) for name in {*names} if is_model_file(name)}
+        _robot_scripts().seed(seed)
 
 
 def symbol(model: str) -> Floats:
