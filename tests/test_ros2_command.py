@@ -102,29 +102,6 @@ def single(ros2, executable, namespace, *arguments):
     return ros2.start('run', 'setcmas_ctrl', executable, *words)
 
 
-def test_of_two_fleets_one_is_paused(ros2, peer):
-    odometry = {}
-    for namespace in ('/a', '/b'):
-        of_fleet = ('--ros-args', '-r', f'__ns:={namespace}')
-        ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '2', *of_fleet)
-        ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', 'nav_wp', *of_fleet)
-        odometry[namespace] = peer.listen(Odometry, f'{namespace}/tb3_2/odom')
-
-    def speed(namespace):
-        return odometry[namespace][-1].twist.twist.linear.x
-
-    peer.wait_for(lambda: all(odometry.values()))
-    peer.wait_for(lambda: speed('/a') > 0.2 and speed('/b') > 0.2)
-    ros2('topic', 'pub', '--once', '/a/pause', 'std_msgs/msg/Bool', '{data: true}')
-    peer.wait_for(lambda: speed('/a') == 0.0)
-    seen = len(odometry['/b'])
-    peer.wait_for_new(odometry['/b'], 20)
-    assert all(one.twist.twist.linear.x > 0.2 for one in odometry['/b'][seen:])
-    assert speed('/a') == 0.0
-    ros2('topic', 'pub', '--once', '/a/pause', 'std_msgs/msg/Bool', '{data: false}')
-    peer.wait_for(lambda: speed('/a') > 0.2)
-
-
 def test_a_message_of_a_law_is_echoed_as_in_the_docs(ros2, peer, tmp_path):
     (tmp_path / 'law.py').write_text(
         'from setcmas_ctrl import network\n'

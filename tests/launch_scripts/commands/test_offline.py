@@ -167,29 +167,6 @@ def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
     assert 'stopped by the user' in result.stderr
 
 
-_ELSEWHERE = 'import os\nos.chdir(os.path.dirname(os.path.abspath(__file__)))\n'
-
-
-def test_scripts_that_change_the_current_folder_move_nothing(tmp_path):
-    (tmp_path / 'labs').mkdir()
-    for name, function in {
-        'law': 'def control(i, n, p, t):\n    return 0.1, 0\n',
-        'robot': 'def step(state, command, Ts):\n    return state\n',
-        'when': 'def ctc(pos, last_pos, t):\n    return True\n',
-    }.items():
-        (tmp_path / 'labs' / f'{name}.py').write_text(_ELSEWHERE + function)
-    (tmp_path / 'links.yaml').write_text('graph: ring\n')
-    offline(
-        tmp_path, '--algo', 'labs/law.py', '--model', 'labs/robot.py', '--nb-robots', '3',
-        '--graph', 'links.yaml', '--event-triggered', '--ctc', 'labs/when.py', '--duration', '1',
-        '--output', 'out',
-    )  # fmt: skip
-
-    assert (tmp_path / 'out' / 'run.yaml').is_file()
-    assert (tmp_path / 'out' / 'inputs' / 'graph' / 'links.yaml').is_file()
-    assert {path.name for path in (tmp_path / 'labs').glob('out*')} == set()
-
-
 @pytest.mark.parametrize(('wait', 'is_slow'), [(0.15, True), (0, False)])
 def test_a_law_that_is_slower_than_real_time_is_told(tmp_path, wait, is_slow):
     (tmp_path / 'law.py').write_text(
