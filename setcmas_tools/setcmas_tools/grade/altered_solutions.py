@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -69,10 +68,8 @@ class Altered:
     is_out: bool = False
 
 
-SOLUTION, FROZEN, RIGHT = '', 't = 0', 'right'
-"""Names of the solution, of the solution that always gets t = 0, and of the solution where another
-law is taken for it.
-"""
+SOLUTION, FROZEN = '', 't = 0'
+"""Names of the solution, and of the solution that always gets t = 0."""
 
 
 def altered_solutions(
@@ -92,24 +89,11 @@ def altered_solutions(
     return found
 
 
-def twice_altered_solutions(
-    solution: Path, mistakes: Sequence[TypicalMistake], folder: Path
-) -> list[Altered]:
-    """Return the solution, and those with two mistakes of the rubric, named '3 7'."""
-    found = [Altered(SOLUTION, solution, is_kept=True)]
-    for (number, one), (later, other) in combinations(enumerate(mistakes), 2):
-        source = one.source(solution)
-        if other.change and all(old in source for old in other.change):
-            text = replace(other, script=source).source(solution)
-            found.append(_written(f'{number} {later}', text, solution, folder))
-    return found
-
-
 def _written(name: str, source: str, solution: Path | None, folder: Path) -> Altered:
     """Write an altered solution to a folder, with the modules that it imports."""
     for file in with_helpers(solution)[1:] if solution else ():
         (folder / file.name).write_bytes(file.read_bytes())
-    script = folder / f'mistake_{name.replace(" ", "_")}.py'
+    script = folder / f'mistake_{name}.py'
     script.write_text(source, encoding='utf-8')
     return Altered(name, script)
 
@@ -159,7 +143,7 @@ class Calls:
     @property
     def is_known(self) -> NDArray[np.bool_]:
         """Where the solution is outside its dead band, so that its multiples are known."""
-        return _lengths(self.answers.get(RIGHT, self.solution)) > 0
+        return _lengths(self.solution) > 0
 
     @property
     def is_free(self) -> NDArray[np.bool_]:

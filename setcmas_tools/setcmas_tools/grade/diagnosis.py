@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -16,19 +15,15 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.altered_solutions import (
-    SOLUTION,
     Calls,
     altered_solutions,
     calls_of,
     saturated,
-    twice_altered_solutions,
 )
 from setcmas_tools.grade.generic_mistakes import (
     EQUAL,
     YOURS,
     Explanation,
-    also_generic,
-    also_multiple,
     fixed_length,
     generic_conversions,
     generic_laws,
@@ -38,13 +33,11 @@ from setcmas_tools.grade.generic_mistakes import (
     shares,
     times_too,
     tried,
-    turned_multiple,
 )
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric, TypicalMistake
 from setcmas_tools.run.run import Run
 
 _AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
-_OF_TWO = 0.3  # two mistakes can fit by chance, so they must agree at more calls
 _TIED = 0.005  # share of all calls by which the better one must be better
 
 
@@ -72,10 +65,6 @@ def diagnosis(rubric: Rubric, runs: Sequence[tuple[MarkedScenario, Run]], hint: 
         if runs and all(found):  # else a run cannot be repeated
             calls = [one for one in found if one]
             explanation = _explanation(calls, mistakes, function)
-            if not explanation and solution and function is not Function.CONDITION:
-                twice = twice_altered_solutions(solution, mistakes, Path(folder))
-                both = [calls_of(one.name, one.base, run, function, twice) for one, run in runs]
-                explanation = _both_listed(both, mistakes)
             return explanation or f'{_measured(calls, function)} {hint}'.strip()
     return hint
 
@@ -95,11 +84,10 @@ def _explanation(
         groups += [generic_conversions(calls), other_turn_rate(calls)]
     else:
         groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
-        groups += [plain_multiple(calls), fixed_length(calls), turned_multiple(calls)]
+        groups += [plain_multiple(calls), fixed_length(calls)]
         groups += [
             _some_robots(calls, each) for each in (generic_laws, plain_multiple, fixed_length)
         ]
-        groups += [_listed_and_generic(calls, mistakes)]
     return next(filter(None, (_best_hint(calls, group) for group in groups)), '')
 
 
@@ -122,29 +110,6 @@ def _answered(
 def _listed(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
     for mistake, answers in _answered(calls, mistakes):
         yield from tried(mistake.hint, calls, answers)
-
-
-def _listed_and_generic(
-    calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]
-) -> Iterator[Explanation]:
-    """Yield explanations by a listed mistake, and turned velocities or a wrong factor as well."""
-    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls]
-    multiples: list[Explanation] = []
-    for mistake, answers in _answered(calls, mistakes):
-        yield from also_generic(strict, answers, mistake.hint)
-        multiples += also_multiple(strict, answers, mistake.hint)
-    yield from multiples[:1]  # the others are multiples of the first
-
-
-def _both_listed(calls: Sequence[Calls | None], mistakes: Sequence[TypicalMistake]) -> str:
-    """Return the hints of the two listed mistakes that together explain a submission."""
-    strict = [replace(one, may_differ=one.may_differ * _OF_TWO) for one in calls if one]
-    found: list[Explanation] = []
-    for name in sorted(set.intersection(*(set(one.answers) for one in strict)) - {SOLUTION}):
-        hints = sorted(mistakes[int(number)].hint for number in name.split())  # by their TODO
-        text = f'Probably two mistakes: {" ".join(hints)}'
-        found += tried(text, strict, [one.answers[name] for one in strict])
-    return _best_hint(strict, found)
 
 
 def _some_robots(

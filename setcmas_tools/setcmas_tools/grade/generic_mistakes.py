@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +12,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.altered_solutions import (
     CLOSE,
     FROZEN,
-    RIGHT,
     SATURATED,
-    SOLUTION,
     Calls,
     saturated,
 )
@@ -28,8 +25,6 @@ _SMALLEST = 1e-4  # factor of a turn rate
 
 YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
-
-_OPPOSITE = 'the opposite directions'
 
 TURNED: tuple[tuple[str, list[list[int]]], ...] = (
     ('the opposite of the right ones: check the sign.', [[-1, 0], [0, -1]]),
@@ -233,44 +228,11 @@ def _by_factors(
 ) -> Iterator[Explanation]:
     answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
     size = 'large' if abs(factors[0]) > 1 else 'small'
-    ways = 'the right directions, but are' if factors[0] > 0 else f'{_OPPOSITE}, and are'
+    ways = (
+        'the right directions, but are' if factors[0] > 0 else 'the opposite directions, and are'
+    )
     hint = f'{YOURS} have {ways} {name} times too {size}{explained}.'
     yield from tried(hint, calls, answers, is_multiple=True)
-
-
-def turned_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield explanations by turned or swapped velocities that are too large or small as well."""
-    for what, matrix in TURNED[1:7]:
-        yield from also_multiple(calls, _turned(calls, matrix), f'{YOURS} are {what}')
-
-
-def also_multiple(
-    calls: Sequence[Calls], answers: Sequence[Floats], first: str
-) -> Iterator[Explanation]:
-    """Yield the explanation by a mistake, with its answers and hint, and a wrong factor."""
-    altered = _relative_to(calls, answers)
-    found = [*_multiple(altered)] or [*plain_multiple(altered)]
-    # A negative factor is a positive factor of the opposite turn.
-    yield from _second(first, [one for one in found if _OPPOSITE not in one.hint])
-
-
-def also_generic(
-    calls: Sequence[Calls], answers: Sequence[Floats], first: str
-) -> Iterator[Explanation]:
-    """Yield explanations by a mistake, with its answers and hint, and another generic one."""
-    yield from _second(first, generic_laws(_relative_to(calls, answers)))
-
-
-def _relative_to(calls: Sequence[Calls], answers: Sequence[Floats]) -> list[Calls]:
-    """Return calls with other answers in place of the solution's."""
-    both = zip(calls, answers, strict=True)
-    return [replace(one, answers={SOLUTION: own, RIGHT: one.solution}) for one, own in both]
-
-
-def _second(first: str, found: Iterable[Explanation]) -> Iterator[Explanation]:
-    for hint, differing in found:
-        text = f'{first} With that corrected, {hint[0].lower()}{hint[1:]}'
-        yield Explanation(f'Probably two mistakes: {text}', differing)
 
 
 def shares(

@@ -82,7 +82,6 @@ def hints(tmp_path):
         ('/ nbRobots', '/ (nbRobots - 1)', 'N/(N-1) times too large, where N is'),
         ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
         ('v -= K', 'v -= 40 * K', 'always saturated at the speed limit'),
-        ('v[0], v[1]', '0.4 * v[1], 0.4 * v[0]', 'With that corrected, your velocities have the'),
     ],
 )
 def test_a_mistake_is_explained_by_the_run_that_it_reproduces(hints, old, new, said):
