@@ -32,8 +32,8 @@ def marks_of(name, points, **known):
 
 def graded_class():
     """Return the marks of four submissions: a good one, a hostile one, one that fails, a copy."""
-    message = f'ValueError: {HOSTILE}: too many values to unpack\n  2 | x, y = poses[:, robotNo]'
-    failed = Failure(message, 'law.py', 2, robot=3, t=0.4)
+    message = f'ValueError: {HOSTILE}: too many values to unpack (law.py, line 2)'
+    failed = Failure(f'{message}\n  2 | x, y = poses[:, robotNo]', robot=3, t=0.4)
     return [
         marks_of('Ada Lovelace', 4.0, id='12345', submission='Lovelace Ada_12345_file_/law.py'),
         marks_of(HOSTILE, 1.0, id='=1+2', similar=(Similar('Ada Lovelace.py', 0.97),)),

@@ -51,7 +51,6 @@ class GradeOptions(Options):
         Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
     )
     timeout: float = option(DURATION, 'time limit of a run', default=60.0)
-    overwrite: bool = flag('grade all submissions again, not only those that have changed')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,7 +117,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     is_used = args.corrections or file.is_file()
     corrections = read_corrections(file, students, rubric) if is_used else Corrections()
     grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
-    graded = grade(submissions, grader, folder, options.jobs, options.overwrite)
+    graded = grade(submissions, grader, folder, options.jobs)
     marks = [corrections.applied(one) for one in graded]
     tables = tables_of(marks)
     _write(folder, tables, pages_of(marks))

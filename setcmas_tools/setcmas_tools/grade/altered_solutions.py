@@ -85,7 +85,7 @@ def altered_solutions(
         found += [Altered(name, solution, name, is_kept=True) for name in _constants(solution)]
     for number, one in enumerate(mistakes):
         altered = _written(str(number), one.source(solution), solution, folder)
-        found.append(replace(altered, is_kept=function is not Function.CONDITION))
+        found.append(replace(altered, is_kept=bool(one.term)))
     return found
 
 

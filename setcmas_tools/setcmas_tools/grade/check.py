@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import io
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr
 from dataclasses import dataclass, replace
@@ -20,7 +19,6 @@ from setcmas_tools.grade.mark_records import (
     Failure,
     LawRunner,
     Marks,
-    ScenarioMark,
     ScenarioRun,
     lines_of,
 )
@@ -55,20 +53,9 @@ class Check:
         """Return a line per criterion, and hints below missed ones."""
         return '\n'.join(lines_of(self.marks, self.hidden_points))
 
-    def plain(self) -> dict[str, Any]:
-        """Return the check for `setcmas check --json`: texts, numbers, lists and dictionaries."""
-        marks = self.marks
-        return {
-            'title': marks.title,
-            'submission': marks.submission,
-            'status': self._status,
-            'score': marks.score,
-            'max_score': marks.max_score,
-            'scenarios': [_plain(one) for one in marks.scenarios],
-        }
-
     @property
-    def _status(self) -> str:
+    def status(self) -> str:
+        """A word for programs: unfilled, failed, incomplete or right."""
         if self.marks.unfilled:
             return 'unfilled'
         if any(one.failure for one in self.marks.scenarios):
@@ -89,28 +76,6 @@ class Check:
             f'<img src="{self.picture_url()}" '
             'alt="your paths over those of the solution"></div>'
         )
-
-
-def _plain(scenario: ScenarioMark) -> dict[str, Any]:
-    return {
-        'name': scenario.name,
-        'score': scenario.points,
-        'max_score': scenario.max_points,
-        'failure': scenario.failure.message if scenario.failure else '',
-        'criteria': [
-            {
-                'name': one.name,
-                'score': one.points,
-                'max_score': one.max_points,
-                'metric': one.metric,
-                'wanted': one.wanted,
-                'reached': one.reached if math.isfinite(one.reached or 0.0) else None,
-                'unit': one.unit,
-                'hint': one.hint,
-            }
-            for one in scenario.criteria
-        ],
-    }
 
 
 def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:

@@ -28,7 +28,6 @@ from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.likeness import Print, Similar, fingerprint, likenesses
 from setcmas_tools.submissions.sandbox import (
     ConfinedProcess,
-    NoProcessError,
     ProcessEndedError,
     obstacle,
 )
@@ -100,15 +99,9 @@ class Grader:
         return replace(marks, scenarios=tuple(drawn))
 
     def tried(self, submission: Submission) -> tuple[Submission, Marks | None]:
-        """Return a submission and its marks; None if the machine, not the submission, failed.
-
-        Raises:
-            SetcmasError: As `marks`, unless the machine ends a run.
-        """
+        """Return a submission and its marks; None if setcmas itself fails, raise as `marks`."""
         try:
             return submission, self.marks(submission)
-        except NoProcessError:
-            return submission, None
         except SetcmasError:
             raise
         except Exception:  # it does not stop the others
@@ -153,10 +146,7 @@ def _digest(content: object) -> str:
     return hashlib.sha256(msgspec.msgpack.encode(content)).hexdigest()
 
 
-NOT_RUN = (
-    'this computer ran out of memory, disk or processes, or setcmas failed; repeat the command, '
-    'with fewer --jobs'
-)
+NOT_RUN = 'setcmas failed, and has printed why; the same command tries again'
 """Of a submission that could not be graded, for no reason of its own."""
 
 _logger = logging.getLogger(__name__)
@@ -167,25 +157,22 @@ def grade(
     grader: Grader,
     folder: Path,
     jobs: int = 1,
-    again: bool = False,
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
-    The marks are kept in the folder of the grades; `again` grades those that are there, too.
+    The marks are kept in the folder of the grades.
 
-    A submission that the machine has kept from running, or that has made setcmas fail, is not
-    marked (NOT_RUN); the next grading tries again.
+    A submission that has made setcmas fail is not marked (NOT_RUN); the next grading tries again.
 
     Raises:
-        SetcmasError: The rubric's solution fails.
+        SetcmasError: The rubric's solution fails, or the machine has ended a process.
         OSError: The marks cannot be written.
     """
     rubric = grader.rubric
     for scenario in rubric.scenarios:
         rubric.solution_run(scenario)  # report its errors first
     kept = KeptMarks(folder, grader)
-    earlier = () if again else submissions
-    marks = {one.name: found for one in earlier if (found := kept.found(one))}
+    marks = {one.name: found for one in submissions if (found := kept.found(one))}
     left = [one for one in submissions if one.name not in marks]
     with tqdm(
         desc='grading', total=len(submissions), initial=len(marks), disable=None
@@ -202,27 +189,19 @@ def grade(
 def _graded(
     submissions: Sequence[Submission], grader: Grader, jobs: int
 ) -> Iterator[tuple[Submission, Marks | None]]:
-    """Yield what `Grader.tried` returns, from several processes.
-
-    If one of them dies, what is left is graded one by one, and one that ends its process again
-    has no marks.
-    """
+    """Yield what `Grader.tried` returns, from several processes."""
     with needs('grade'):
         import joblib
     parallel = joblib.Parallel(
         jobs, return_as='generator_unordered', initializer=end_with_parent, initargs=(True,)
     )
-    left = {one.name: one for one in submissions}
     try:
-        for one, made in parallel(joblib.delayed(grader.tried)(one) for one in submissions):
-            left.pop(one.name, None)
-            yield one, made
-    except BrokenProcessPool:
-        if len(submissions) == 1:
-            yield submissions[0], None
-            return
-        for one in left.values():  # for a single job joblib would start no process
-            yield from _graded([one], grader, jobs=2)
+        yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)
+    except BrokenProcessPool as error:
+        raise SetcmasError(
+            'a process that graded was killed, perhaps for lack of memory; run the same command '
+            'again, with fewer --jobs'
+        ) from error
 
 
 def _likenesses(submissions: Sequence[Submission], rubric: Rubric) -> dict[str, list[Similar]]:

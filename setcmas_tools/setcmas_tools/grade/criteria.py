@@ -19,7 +19,7 @@ COMPARED = {
     'path_ratio': ('', 'total path length, divided by that of the solution'),
     'path_distance': (
         'm',
-        'largest distance of a path from that of the solution, whatever the timing',
+        'largest distance of a robot from the path of the solution, whatever the timing',
     ),
     'answer_error': (
         '',

@@ -28,32 +28,19 @@ class Failure:
     """An error of a script.
 
     Attributes:
-        message: Message of setcmas; may have several lines and contain anything.
-        script: Name of the file, without its folder; '' if no line is known.
-        line: Line of the student's own code, from 1; 0 if unknown.
+        message: Message of setcmas, with the line; may have several lines and contain anything.
         robot: Number of the robot, from 1; 0 for no particular robot.
         t: Time in s of the run; None if it did not start.
     """
 
     message: str
-    script: str = ''
-    line: int = 0
     robot: int = 0
     t: float | None = None
 
     @property
     def reason(self) -> str:
-        """The first line of the message, with the line of the script."""
-        first = self.message.strip().partition('\n')[0]
-        if not self.line or f'line {self.line}' in first:
-            return first
-        return f'{first} ({self.script}, line {self.line})'
-
-    @property
-    def text(self) -> str:
-        """The message, with the line of the script."""
-        rest = self.message.strip().partition('\n')[2]
-        return f'{self.reason}\n{rest}'.rstrip()
+        """The first line of the message."""
+        return self.message.strip().partition('\n')[0]
 
 
 @dataclass(frozen=True)
@@ -266,7 +253,7 @@ def lines_of(marks: Marks, hidden_points: float = 0.0) -> Iterator[str]:
     if marks.unfilled:
         yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
     elif marks.failure:
-        yield f'not marked: {marks.failure.text}'
+        yield f'not marked: {marks.failure.message}'
     else:
         yield from _scenarios_lines(marks.scenarios)
     if marks.corrections:
@@ -284,7 +271,7 @@ def _scenarios_lines(scenarios: Sequence[ScenarioMark]) -> Iterator[str]:
         yield ''
         yield f'{scenario.name}: {scenario.points_text}'
         if scenario.failure:
-            yield textwrap.indent(scenario.failure.text, '  ')
+            yield textwrap.indent(scenario.failure.message, '  ')
         for one in scenario.criteria:
             sign = _TICK if one.is_full else _CROSS
             points = f'{points_text(one.points)}/{points_text(one.max_points)}'

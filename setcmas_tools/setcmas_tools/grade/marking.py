@@ -72,12 +72,8 @@ def _with_cells(done: ScenarioRun, submission: Submission) -> ScenarioRun:
     notebook, failure = submission.notebook, done.failure
     if not notebook or not failure:
         return done
-    name = PurePosixPath(submission.file).name
-    shown = replace(failure, message=in_cells(failure.message, name, notebook))
-    if failure.line and failure.script == submission.script:
-        cell, line = notebook.place(failure.line)
-        shown = replace(shown, script=f'{name}, cell {cell}', line=line)
-    return replace(done, failure=shown)
+    message = in_cells(failure.message, PurePosixPath(submission.file).name, notebook)
+    return replace(done, failure=replace(failure, message=message))
 
 
 def _hinted(
@@ -147,10 +143,7 @@ def _criteria(
 def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRun) -> str:
     """Return why a run has no value of a metric; '' if unknown."""
     if done.failure:
-        cell = done.failure.script.partition(', ')[2]
-        line = f'line {done.failure.line}' if done.failure.line else ''
-        where = ', '.join(part for part in (cell, line) if part)
-        return f'the script failed in {where}' if where else 'the script failed'
+        return 'the script failed'
     if done.run is None:
         return 'it did not run'
     column = COLUMNS.get(metric)
@@ -237,10 +230,10 @@ def _ratio(run: Run, solution: Run) -> float | None:
 
 
 def _path_distance(run: Run, solution: Run) -> float:
-    """Return the largest distance of a robot's path to that of the solution in m."""
+    """Return the largest distance of a robot from the path of the solution in m."""
     own, wanted = (_paths_of(one.counted_grid) for one in (run, solution))
     robots = own.keys() & wanted.keys()
-    return round(max(frechet_distance(own[i], wanted[i]) for i in robots), _COMPARED_DECIMALS)
+    return round(max(_off(own[i], wanted[i]) for i in robots), _COMPARED_DECIMALS)
 
 
 def _paths_of(grid: FleetGrid) -> dict[int, Floats]:
@@ -249,31 +242,10 @@ def _paths_of(grid: FleetGrid) -> dict[int, Floats]:
     return {robot: np.column_stack([x, y])[np.isfinite(x + y)] for robot, x, y in rows}
 
 
-def frechet_distance(first: Floats, second: Floats) -> float:
-    """Return the discrete Fréchet distance of two paths up to where the first of them ends, in m.
-
-    Both are walked along from their beginnings, never back, so that their largest distance is
-    least; when one has ended, the rest of the other does not count.
-    Source: Eiter and Mannila, Computing discrete Fréchet distance, TU Vienna, 1994.
-
-    Args:
-        first: Points x, y in m, shape (K, 2).
-        second: Points of the other path, shape (M, 2).
-    """
-    size, other = len(first), len(second)
-    gaps = np.hypot(*(first[:, None] - second).transpose(2, 0, 1))
-    least = np.inf
-    older, old = np.full(size + 1, np.inf), np.full(size + 1, np.inf)
-    older[0] = 0.0  # before the first points
-    for both in range(size + other - 1):  # the pairs of points i and both - i
-        i = np.arange(max(0, both - other + 1), min(size - 1, both) + 1)
-        new = np.full(size + 1, np.inf)
-        before = np.minimum(np.minimum(old[i], old[i + 1]), older[i])
-        new[i + 1] = np.maximum(gaps[i, both - i], before)
-        ended = (i == size - 1) | (both - i == other - 1)
-        least = min(least, np.min(new[i + 1][ended], initial=np.inf))
-        older, old = old, new
-    return float(least)
+def _off(own: Floats, wanted: Floats) -> float:
+    """Return how far points, shape (K, 2), are at most from the nearest of others, in m."""
+    gaps = np.hypot(*(own[:, None] - wanted).transpose(2, 0, 1))
+    return float(gaps.min(axis=1).max())
 
 
 def _velocity_error(calls: Calls) -> float:

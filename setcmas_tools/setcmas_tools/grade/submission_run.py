@@ -40,7 +40,6 @@ from setcmas_tools.submissions.confined_program import (
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Submission
 
-_PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 # What a confined process writes may be anything: lines of more than nine digits are none.
 _FRAME = re.compile(rf'^  File ".*?/{FOLDER}/(.*)", line (\d{{1,9}}) in ', re.MULTILINE)
 _MOST_ANSWERED = 1 << 13
@@ -217,7 +216,7 @@ class RunScript:
                 self._lose(replace(here, message=_INVALID))
             return answer.numbers
         message, place = answer.message, (Path(answer.file), answer.line)
-        self._note(replace(here, message=message, script=answer.file, line=answer.line))
+        self._note(replace(here, message=message), answer.file, answer.line)
         raise ControlError(message, (answer.kind, *place), place=place)
 
     def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
@@ -239,27 +238,25 @@ class RunScript:
             self.was_killed = error.was_killed
             frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
             own = ((name, line) for name, line in frames if name in self._work.files)
-            file, line = next(own, ('', 0))
-            self._lose(replace(here, message=str(error), script=file, line=line))
+            self._lose(replace(here, message=str(error)), *next(own, ('', 0)))
         finally:
             self._left -= time.monotonic() - begin
         if answer is None:
             self._lose(replace(here, message=_INVALID))
         return answer
 
-    def _lose(self, failure: Failure) -> NoReturn:
-        self._note(failure)
+    def _lose(self, failure: Failure, file: str = '', line: int = 0) -> NoReturn:
+        self._note(failure, file, line)
         raise LostError(failure.message)
 
-    def _note(self, failure: Failure) -> None:
-        """Note the first failure, with its line if that is in a file of the submission."""
+    def _note(self, failure: Failure, file: str, line: int) -> None:
+        """Note the first failure; its message gets the line, if that is of the submission."""
         if self.failure:
             return
-        file, line = failure.script, failure.line
-        if not line and (found := _PLACE.search(failure.message)):
-            file, line = found[1], int(found[2])
-        is_own = file in self._work.files and line
-        self.failure = replace(failure, script=file if is_own else '', line=line if is_own else 0)
+        first, end, rest = failure.message.partition('\n')
+        if line and file in self._work.files and f'line {line}' not in first:
+            first = f'{first} ({file}, line {line})'
+        self.failure = replace(failure, message=first + end + rest)
 
 
 def _bytes(*arrays: Floats) -> bytes:

@@ -200,7 +200,7 @@ class ConfinedProcess:
 def _machine_error(reason: str) -> NoProcessError:
     return NoProcessError(
         f'this computer cannot run more processes for scripts{reason and f" ({reason})"}; are '
-        'memory, disk and number of processes sufficient?'
+        'memory, disk and number of processes sufficient? Then run the same command again'
     )
 
 

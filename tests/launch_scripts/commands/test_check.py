@@ -83,11 +83,12 @@ def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, sco
     result = run_here('check', 'law.py', '-R', 'r.yaml', '--json', cwd=tmp_path)
 
     found = json.loads(result.stdout)
-    [scenario] = found['scenarios']
+    [scenario] = found['marks']['scenarios']
     [criterion] = scenario['criteria']
+    failure = scenario['failure'] or {'message': ''}
     assert (result.returncode, found['status'], found['score']) == (code, status, score)
-    assert (criterion['score'], criterion['max_score'], found['max_score']) == (score, 1, 1)
-    assert ("NameError: name 'undefined'" in scenario['failure']) == (status == 'failed')
+    assert (criterion['points'], criterion['max_points'], found['max_score']) == (score, 1, 1)
+    assert ("NameError: name 'undefined'" in failure['message']) == (status == 'failed')
     assert bool(criterion['hint']) == (status == 'incomplete')
     assert not list(tmp_path.glob('*.png'))
     both = run_here('check', 'law.py', '-R', 'r.yaml', '--json', '--show', cwd=tmp_path)

@@ -74,14 +74,20 @@ def test_corrections_in_the_folder_of_the_class_are_not_overlooked(tmp_path, mon
     assert told in capsys.readouterr().err
 
 
-def test_what_the_machine_cannot_run_gives_another_exit_status(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ('error', 'status', 'message'),
+    [(NoProcessError('no memory'), 2, 'no memory'), (KeyError(1), 1, 'setcmas failed')],
+)
+def test_what_is_no_fault_of_a_submission_has_an_exit_status(
+    tmp_path, monkeypatch, capsys, error, status, message
+):
     monkeypatch.chdir(tmp_path)
     write_class(tmp_path / 'class', ada=LAW)
-    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=NoProcessError('full')))
+    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
 
-    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == 1
+    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == status
 
-    assert 'this computer ran out of' in capsys.readouterr().out
+    assert message in ''.join(capsys.readouterr())
 
 
 @pytest.mark.nightly

@@ -1,4 +1,3 @@
-import errno
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -7,12 +6,12 @@ import pytest
 from sandboxes import needs_sandbox
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, NOT_RUN, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.submissions.sandbox import NoProcessError
 from setcmas_tools.submissions.submissions import (
     Packed,
     Student,
@@ -78,50 +77,22 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
 
 
-@pytest.mark.nightly
-def test_what_the_machine_cannot_run_is_not_marked_and_graded_by_the_next_command(
-    tmp_path, monkeypatch
-):
-    marks = Grader.marks
+def test_an_error_of_setcmas_is_not_the_submissions(tmp_path, monkeypatch):
+    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=KeyError(1)))
 
-    def disturbed(grader, submission):
-        if submission.name == 'good':
-            raise NoProcessError('full')
-        return marks(grader, submission)
+    (marks,) = grade(tmp_path, {'good': GOOD})
 
-    monkeypatch.setattr(Grader, 'marks', disturbed)
-    two = {'good': GOOD, 'sign': SCRIPTS['sign']}
-    good, sign = grade(tmp_path, two, jobs=1)
-    assert good.failure.message.startswith('this computer ran out of')
-    assert (good.is_decided, sign.is_decided) == (False, True)
-    assert len(kept(tmp_path)) == 1
-    monkeypatch.undo()
-
-    assert grade(tmp_path, two, jobs=1)[0].is_full
-
-
-@pytest.mark.parametrize(
-    'error', [OSError(errno.ENOSPC, 'full'), NoProcessError('full'), KeyError(1)]
-)
-def test_an_error_that_is_not_of_the_submission_gives_no_marks(tmp_path, monkeypatch, error):
-    (submission,) = submissions(good=GOOD)
-    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
-
-    assert Grader(RUBRIC).tried(submission) == (submission, None)
+    assert marks.failure.message == NOT_RUN
+    assert not kept(tmp_path)
 
 
 @pytest.mark.nightly
-def test_a_process_that_dies_takes_the_marks_of_its_submission_only(tmp_path):
+def test_a_grading_that_the_machine_ends_says_so(tmp_path):
     """As the kernel kills one that takes all the memory; without the sandbox, a script can."""
-    kill = f'import os, signal\nos.kill(os.getppid(), signal.SIGKILL)\n{GOOD}'
-    three = submissions(kill=kill, good=GOOD, slow=SCRIPTS['slow'])
-    grader = Grader(RUBRIC, is_confined=False)
+    two = submissions(kill=f'import os\nos.kill(os.getppid(), 9)\n{GOOD}', good=GOOD)
 
-    killed, good, slow = class_grading.grade(three, grader, tmp_path, jobs=2)
-
-    assert killed.failure.message == NOT_RUN
-    assert good.is_full
-    assert slow.score
+    with pytest.raises(SetcmasError, match='was killed, perhaps for lack of memory; run the same'):
+        class_grading.grade(two, Grader(RUBRIC, is_confined=False), tmp_path, jobs=2)
 
 
 SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})

@@ -25,12 +25,3 @@ def test_a_name_of_a_scenario_is_no_formula():
 
     assert not is_math_text(title)
     assert title.startswith(r'from \$x_1\$')
-
-
-def test_more_than_two_scenarios_stand_below_each_other():
-    figure = Figure()
-    scenarios = tuple(ScenarioMark(name, (), paths=PATHS) for name in 'abc')
-    draw_marks(figure, scenarios)
-
-    places = [axes.get_subplotspec() for axes in figure.axes]
-    assert [(one.rowspan.start, one.colspan.start) for one in places] == [(0, 0), (0, 1), (1, 0)]
