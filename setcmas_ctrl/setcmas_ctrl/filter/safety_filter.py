@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions, Verdict
+from setcmas_ctrl.filter.velocity_conversion import VelocityConversion
 from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -25,28 +26,6 @@ STOPPED_S = 3.0
 
 _STOPPED = 0.1  # share of the wanted speed below which a robot counts as stopped
 _SLOWEST = 0.01  # m/s: a law with a lower speed wants its robot to stop
-
-
-class Conversion(Protocol):
-    """How robots are commanded: `setcmas_ctrl.si_to_uni.VelocityConversion`."""
-
-    Ts: float
-    last: Floats
-
-    def use(self, models: Sequence[RobotModel]) -> None:
-        """Set the models of the N robots."""
-
-    def follow(self, velocities: Floats, poses: Floats) -> Floats:
-        """Return the commands (3, N) of robots whose velocities (2, N) are kept."""
-
-    def __call__(
-        self,
-        velocities: Floats,
-        poses: Floats,
-        verdicts: NDArray[np.int64] | None = None,
-        kept: Floats | None = None,
-    ) -> Floats:
-        """Return the commands (3, N) for allowed velocities (2, N), and remember them as last."""
 
 
 class Allowed(NamedTuple):
@@ -73,7 +52,7 @@ class SafetyFilter:
         self,
         options: FilterOptions,
         nb_robots: int,
-        conversion: Conversion,
+        conversion: VelocityConversion,
         report: Callable[[str], None] = print,
     ) -> None:
         """Prepare for a fleet of N robots.
