@@ -39,8 +39,7 @@ def scenario_of(args: argparse.Namespace, needs_law: bool = True) -> Scenario:
     Raises:
         SetcmasError: A file has a mistake, or options contradict each other.
     """
-    is_repeated = 'earlier' in args and args.earlier is not None
-    base = _earlier_scenario(args) if is_repeated else _scenario_file(args)
+    base = _named_scenario(args)
     typed = typed_values(args)
     if base is None and not needs_law:
         typed.setdefault('algo', '')
@@ -76,28 +75,6 @@ def add_from_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--from', dest='earlier', type=Path, metavar='DIR', help=run)
 
 
-def _earlier_scenario(args: argparse.Namespace) -> Scenario:
-    """Return the scenario of the run that --from names.
-
-    Raises:
-        SetcmasError: The run has no scenario, or the command line also names a scenario file.
-    """
-    folder: Path = args.earlier
-    if args.scenario:
-        raise SetcmasError(
-            f"'{args.scenario}' and --from {folder} both say what to run; leave one out"
-        )
-    if not (folder / INFO_FILE).is_file():
-        raise SetcmasError(
-            f"there is no {INFO_FILE} in '{folder}'; it must be the folder of a run or of a "
-            'study; to simulate a recording, give its law and start poses (--algo, --pose) in '
-            'place of --from'
-        )
-    scenario = Scenario.load(folder / INFO_FILE)
-    _name_scripts(args.verb, scenario, folder)
-    return scenario
-
-
 def earlier_run(args: argparse.Namespace) -> Path | None:
     """Return the folder of the run that --from names; None if there is none to compare with."""
     earlier: Path | None = args.earlier
@@ -109,23 +86,32 @@ def typed_values(args: argparse.Namespace) -> dict[str, Any]:
     return {k: v for part in Scenario.PARTS.values() for k, v in part.typed(args).items()}
 
 
-def _scenario_file(args: argparse.Namespace) -> Scenario | None:
-    file: Path | None = args.scenario
-    if file and file.is_dir():
-        file = file / INFO_FILE
-    if file is None:
+def _named_scenario(args: argparse.Namespace) -> Scenario | None:
+    """Return the scenario of a file or of a run, if the command line names one.
+
+    Raises:
+        SetcmasError: It names two, the run has no scenario, or the scenario has a mistake.
+    """
+    named: Path | None = args.scenario
+    earlier: Path | None = getattr(args, 'earlier', None)
+    if named and earlier:
+        raise SetcmasError(f"'{named}' and --from {earlier} both say what to run; leave one out")
+    source = named or earlier
+    if source is None:
         return None
+    file = source / INFO_FILE if earlier or source.is_dir() else source
+    if earlier and not file.is_file():
+        raise SetcmasError(
+            f"there is no {INFO_FILE} in '{earlier}'; it must be the folder of a run or of a "
+            'study; to simulate a recording, give its law and start poses (--algo, --pose) in '
+            'place of --from'
+        )
     scenario = Scenario.load(file)
-    _name_scripts(args.verb, scenario, file)
-    return scenario
-
-
-def _name_scripts(verb: str, scenario: Scenario, source: Path) -> None:
-    """Say which scripts a scenario from a file or a folder is about to run."""
-    folder = (source if source.is_dir() else source.parent).resolve()
     if scripts := scenario.scripts():
+        folder = file.parent.resolve()
         texts = (str(one).removeprefix(f'{folder}{os.sep}') for one in scripts)
-        warn(f'setcmas {verb}: running scripts from {source}: {", ".join(texts)}')
+        warn(f'setcmas {args.verb}: running scripts from {source}: {", ".join(texts)}')
+    return scenario
 
 
 def output_folder(args: argparse.Namespace, scenario: Scenario) -> Path:

@@ -208,19 +208,6 @@ def _is_kept(folder: Path, path: Path) -> bool:
 _PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
 
 
-def remove_parts(folder: Path, parts: Iterable[str]) -> None:
-    """Remove files and folders by their names in a folder; of a link, only the link.
-
-    Raises:
-        OSError: One cannot be removed.
-    """
-    for target in (folder / part for part in parts):
-        if target.is_dir() and not target.is_symlink():
-            shutil.rmtree(target)
-        else:
-            target.unlink(missing_ok=True)
-
-
 class RunFolder:
     """The folder of a run.
 
@@ -274,7 +261,7 @@ class RunFolder:
         """
         with self._writing():
             self.path.mkdir(parents=True, exist_ok=True)
-            remove_parts(self.path, _PARTS)
+            self._remove_parts()
             self.write_info(info)
             for given in self._inputs:
                 given.write_to(self.path / given.folder)
@@ -293,8 +280,16 @@ class RunFolder:
     def discard(self) -> None:
         """Remove the parts of a run that did not start."""
         with suppress(OSError):
-            remove_parts(self.path, _PARTS)
+            self._remove_parts()
             self.path.rmdir()  # stays if the user has files of their own in it
+
+    def _remove_parts(self) -> None:
+        """Remove the files and folders of a run; of a link, only the link."""
+        for target in (self.path / part for part in _PARTS):
+            if target.is_dir() and not target.is_symlink():
+                shutil.rmtree(target)
+            else:
+                target.unlink(missing_ok=True)
 
     def _writing(self) -> AbstractContextManager[None]:
         return file_errors(f"output '{self.path}' cannot be written")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
@@ -22,35 +22,6 @@ from setcmas_simu.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import read_entries, write_yaml
 
 FORMAT = 1
-
-Record = TypeVar('Record')
-
-
-def write_record(record: Any, path: Path) -> None:
-    """Write a dataclass, whole or not at all, or raise OSError."""
-    write_yaml({'format': FORMAT, **builtins_of(record)}, path)
-
-
-def read_record(path: Path, kind: type[Record]) -> Record | None:
-    """Read a record of a kind; None if there is no such file.
-
-    Raises:
-        SetcmasError: The file cannot be read, is damaged, or is of another format.
-    """
-    import msgspec  # late: the page in a browser reads no records
-
-    if not path.exists():
-        return None
-    content = read_entries(path).plain()
-    values = dict(content) if isinstance(content, dict) else {}
-    found = values.pop('format', 'none')
-    if found != FORMAT:
-        found = str(found)[:40]
-        raise SetcmasError(f"'{path}' has format {found}; this setcmas reads format {FORMAT} only")
-    try:
-        return msgspec.convert(values, kind)
-    except msgspec.ValidationError as error:
-        raise SetcmasError(f"'{path}' is damaged: {error}") from error
 
 
 def builtins_of(value: Any) -> Any:
@@ -229,7 +200,7 @@ def write_info(info: RunInfo, folder: Path) -> None:
     """Write run.yaml, whole or not at all, or raise OSError."""
     content = builtins_of(replace(info, origin=info.origin or this_origin()))
     content['outcome'] = {name: value for name, value in content['outcome'].items() if value}
-    write_record(content, folder / INFO_FILE)
+    write_yaml({'format': FORMAT, **content}, folder / INFO_FILE)
 
 
 def read_info(folder: Path) -> RunInfo | None:
@@ -238,12 +209,22 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
+    import msgspec  # late: the page in a browser reads no run.yaml
+
     from setcmas_tools.run.scenario import Scenario  # late: not needed for tables
 
-    info = read_record(folder / INFO_FILE, RunInfo)
+    path = folder / INFO_FILE
+    if not path.exists():
+        return None
+    content = read_entries(path).plain()
+    values = dict(content) if isinstance(content, dict) else {}
+    found = str(values.pop('format', 'none'))[:40]
+    if found != str(FORMAT):
+        raise SetcmasError(f"'{path}' has format {found}; this setcmas reads format {FORMAT} only")
     try:
-        if info and info.scenario:
+        info = msgspec.convert(values, RunInfo)
+        if info.scenario:
             Scenario.recorded(info.scenario)
-    except SetcmasError as error:
-        raise SetcmasError(f"'{folder / INFO_FILE}' is damaged: {error}") from error
+    except (msgspec.ValidationError, SetcmasError) as error:
+        raise SetcmasError(f"'{path}' is damaged: {error}") from error
     return info
