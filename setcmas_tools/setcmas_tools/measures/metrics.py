@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_ctrl.predictions.prediction import Departure
+from setcmas_ctrl.law_predictions import Departure
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole

@@ -8,8 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from setcmas_ctrl.communication.communication_settings import HELD
-from setcmas_ctrl.predictions.law_predictions import predicted, predicted_law
-from setcmas_ctrl.predictions.prediction import Conditions, Departure
+from setcmas_ctrl.law_predictions import (
+    Conditions,
+    Departure,
+    predicted,
+    predicted_law,
+)
 from setcmas_simu.robots.model import Motion
 from setcmas_simu.robots.models_by_name import motion_of
 from setcmas_tools.measures.metric import Measured, words_and_unit
@@ -95,12 +99,10 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     name = predicted_law(scripts[0]) if len(scripts) == 1 else None
     if name is None or not (conditions := conditions_of(run)):
         return None
-    found = predicted(name, run.parameters.get('set') or {}, conditions)
     left_out = departures(run)
-    theorems = [*(found.linear.theorems(conditions) if found.linear else ()), *found.theorems]
     figures = [
         Figure(one.metric, _measured(parts, one.metric), one.value, one.formula)
-        for one in theorems
+        for one in predicted(name, run.parameters.get('set') or {}, conditions)
         if not one.excludes & left_out.keys()
     ]
     return Comparison(figures, left_out)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from setcmas_ctrl import law_predictions
 from setcmas_ctrl.communication.communication_settings import THRESHOLD_M
 from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_ctrl.predictions import law_predictions
 from setcmas_tools import Run, simulate
 from setcmas_tools.measures.metrics import as_dict, theory_lines
 

@@ -1,1 +1,0 @@
-"""Predictions: what theory says of the built-in laws."""
