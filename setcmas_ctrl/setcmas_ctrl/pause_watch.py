@@ -116,10 +116,8 @@ class EmergencyWatch:
         self._nb_publishers = 0
         self._free_since = math.inf
         stop, state = topics.EMERGENCY_STOP, topics.EMERGENCY_STOPPED
-        # The first profile matches publishers without latching, the second latching ones.
         self._topics = [
-            PolledTopic(node, Bool, stop, self._on_stop, qos.EVENT),
-            PolledTopic(node, Bool, stop, self._on_stop, qos.LATCHED_BY_MANY),
+            *(PolledTopic(node, Bool, stop, self._on_stop, one) for one in qos.FROM_ANYBODY),
             PolledTopic(node, Bool, state, self._on_state, qos.LATCHED_BY_MANY),
         ]
 

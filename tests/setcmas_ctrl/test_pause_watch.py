@@ -53,3 +53,15 @@ def test_a_latched_stop_is_heard_by_who_comes_later_though_others_latch_none(pee
     peer.wait_for(lambda: len(heard) == 4)
 
     peer.wait_for(watch.take)
+
+
+@pytest.mark.parametrize('profile', qos.FROM_ANYBODY, ids=['reliable', 'latched', 'best effort'])
+def test_whoever_stops_the_robots_is_heard_whatever_the_quality_of_service(peer, profile):
+    watch = EmergencyWatch(peer.node)
+    stop = peer.node.create_publisher(Bool, '/emergency_stop', profile)
+
+    def is_heard():
+        stop.publish(Bool(data=True))
+        return watch.take()
+
+    peer.wait_for(is_heard)

@@ -34,11 +34,7 @@ class FleetPause:
         stop = topics.EMERGENCY_STOP
         self.topics = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
-            # Each profile matches publishers that the other does not.
-            *(
-                PolledTopic(node, Bool, stop, self._on_stop, one)
-                for one in (qos.EVENT, qos.LATCHED_BY_MANY)
-            ),
+            *(PolledTopic(node, Bool, stop, self._on_stop, one) for one in qos.FROM_ANYBODY),
         ]
 
     @property

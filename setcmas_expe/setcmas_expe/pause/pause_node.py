@@ -91,7 +91,7 @@ class Pause(FleetNode):
         of_robots = (robot_topic(robot.number, topics.PAUSE) for robot in lab.robots)
         for topic in (topics.FLEET_PAUSE, *of_robots):
             self.create_subscription(Bool, topic, partial(self._on_pause, topic), qos.EVENT)
-        for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches other publishers
+        for profile in qos.FROM_ANYBODY:
             self.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
         for robot in lab.robots:
             topic = robot.topic(topics.GUARD_STATE)

@@ -39,3 +39,7 @@ LATCHED_BY_MANY = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LO
 
 LATCHED_VALUES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Values from scripts: topics begin with the first value, which late recorders get, too."""
+
+FROM_ANYBODY = (EVENT, LATCHED_BY_MANY, SENSOR)
+"""For subscribers of stops: each matches publishers that the others do not, such as a button that
+publishes best effort. Incompatible ones would be silent."""
