@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -18,10 +18,8 @@ from setcmas_simu.robots.identified_robot import (
     IdentifiedRobot,
     ModelFile,
     Response,
-    read_model_file,
 )
-from setcmas_simu.robots.model import LIMITS, limits_named
-from setcmas_simu.robots.models_by_name import is_model_file
+from setcmas_simu.robots.model import limits_named
 from setcmas_tools.measures.response_fit import Fit, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
@@ -171,21 +169,6 @@ def model_of(found: Mapping[int, Identified], limits: str) -> ModelFile | None:
 def _median(responses: list[Response]) -> Response:
     rows: Floats = np.array([[one.gain, one.lag, one.delay] for one in responses])
     return Response(*np.median(rows, axis=0).tolist())
-
-
-def limits_of(run: Run) -> str | None:
-    """Return the name of the limits of commands in a run, from its lab or its model.
-
-    Returns:
-        None if neither names them in an experiment, which always has limits.
-    """
-    given = run.parameters.get('limits')
-    known = {name for name, limits in LIMITS.items() if given in (name, asdict(limits))}
-    if model := run.parameters.get('model'):
-        files = [one.path for one in run.inputs if one.option == 'model']
-        known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
-        known |= {model} & LIMITS.keys()
-    return next(iter(known - {'ideal'}), None if run.safety else 'ideal')
 
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)')

@@ -27,9 +27,8 @@ from setcmas_tools.run.run_info import INFO_FILE, RunInfo
 from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
 from setcmas_tools.study.study_options import SweepOptions
-from setcmas_tools.study.study_plan import SEED, Plan, make_plan
+from setcmas_tools.study.study_plan import SEED, Plan, Variation, make_plan, value_of, with_values
 from setcmas_tools.study.study_run import Row, made_rows
-from setcmas_tools.study.variation import Variation, value_of, with_values
 
 TABLE = 'runs.csv'
 

@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.study.variation import (
+from setcmas_tools.study.study_plan import (
     checked_name,
     parse_values,
     value_of,
