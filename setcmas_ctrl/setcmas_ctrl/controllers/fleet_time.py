@@ -31,7 +31,6 @@ class FleetTime:
         self._zero: float | None = None  # when t would have been 0 without pauses
         self._stepped = 0.0
         self._paused = False
-        self._has_begun = False  # a step was not paused
         self._received_zero = 0.0
         self._received_at = -float('inf')
 
@@ -47,18 +46,18 @@ class FleetTime:
         After a pause at the start, t of the first step is 0: laws test it.
         """
         if self._zero is None:
-            self._zero = self._received_zero if self.is_shared(now) else now
-        elif self._paused and not self._has_begun and self._stepped == self._zero:
-            self._zero = now
+            if self.is_shared(now):
+                self._zero = self._received_zero
+            elif not paused:
+                self._zero = now
         elif paused:
             self._zero += now - self._stepped
         self._stepped, self._paused = now, paused
-        self._has_begun |= not paused
-        return now - self._zero
+        return self.at(now)
 
     def synchronise(self, t: float, now: float) -> None:
-        """Adopt t of another process if it is later; one that is paused at 0 has none."""
-        if t <= 0.0:
+        """Adopt t of another process if it is later, unless that one has just begun."""
+        if t <= _SAME_S:
             return
         self._received_zero, self._received_at = now - t, now
         if self._zero is not None and (lead := t - self.at(now)) > _SAME_S:
@@ -70,7 +69,7 @@ class FleetTime:
 
     def begin_anew(self) -> None:
         """Start t again at the next step: at 0, or at the t of the other processes."""
-        self._zero, self._has_begun = None, False
+        self._zero = None
 
 
 _OTHERS_WAIT_S = 1.0  # DDS finds processes one after another
