@@ -189,7 +189,7 @@ class EmulatedLab(FleetNode):
         for index, robot in enumerate(self._robots):
             robot.commands.take()
             if answers:
-                robot.requests.take()
+                robot.requests.wait(0.0)
             if now < self._off_until[index]:
                 self._fleet.command(index, 0.0, 0.0)
             elif self._off_until[index]:

@@ -20,7 +20,7 @@ from setcmas_simu.fleet.planar_pose import Pose
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.polling import PolledServices, PolledTopic
+from setcmas_simu.ros.polling import PolledTopic, RequestWait
 
 NODE_NAME = 'turtlebot3_node'
 _QOS = QoSProfile(depth=10)  # as turtlebot3_node: reliable, keep last 10
@@ -61,7 +61,7 @@ class EmulatedTurtleBot3(FleetNode):
             self, TwistStamped, cmd_vel, lambda sent: on_command(*velocities(sent)), _QOS
         )
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
-        self.requests = PolledServices(self)
+        self.requests = RequestWait([self])
 
     def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
         """Publish the pose by the wheels (m, rad) and their speeds."""

@@ -74,7 +74,8 @@ class PolledTopic:
 class RequestWait:
     """Waits, and meanwhile answers requests to the services of some nodes.
 
-    One wait set serves all nodes of a process; an executor would build its own at every turn.
+    One wait set serves all nodes of a process; an executor, which must not serve them as well,
+    would build its own at every turn.
     """
 
     def __init__(self, nodes: Sequence[Node], urgent: Sequence[PolledTopic] = ()) -> None:
@@ -107,19 +108,6 @@ def answer(service: Service) -> None:
         request, sender = service.handle.service_take_request(kind.Request)
     if sender is not None:
         service.send_response(service.callback(request, kind.Response()), sender)
-
-
-class PolledServices:
-    """Answers the requests to a node's present services when `take` is called."""
-
-    def __init__(self, node: Node) -> None:
-        """Poll the services; no executor may serve the node."""
-        self._services = list(node.services)
-
-    def take(self) -> None:
-        """Answer pending requests."""
-        for service in self._services:
-            answer(service)
 
 
 def wait_for_message(node: Node, topic: PolledTopic, timeout_s: float) -> None:

@@ -29,7 +29,6 @@ from setcmas_simu.ros.polling import RequestWait
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT_S = 0.25
-_AT_TIMES_S = 0.02
 _LEAVES_S = 3
 _PREFERRED = -10
 
@@ -56,7 +55,6 @@ class RosProcess:
         """Seconds for the clean-up; after that the kernel kills the process."""
         self.status = 1
         """Exit status, if this process cannot leave ROS and must be ended."""
-        self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait for the current callback."""
 
@@ -89,13 +87,6 @@ class RosProcess:
         else:
             with contextlib.suppress(ExternalShutdownException):
                 self.executor.spin_once(timeout_sec=timeout_s)
-
-    def serve_at_times(self) -> None:
-        """Serve one due callback, but check at most every 0.02 s because checks are slow."""
-        now = time.monotonic()
-        if now - self._served >= _AT_TIMES_S:
-            self._served = now
-            self.serve(0.0)
 
     def spin(self) -> None:
         """Serve callbacks until a stop is requested."""

@@ -25,6 +25,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
@@ -154,7 +155,6 @@ def play(
     for topic, time_ns, data in bag.messages(publishers):
         due = begin + (time_ns - bag.start_ns) / 1e9 / rate
         while True:
-            process.serve_at_times()
             now = time.monotonic()
             if now >= next_look:
                 next_look = now + _LOOK_S
@@ -164,7 +164,7 @@ def play(
                 return count
             if now >= due:
                 break
-            time.sleep(min(due - now, _WAKE_S))
+            process.serve(min(due - now, _WAKE_S))
         publishers[topic].publish(data)
         count += 1
     return count
@@ -192,7 +192,7 @@ def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     classes, notes = played_topics(bag)
     node = FleetNode(topics.PLAYER_NODE)
-    process.add(node)
+    process.requests = RequestWait([node])
     names = [topic.name for topic in classes]
     for line in [*bag.notices, *notes]:
         print(line, file=sys.stderr, flush=True)

@@ -27,7 +27,7 @@ from setcmas_simu.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
-from setcmas_simu.ros.polling import PolledServices
+from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
 from setcmas_tools.bags.bag_writer import BagWriter, MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.bags.recording_options import RecorderOptions
@@ -51,7 +51,7 @@ class GraphRecorder:
             rtf: Seconds of the robots per second.
         """
         self._node = node
-        self._requests = PolledServices(node)
+        self._requests = RequestWait([node])
         self._writer = writer
         self._chosen = chosen
         self._rtf, self._times = rtf, ArrivalTimes(rtf)
@@ -77,7 +77,7 @@ class GraphRecorder:
                 f'times in the bag are wrong: the simulator has --rtf {rtf:g}; stop, '
                 'and record with the same option'
             )
-        self._requests.take()
+        self._requests.wait(0.0)
         for name, types in self._node.get_topic_names_and_types():
             if self._is_wanted(name):
                 state = (self._node.count_publishers(name), types)
