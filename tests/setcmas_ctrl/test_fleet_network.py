@@ -143,10 +143,7 @@ def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(st
 
 def network_of(peer, options, robots):
     """Return the links of some robots of a fleet of two, on the peer's node."""
-    sources = {robot: (peer.node, f'/tb3_{robot}/odom') for robot in (1, 2)}
-    return FleetNetwork(
-        peer.node, FleetPoses(sources, 2), chosen_communication(2, options), robots
-    )
+    return FleetNetwork(peer.node, FleetPoses({}, 2), chosen_communication(2, options), robots)
 
 
 def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
