@@ -8,8 +8,7 @@ import selectors
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from types import FrameType
 from typing import IO, Any, TypeVar, cast
 
@@ -62,15 +61,6 @@ class Supervisor:
         self._selector.close()
         self._output.close()
         _handled(self._previous_handlers)
-
-    @contextmanager
-    def signals_handed_back(self) -> Iterator[None]:
-        """Restore the previous signal handlers inside, for work of the command itself."""
-        own = _handled(self._previous_handlers)
-        try:
-            yield
-        finally:
-            _handled(own)
 
     def start(
         self,

@@ -202,9 +202,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
 
         duration = scenario.time.duration
         status, ended = run_robots('expe', supervisor, start, duration, folder, info, views)
-        supervisor.stop(*supervisor.children)
-        with supervisor.signals_handed_back():
-            return concluded(args, folder, ended, None, status)
+    return concluded(args, folder, ended, None, status)
 
 
 def _confirm_starts(supervisor: Supervisor, keyboard: Keyboard, lab: Lab) -> None:

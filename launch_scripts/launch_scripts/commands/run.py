@@ -67,9 +67,7 @@ def main(args: argparse.Namespace) -> int:
             info,
             views,
         )
-        supervisor.stop(*supervisor.children)
-        with supervisor.signals_handed_back():
-            return concluded(args, folder, ended, earlier, status)
+    return concluded(args, folder, ended, earlier, status)
 
 
 def new_run(

@@ -12,7 +12,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, is_per_robot, parse_per_robot
+from setcmas_simu.fleet.fleet import check_in_fleet, is_per_robot, parse_per_robot, robots_in_words
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.robots.identified_robot import ENDINGS, read_model_file
 from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
@@ -160,11 +160,10 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     _models(names, numbers, limits, existing)
     others = {robot: name for robot, name in zip(numbers, names, strict=True) if name != UNICYCLE}
     if others and limits != NO_LIMITS:
-        whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
         raise SetcmasError(
-            f"limits '{limits}' is for unicycles, but the model makes {whom} "
-            f'{", ".join(dict.fromkeys(others.values()))}, which have limits of '
-            'their own; remove one of the two options'
+            f"limits '{limits}' is for unicycles, but the model makes "
+            f'{robots_in_words(list(others))} {", ".join(dict.fromkeys(others.values()))}, which '
+            'have limits of their own; remove one of the two options'
         )
 
 
