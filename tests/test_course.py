@@ -37,8 +37,6 @@ def test_commands_print_the_figures_of_the_lecturers_page(session):
         words = [*shlex.split(command), '--no-plots', '--overwrite', '-o', 'out']
         done = run_here(*words, cwd=session)
         printed = done.stdout + done.stderr
-        if 'theory:' in figures:
-            printed += run_here('metrics', 'out', '--theory', cwd=session).stdout
         for figure in re.findall('`([^`]*)`', figures):
             assert figure in printed, command
 

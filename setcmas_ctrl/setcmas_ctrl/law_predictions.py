@@ -34,9 +34,6 @@ class Departure(Enum):
     DELAY = 'delay of messages'
     NOISE = 'noise of messages'
     EVENTS = 'event-triggered communication'
-    OWN_EXACT = 'own positions that are not held as last sent'
-    OWN_CONDITION = 'a triggering condition of its own'
-    RATES = 'states and calls at different rates'
 
 
 class Theorem(NamedTuple):
@@ -46,13 +43,11 @@ class Theorem(NamedTuple):
         metric: The metric that measures it, such as 'consensus.convergence_rate_1_s'.
         value: Its value, in the unit of the metric.
         formula: Where it comes from, such as 'lambda_2 of K L'.
-        excludes: What a run must not have.
     """
 
     metric: str
     value: float
     formula: str
-    excludes: frozenset[Departure] = frozenset({Departure.CHANGES, Departure.DELAY})
 
 
 @dataclass(frozen=True)
@@ -64,15 +59,12 @@ class Conditions:
         adjacency: Weights of the graph then, shape (N, N): row i receives from column j.
         period: Time between two calls of the laws, in s.
         duration: Length of the run, in s.
-        threshold: Distance from the last position sent at which a robot sends its state, in m; 0
-            if it sends every state, or has a condition of its own.
     """
 
     starts: Floats
     adjacency: Floats
     period: float
     duration: float = 0.0
-    threshold: float = 0.0
 
     @property
     def laplacian(self) -> Floats:
@@ -96,7 +88,7 @@ def linear_law(
     kept: int = 1,
     starts: Floats | None = None,
 ) -> list[Theorem]:
-    """Return the rates, the meeting point, and the bound of events of a law z' = -M z.
+    """Return the rates and the meeting point of a law z' = -M z.
 
     z are the positions of all robots, or values that they send each other. Called every h s, the
     law is the sampled model z(k + 1) = z(k) - h M z(k).
@@ -130,8 +122,6 @@ def linear_law(
     found.append(Theorem(metric, -log(abs(factor)) / h, rho))
     if kept == 1 and task and of_robots:
         found += _meeting_point(matrix, task, conditions.starts if starts is None else starts)
-    if conditions.threshold and of_robots and starts is None and is_symmetric:
-        found.append(_event_bound(matrix, conditions))
     return found
 
 
@@ -144,27 +134,6 @@ def _meeting_point(matrix: NDArray[Any], task: str, starts: Floats) -> list[Theo
         Theorem(f'{task}.{name}', float(w @ places / w.sum()), by)
         for name, places in zip(_MEETING_POINT[task], starts, strict=False)
     ]
-
-
-def _event_bound(matrix: NDArray[Any], conditions: Conditions) -> Theorem:
-    """Return the bound of the RMS distance to the centre at the end, in an undirected graph.
-
-    It tends to |L| c / lambda_2 (Seyboth, Dimarogonas and Johansson, Automatica 49(1), 2013,
-    theorem 3.1). This one holds for the sampled model, and adds what is left of the distance
-    at the start.
-    """
-    h, starts = conditions.period, conditions.starts[:2]
-    values = np.linalg.eigvalsh(matrix)
-    shrinks = float(np.abs(1.0 - h * values[1:]).max())
-    left = np.linalg.norm(starts - starts.mean(axis=1)[:, None]) / np.sqrt(len(values))
-    bound = h * values[-1] * conditions.threshold / (1.0 - shrinks)
-    bound += shrinks ** (conditions.duration / h) * left
-    return Theorem(
-        'consensus.disagreement_at_end_m',
-        float(bound),
-        f'the upper bound |L| c / lambda_2, c = {conditions.threshold:g} m',
-        frozenset(Departure) - {Departure.EVENTS},
-    )
 
 
 def consensus(law: Any, conditions: Conditions) -> list[Theorem]:

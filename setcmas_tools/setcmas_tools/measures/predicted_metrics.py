@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_ctrl.communication.communication_settings import HELD
 from setcmas_ctrl.law_predictions import (
     Conditions,
     Departure,
@@ -100,10 +99,11 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
     if name is None or not (conditions := conditions_of(run)):
         return None
     left_out = departures(run)
+    if {Departure.CHANGES, Departure.DELAY} & left_out.keys():  # such robots meet elsewhere
+        return Comparison([], left_out)
     figures = [
         Figure(one.metric, _measured(parts, one.metric), one.value, one.formula)
         for one in predicted(name, run.parameters.get('set') or {}, conditions)
-        if not one.excludes & left_out.keys()
     ]
     return Comparison(figures, left_out)
 
@@ -123,10 +123,8 @@ def conditions_of(run: Run) -> Conditions | None:
         adjacency = run.record.adjacency(float(grid.t[0]), max(grid.robots))
         if len(adjacency) != count:
             return None
-    by_distance = given.get('event_triggered') and not given.get('ctc')
-    threshold = float(given.get('threshold') or 0.0) if by_distance else 0.0
     duration = float(grid.t[-1] - grid.t[0])
-    return Conditions(starts, adjacency, 1.0 / rate, duration, threshold)
+    return Conditions(starts, adjacency, 1.0 / rate, duration)
 
 
 def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
@@ -138,7 +136,6 @@ def _measured(parts: Mapping[str, Measured], name: str) -> float | None:
 def departures(run: Run) -> dict[Departure, str]:
     """Return what a run has and points without limits have not, each with a detail or ''."""
     given, commands, record = run.parameters, run.commands, run.record
-    is_triggered = bool(given.get('event_triggered'))
     turns = any(motion_of(model) is not Motion.FREE for model in models_of(run).values())
     found: dict[Departure, str | bool] = {Departure.TURNING: turns}
     found[Departure.OWN_TURNING] = any(one.option == 'si_to_uni' for one in run.inputs)
@@ -157,7 +154,4 @@ def departures(run: Run) -> dict[Departure, str]:
         found[Departure.CHANGES] = len(np.unique(record.changes[:, 0])) > 1
     found[Departure.DELAY] = bool(given.get('delay'))
     found[Departure.NOISE] = bool(given.get('noise'))
-    found[Departure.OWN_EXACT] = is_triggered and given.get('own_state') != HELD
-    found[Departure.OWN_CONDITION] = is_triggered and bool(given.get('ctc'))
-    found[Departure.RATES] = is_triggered and given.get('rate') != given.get('robot_rate')
     return {one: '' if detail is True else detail for one, detail in found.items() if detail}

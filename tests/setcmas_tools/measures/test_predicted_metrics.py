@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import law_predictions
-from setcmas_ctrl.communication.communication_settings import THRESHOLD_M
 from setcmas_ctrl.communication.graph import PRESETS
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import Run, simulate
@@ -14,7 +13,6 @@ from setcmas_tools.measures.metrics import as_dict, theory_lines
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 RATE = 'consensus.convergence_rate_1_s'
-AT_END = 'consensus.disagreement_at_end_m'
 
 
 @pytest.mark.parametrize(
@@ -54,34 +52,6 @@ def test_what_the_theory_leaves_out_is_said():
     assert 'noise' not in last
 
 
-TRIGGERED = {
-    'event_triggered': True, 'threshold': 0.2, 'graph': 'ring', 'model': 'omnidirectional',
-    'vnom': 50.0, 'rate': 10.0, 'set': {'SLOW': 0.0},
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ('options', 'is_bounded'),
-    [
-        ({}, True),
-        ({'loss': 0.3}, False),
-        ({'delay': 0.3}, False),
-        ({'noise': 0.1}, False),
-        ({'own_state': 'exact'}, False),
-        ({'rate': 20.0}, False),
-        ({'threshold': THRESHOLD_M, 'ctc': 'garcia_2013'}, False),
-        ({'model': 'unicycle'}, False),
-        ({'graph': 'directed_ring'}, False),
-    ],
-)
-def test_the_bound_of_events_is_said_only_where_its_hypotheses_hold(options, is_bounded):
-    run = simulate('laplacian_consensus', 6, 40.0, **TRIGGERED | options)
-    found = [one for one in run.metrics()['prediction'].figures if one.metric == AT_END]
-
-    assert bool(found) == is_bounded
-    assert all(one.measured < one.predicted < 0.81 for one in found)  # |L| c / lambda_2 = 0.8
-
-
 @pytest.mark.parametrize(
     ('law', 'options'),
     [
@@ -90,7 +60,7 @@ def test_the_bound_of_events_is_said_only_where_its_hypotheses_hold(options, is_
         ('coverage', {}),
     ],
 )
-def test_laws_that_are_not_linear_have_no_bounds(law, options):
+def test_laws_without_theory_have_no_prediction(law, options):
     assert 'prediction' not in simulate(law, 4, 3.0, **options).metrics()
 
 
