@@ -44,12 +44,6 @@ def test_two_numbers_in_any_form_will_do(result):
     assert numbers_of(result, (2,), 'control').tolist() == [1.0, 2.0]
 
 
-@pytest.mark.filterwarnings('ignore:the matrix subclass')
-@pytest.mark.parametrize('text', ['1 2', '1; 2'])
-def test_a_matrix_of_two_numbers_will_do(text):
-    assert numbers_of(np.matrix(text), (2,), 'control').tolist() == [1.0, 2.0]
-
-
 @pytest.mark.parametrize(
     ('result', 'message'),
     [
