@@ -81,6 +81,9 @@ KINDS = {
     'commands while paused': _after_a_stop(_sends('/tb3_1/cmd_vel', _drive(), '')),
     'guarded commands while paused': _after_a_stop(_sends('/tb3_1/cmd_vel_guarded', _drive(), '')),
     'false on /pause while paused': _after_a_stop(_sends('/pause', Bool(), '', rate=1)),
+    'false on /tb3_1/pause while paused': _after_a_stop(
+        _sends('/tb3_1/pause', Bool(), '', rate=1)
+    ),
     'false on /paused while paused': _after_a_stop(_sends('/paused', Bool(), '', qos=qos.STATE)),
     'another node on /paused': _sends('/paused', Bool(), 'paused', qos=qos.STATE),
     'poses on the topic of the bridge': _sends('/mocap/tb3_1/odom', _odometry(), 'else|send'),

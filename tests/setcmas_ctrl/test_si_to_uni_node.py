@@ -133,6 +133,7 @@ def test_in_an_experiment_nothing_is_repeated_as_silence_stops_the_robot(driven,
     assert robot.steps(0.2) == [(0.5, 0.0)]
 
     assert robot.steps(1.0) == []
+    assert not robot.node.pause_request  # nor does a message resume the robot
 
 
 @pytest.mark.parametrize(
