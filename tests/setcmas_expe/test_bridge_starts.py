@@ -52,14 +52,10 @@ def see_it_stand(lab, reason):
     assert all(m.twist.linear.x == 0.0 for m in lab.commands[1])
 
 
-def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
-    lab.paused = False
+def test_a_pause_node_that_returns_starts_nothing(lab):
+    lab.paused = False  # as of an earlier experiment
     see_it_stand(lab, 'sent a start without a pause before it')
 
-    lab.let_go({1: GO})
-
-
-def test_a_pause_node_that_returns_starts_nothing(lab):
     lab.let_go({1: GO})
     lab.paused = None
     lab.wait_for_command(1, STOP)
