@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from io import TextIOWrapper
 from pathlib import Path
@@ -30,14 +30,12 @@ class Cells:
         least: Least number; an infinite one allows NaN, too.
         most: Largest number.
         is_text: Whether they are texts.
-        may_be_empty: Whether a cell may be empty, which is NaN.
     """
 
     form: str
     least: float = -math.inf
     most: float = math.inf
     is_text: bool = False
-    may_be_empty: bool = False
 
 
 _LATEST_S = 1e6
@@ -46,7 +44,7 @@ NUMBER = Cells('.9f')
 SHORT_NUMBER = Cells('.9g')
 COUNT = Cells('.0f', 0, 1e15)
 ROBOT = Cells('.0f', 1, MAX_ROBOTS)
-NUMBER_OR_EMPTY = Cells('', may_be_empty=True)
+SECONDS = Cells('.6f')
 TEXT = Cells('', is_text=True)
 
 
@@ -119,9 +117,6 @@ class CsvFile:
             columns += self.further
             if header != _header(columns):
                 raise ValueError(f"its first line is '{header}'")
-        empty: dict[int | str, Callable[[str], float]] = {
-            i: _number_or_nan for i, one in enumerate(columns) if one.cells.may_be_empty
-        }
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', UserWarning)  # a table without rows is one
             rows = np.loadtxt(
@@ -130,7 +125,6 @@ class CsvFile:
                 delimiter=',',
                 quotechar='"',
                 comments=None,
-                converters=empty,
                 ndmin=1,
             )
         return [_within_limits(column, rows[column.name]) for column in columns]
@@ -142,10 +136,6 @@ _LONGEST_REASON = 300
 
 def _header(columns: Iterable[CsvColumn]) -> str:
     return ','.join(column.name for column in columns)
-
-
-def _number_or_nan(cell: str) -> float:
-    return float(cell) if cell else math.nan
 
 
 def _within_limits(column: CsvColumn, values: NDArray[Any]) -> NDArray[Any]:
@@ -211,9 +201,7 @@ COUNTS = CsvFile(
         *_columns(TEXT, receiver=f'number of the receiving robot; `{ALL}`: broadcasts'),
         *_columns(COUNT, sent='messages sent', received='messages that arrived'),
         *_columns(COUNT, lost='messages that were lost'),
-        *_columns(
-            NUMBER_OR_EMPTY, mean_interval='mean time between arrivals, or broadcasts, in s'
-        ),
+        *_columns(SECONDS, mean_interval='mean time between arrivals, or broadcasts, in s'),
     ),
 )
 TRIGGERS = CsvFile(

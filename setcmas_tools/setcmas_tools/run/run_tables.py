@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -181,17 +180,13 @@ def write_communication(record: CommunicationRecord, folder: Path) -> None:
         (sender, receiver): own for (receiver, sender), own in record.links.items()
     }
     rows = (
-        (*pair, own.sent, own.received, own.lost, _seconds(own.mean_interval))
+        (*pair, own.sent, own.received, own.lost, own.mean_interval)
         for pair, own in counts.items()
     )
     COUNTS.write(folder / COUNTS.name, rows)
     if record.is_event_triggered:
         TRIGGERS.write(folder / TRIGGERS.name, record.triggers.tolist())
     GRAPH.write(folder / GRAPH.name, record.changes.tolist())
-
-
-def _seconds(value: float) -> str:
-    return f'{value:.6f}' if math.isfinite(value) else ''
 
 
 def read_communication(folder: Path) -> CommunicationRecord | None:

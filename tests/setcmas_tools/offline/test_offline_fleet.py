@@ -41,24 +41,6 @@ def test_disagreement_of_event_triggered_robots_is_that_of_the_ros_1_stack():
     assert disagreement('exact', 0.0) < 0.03
 
 
-@pytest.mark.parametrize('own_state', ['held', 'exact'])
-def test_a_law_sees_its_own_state_as_its_robot_sent_it_last(own_state):
-    seen = []
-
-    def law(robotNo, nbRobots, poses, t):
-        seen.append(poses[0, 0])
-        return 0.5, 0.0
-
-    simulate(
-        law, 1, 2.0, poses=[[0], [0], [0]], event_triggered=True, threshold=0.19,
-        own_state=own_state,
-    )  # fmt: skip
-    places = 0.1 * np.arange(10)  # at the calls
-
-    held = np.floor(places / 0.2 + 1e-9) * 0.2
-    np.testing.assert_allclose(seen, held if own_state == 'held' else places, atol=1e-9)
-
-
 def test_periodic_and_perfect_links_change_nothing():
     plain = simulate('consensus', 5, 20.0)
     matrix = simulate('consensus', 5, 20.0, graph=1.0 - np.eye(5))
@@ -68,15 +50,6 @@ def test_periodic_and_perfect_links_change_nothing():
     assert matrix.record is None
     assert over_links.record.links
     np.testing.assert_array_equal(over_links.poses, plain.poses)
-
-
-def test_weights_count():
-    A = np.array([[0, 9.0, 1.0], [0, 0, 0], [0, 0, 0]])
-    run = simulate('consensus', 3, 0.2, graph=A, vnom=100.0)
-    p = run.poses[0, :2]
-    expected = -0.5 / 11 * (9 * (p[:, 0] - p[:, 1]) + (p[:, 0] - p[:, 2]))
-
-    np.testing.assert_allclose(run.velocities[0, :, 0], expected)
 
 
 def test_robots_out_of_range_are_unknown():
@@ -90,22 +63,6 @@ def test_robots_out_of_range_are_unknown():
     assert not run.failed_robots
     assert run.record.changes.tolist() == [[2, 1, 2, 1], [2, 2, 1, 1]]
     assert run.record.links[1, 2].sent == 81  # from 2 s to 10 s
-
-
-def test_what_is_sent_is_received_or_lost():
-    run = simulate('consensus', 6, 30.0, graph='ring', loss=0.3)
-    links = run.record.links.values()
-    sent, lost = (sum(getattr(link, name) for link in links) for name in ('sent', 'lost'))
-
-    assert len(links) == 12
-    assert all(link.sent == link.received + link.lost == 300 for link in links)
-    assert lost / sent == pytest.approx(0.3, abs=5 * np.sqrt(0.21 / sent))
-    assert all(counts.sent == 301 for counts in run.record.robots.values())
-    assert sum(counts.lost for counts in run.record.robots.values()) == lost
-
-
-def late(pos, last_pos, t):
-    return t > 4.95
 
 
 def broken(pos, last_pos, t):
@@ -152,27 +109,6 @@ def test_a_message_is_received_at_the_next_call_whatever_the_order_of_robots():
     assert [(one.robot, one.value) for one in run.messages[:4]] == [
         (1, 100), (2, 200), (3, 300), (1, 101),
     ]  # fmt: skip
-
-
-def test_messages_have_the_delay_and_the_losses_of_poses():
-    times = {}
-
-    def control(robotNo, nbRobots, poses, t):
-        known = poses[0, 2 - robotNo]
-        if message := network.received().get(3 - robotNo):
-            times.setdefault(robotNo, []).append((t, message.t, known - message.value))
-        network.send(float(poses[0, robotNo - 1]))
-        return 0.3, 0
-
-    run = simulate(control, 2, 30.0, delay=0.3, loss=0.4, rate=10, seed=2)
-    t, sent, moved = np.array(times[1]).T
-    ages = t - sent
-
-    # A value rides with the next state, 0.1 s later, which the robot has reached at 0.3 m/s.
-    assert ages.min() == pytest.approx(0.4)
-    assert (np.diff(ages) > 0.05).mean() == pytest.approx(0.4, abs=0.1)
-    np.testing.assert_allclose(moved[20:], 0.03, atol=1e-6)
-    assert run.record.links[1, 2].lost > 50
 
 
 def test_robots_that_know_all_poses_have_links_from_the_first_message_on():

@@ -1,7 +1,7 @@
 import filecmp
 import subprocess
 import sys
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,29 +33,10 @@ def run(tmp_path_factory):
     return simulate(path, 3, 3.0, warn=lambda _: None, **options)
 
 
-def test_a_saved_run_is_loaded_as_it_was(run, tmp_path):
-    loaded = Run.load(run.save(tmp_path / 'out'))
-
-    for name in ('table', 'commands'):
-        ours, theirs = getattr(run, name), getattr(loaded, name)
-        for field in fields(ours):
-            digits = 5.1e-7 if field.name == 't' else 5.1e-10
-            before, after = getattr(ours, field.name), getattr(theirs, field.name)
-            assert (before is None) == (after is None)
-            if before is not None:
-                np.testing.assert_allclose(after, before, rtol=0, atol=digits)
-    assert loaded.record.links.keys() == run.record.links.keys()
-    for ours, theirs in zip(run.drawings, loaded.drawings, strict=True):
-        assert (theirs.t, theirs.sphere.x) == pytest.approx((ours.t, ours.sphere.x), abs=1e-6)
-        assert theirs[1:4] == ours[1:4]
-    assert loaded.references == run.references
-    assert replace(loaded.info, origin=None) == run.info
-    assert [given.files[0].name for given in loaded.inputs] == ['law.py']
-
-
 def test_saved_again_it_has_the_same_bytes(run, tmp_path):
     first = run.save(tmp_path / 'first')
-    second = Run.load(first).save(tmp_path / 'second')
+    loaded = Run.load(first)
+    second = loaded.save(tmp_path / 'second')
     files = [str(p.relative_to(first)) for p in first.rglob('*') if p.is_file()]
 
     assert sorted(files) == [
@@ -63,6 +44,10 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
         'csv/graph.csv', 'csv/task.json', 'csv/triggers.csv', 'inputs/algo/law.py', 'run.yaml',
     ]  # fmt: skip
     assert filecmp.cmpfiles(first, second, files, shallow=False) == (files, [], [])
+    assert replace(loaded.info, origin=None) == run.info
+    assert loaded.references == run.references
+    np.testing.assert_allclose(loaded.table.x, run.table.x, rtol=0, atol=5.1e-10)
+    np.testing.assert_allclose(loaded.commands.vx, run.commands.vx, rtol=0, atol=5.1e-10)
 
 
 def test_drawings_of_scripts(run):

@@ -105,21 +105,11 @@ def test_damaged_tables_and_records(whole, run):
 FLEET = 't,robot,x,y,theta,v,omega\n'
 
 
-@pytest.mark.parametrize(
-    ('rows', 'words'),
-    [
-        ('0,1,0,0,0,0,0\n1e9,1,0,0,0,0,0\n', 't must be from '),
-        ('0,1,0,0,0,0,0\n9e5,2,0,0,0,0,0\n', 'has 2 robots over 900000 s; .* at most 1e'),
-        ('0,1000000000000000,0,0,0,0,0\n', 'robot must be from 1 to 2000'),
-        ('0,' * 90_000, 'is damaged'),
-    ],
-)
-def test_a_fleet_beyond_the_limits(tmp_path, rows, words):
-    (tmp_path / 'fleet.csv').write_text(FLEET + rows)
+def test_a_fleet_that_no_memory_holds(tmp_path):
+    (tmp_path / 'fleet.csv').write_text(f'{FLEET}0,1,0,0,0,0,0\n9e5,2,0,0,0,0,0\n')
 
-    with pytest.raises(SetcmasError, match=rf"^'.*fleet.csv'.*({words})") as caught:
+    with pytest.raises(SetcmasError, match='has 2 robots over 900000 s'):
         Run.load(tmp_path)
-    assert len(str(caught.value)) < 600
 
 
 def test_numbers_that_no_robot_has_are_unknown_poses(tmp_path):
