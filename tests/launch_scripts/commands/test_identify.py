@@ -17,22 +17,6 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.nightly
-def test_a_run_over_ros_moves_by_the_model_and_announces_it(folder, domain):
-    slow = ('--vnom', '0.1', '--komega', '0.5', '--set', 'WPL=[[4.8, 4.9], [4.9, -4.8]]')
-    options = ('--model', 'truth.yaml', '--nb-robots', '2', '--duration', '20', *slow)
-    ran = run_here('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
-    assert ran.returncode == 0, ran.stderr
-
-    assert main(['identify', 'out/bag', '-o', 'found.yaml']) == 0
-
-    # Not lag and delay: a command takes effect with the robots' next step, up to 0.1 s later.
-    assert_found('found.yaml', ['gain'])
-    assert run_here('offline', '--from', 'out', '--no-plots', '-o', 'off').returncode == 0
-    apart = best_shift(Run.load('off'), Run.load('out'))
-    assert max(apart.rms.values()) < 0.1 * 0.1  # that time at 0.1 m/s
-
-
-@pytest.mark.nightly
 @pytest.mark.alone
 def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
     lab = (*PATIENT_LAB, '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')

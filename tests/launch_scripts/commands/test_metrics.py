@@ -28,21 +28,9 @@ def test_the_table_and_the_file(run):
     assert result.returncode == 0, result.stderr
     assert re.search(r'tb3_2 +2\.00', result.stdout)
     assert 'least separation: 1.00 m at 0.0 s between robots 1 and 2' in result.stdout
-    first = (run / 'metrics.yaml').read_bytes()
-    content = yaml.safe_load(first)
+    content = yaml.safe_load((run / 'metrics.yaml').read_text())
     assert content['robots'][1]['path_length_m'] == 1.0
     assert content['separation']['least_separation_robots'] == [1, 2]
-    for place in ('out', 'out/csv', 'out/csv/fleet.csv'):
-        (run / 'metrics.yaml').unlink()
-        assert run_here('metrics', place, cwd=run.parent).returncode == 0
-        assert (run / 'metrics.yaml').read_bytes() == first
-
-
-def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
-    (tmp_path / 'lab.csv').write_text(f'{HEADER}0,1,0,0,0,0,0\n')
-
-    assert run_here('metrics', 'lab.csv', cwd=tmp_path).returncode == 0
-    assert (tmp_path / 'lab_metrics.yaml').is_file()
 
 
 @pytest.mark.parametrize(

@@ -92,24 +92,16 @@ def test_a_run_without_motion_gives_no_model(folder, record, capsys):
     assert not (folder / 'model.yaml').exists()
 
 
-def identified(forward_quality):
+@pytest.mark.parametrize(('quality', 'is_poor'), [(44.0, True), (75.0, False)])
+def test_a_poor_fit_is_reported_though_its_standard_errors_are_small(quality, is_poor):
     response, errors = Response(0.92, 0.1, 0.2), Response(0.01, 0.01, 0.01)
-    fits = {
-        speed: Fit(response, errors, quality)
-        for speed, quality in ((FORWARD, forward_quality), (TURN, 95.0))
-    }
-    return {1: Identified(fits, {FORWARD: response, TURN: response})}
+    fits = {FORWARD: Fit(response, errors, quality), TURN: Fit(response, errors, 95.0)}
+    found = Identified(fits, {FORWARD: response, TURN: response})
 
-
-def test_a_poor_fit_is_reported_though_its_standard_errors_are_small():
-    (note,) = identified_notes(identified(44.0))
-
-    assert note.startswith('tb3_1: the model explains less than 70 % of its forward speed;')
-
-
-@pytest.mark.parametrize('quality', [75.0, 100.0])
-def test_a_good_fit_needs_no_word(quality):
-    assert not [*identified_notes(identified(quality))]
+    notes = [*identified_notes({1: found})]
+    assert bool(notes) == is_poor
+    poor = 'tb3_1: the model explains less than 70 % of its forward speed;'
+    assert all(note.startswith(poor) for note in notes)
 
 
 CMD_VEL, GUARDED = '/tb3_1/cmd_vel', '/tb3_1/cmd_vel_guarded'

@@ -61,16 +61,11 @@ def test_a_gap_is_not_time_in_saturation():
     )
 
 
-def test_vnom_is_that_of_the_run(tmp_path):
-    run = write_run(tmp_path / 'a', table((T, 0, 0, 0.2)), vnom=0.2)
-
-    assert compute(run)['robots'][1]['time_in_saturation_s'] == pytest.approx(20.0)
-    assert compute(write_run(tmp_path / 'b', table((T, 0, 0, 0.2)))).vnom_m_s == 0.5
-
-
 @pytest.mark.parametrize(
     ('values', 'vnom'),
     [
+        ({}, 0.5),
+        ({'vnom': 0.2}, 0.2),
         ({'limits': 'burger'}, 0.2108),
         ({'limits': 'ideal'}, 0.5),
         ({'lab': {'limits': {'V_max': 0.15}}}, 0.15),
@@ -78,7 +73,7 @@ def test_vnom_is_that_of_the_run(tmp_path):
     ],
 )
 def test_vnom_is_what_robots_can_reach_at_most(tmp_path, values, vnom):
-    run = write_run(tmp_path, table((T, 0, 0, 0.2)), vnom=0.5, **values)
+    run = write_run(tmp_path, table((T, 0, 0, 0.2)), **values)
 
     assert compute(run).vnom_m_s == vnom
 
