@@ -86,13 +86,6 @@ WORK_WITHOUT = {
 }  # fmt: skip
 """Those that work without the sandbox, on any machine, whoever grades."""
 
-HARMFUL_WITHOUT = {
-    'write to the home', 'write to packages', 'write to the system', 'shared memory of files',
-    'trace', 'mount', 'root', 'namespaces', 'disk', 'fork', 'thread', 'program', 'the internet',
-    'terminal', 'passwords',
-}  # fmt: skip
-"""Those that are not tried without it: they would harm this machine, or depend on it."""
-
 LAW = """
 def is_other_file(number):
     try:

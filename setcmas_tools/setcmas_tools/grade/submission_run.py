@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
-from pathlib import Path
 from typing import Any, NoReturn
 
 import msgspec
@@ -215,9 +214,8 @@ class RunScript:
             if len(answer.numbers) != size:
                 self._lose(replace(here, message=_INVALID))
             return answer.numbers
-        message, place = answer.message, (Path(answer.file), answer.line)
-        self._note(replace(here, message=message), answer.file, answer.line)
-        raise ControlError(message, (answer.kind, *place), place=place)
+        self._note(replace(here, message=answer.message))
+        raise ControlError(answer.message, answer.message)
 
     def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
         """Return what the process answers for a robot.
@@ -236,27 +234,22 @@ class RunScript:
             answer = _answer(self._process.answer(content, timeout, text, _MOST_ANSWERED))
         except ProcessEndedError as error:
             self.was_killed = error.was_killed
-            frames = ((name, int(line)) for name, line in _FRAME.findall(error.trace))
-            own = ((name, line) for name, line in frames if name in self._work.files)
-            self._lose(replace(here, message=str(error)), *next(own, ('', 0)))
+            own = (one for one in _FRAME.findall(error.trace) if one[0] in self._work.files)
+            place = next((f' ({name}, line {line})' for name, line in own), '')
+            self._lose(replace(here, message=f'{error}{place}'))
         finally:
             self._left -= time.monotonic() - begin
         if answer is None:
             self._lose(replace(here, message=_INVALID))
         return answer
 
-    def _lose(self, failure: Failure, file: str = '', line: int = 0) -> NoReturn:
-        self._note(failure, file, line)
+    def _lose(self, failure: Failure) -> NoReturn:
+        self._note(failure)
         raise LostError(failure.message)
 
-    def _note(self, failure: Failure, file: str, line: int) -> None:
-        """Note the first failure; its message gets the line, if that is of the submission."""
-        if self.failure:
-            return
-        first, end, rest = failure.message.partition('\n')
-        if line and file in self._work.files and f'line {line}' not in first:
-            first = f'{first} ({file}, line {line})'
-        self.failure = replace(failure, message=first + end + rest)
+    def _note(self, failure: Failure) -> None:
+        """Note the first failure."""
+        self.failure = self.failure or failure
 
 
 def _bytes(*arrays: Floats) -> bytes:
@@ -274,5 +267,4 @@ def _answer(content: bytes) -> Answer | None:
         return None
     if isinstance(sent, Reply):
         return sent if all(map(math.isfinite, sent.numbers)) else None
-    message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
-    return Refusal(message, kind, file, sent.line, sent.messages)
+    return Refusal(safe_text(str, sent.message), sent.messages)

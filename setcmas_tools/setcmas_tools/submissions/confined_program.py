@@ -14,7 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from struct import Struct
-from typing import IO, Annotated, Any, cast
+from typing import IO, Any
 
 import msgspec
 import numpy as np
@@ -138,12 +138,9 @@ class MessageUse(msgspec.Struct, frozen=True):
 
 
 class Refusal(msgspec.Struct, frozen=True, tag=True):
-    """An error instead of an answer: its kind, such as ValueError, and place; 0 is no line."""
+    """An error instead of an answer."""
 
     message: str
-    kind: str = ''
-    file: str = ''
-    line: Annotated[int, msgspec.Meta(ge=0, le=10**9)] = 0
     messages: MessageUse = MessageUse()
 
 
@@ -186,10 +183,8 @@ class ConfinedScript:
             if not request.numbers:
                 return self._loaded(request.robot)
             return self._functions[request.robot](request)
-        except ControlError as error:
-            return _refusal(error)
-        except SetcmasError as error:
-            return Refusal(_shown(str(error)))
+        except (ControlError, SetcmasError) as error:
+            return Refusal(_shown(error))
         finally:
             if _set_timer:
                 _set_timer(_TIMER, 0)
@@ -216,7 +211,7 @@ class ConfinedScript:
                 with network.exchanged_by(mailbox):
                     vx, vy = law(poses, request.t, adjacency)
             except ControlError as error:
-                return _refusal(error, _messages(mailbox))
+                return Refusal(_shown(error), _messages(mailbox))
             return Reply((float(vx), float(vy)), _messages(mailbox))
 
         return False, answer
@@ -243,22 +238,14 @@ class ConfinedScript:
         return False, answer
 
 
-_NONE = MessageUse()
-
-
 def _messages(mailbox: Mailbox) -> MessageUse:
     sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
     return MessageUse(mailbox.are_used, sent)
 
 
-def _refusal(error: ControlError, messages: MessageUse = _NONE) -> Refusal:
-    kind, file, line = cast(tuple[Any, Any, Any], error.key)
-    return Refusal(_shown(str(error)), kind, file.name, line or 0, messages)
-
-
-def _shown(text: str) -> str:
+def _shown(error: Exception) -> str:
     """Return a message with files relative to the folder of the submission."""
-    return re.sub(rf'[^\s\'"]*/{FOLDER}/', '', text[:_LONGEST_TEXT])
+    return re.sub(rf'[^\s\'"]*/{FOLDER}/', '', str(error)[:_LONGEST_TEXT])
 
 
 def main() -> None:

@@ -167,20 +167,3 @@ def test_a_grading_that_is_killed_leaves_no_process_and_goes_on(tmp_path, number
         file.stat().st_mtime_ns == at for file, at in done.items() if file.suffix == '.json'
     )
     assert len(list((tmp_path / 'grades' / KEPT).glob('*.json'))) == 3
-
-
-@pytest.mark.nightly
-@needs_sandbox
-def test_a_class_that_is_trusted_gets_the_marks_that_it_gets_in_the_sandbox(tmp_path):
-    fast = LAW.replace('K = 0.5', 'K = 0.3')
-    write_class(tmp_path / 'class', ada=LAW, bob=fast, eve='open("/etc/passwd").close()\n' + LAW)
-
-    printed = [
-        run_setcmas('grade', 'class', '-R', 'consensus', '-o', name, *trust, cwd=tmp_path).stdout
-        for name, trust in (('grades', []), ('trusted', ['--trust']))
-    ]
-
-    boxed, trusted = (text.splitlines()[2:5] for text in printed)
-    assert boxed[:2] == trusted[:2]
-    assert 'FileNotFoundError' in boxed[2]
-    assert 'like the built-in law' in trusted[2]
