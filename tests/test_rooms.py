@@ -66,7 +66,6 @@ SEVERAL_MODULES = [
     'setcmas_tools.grade.test_grader_messages',
     'setcmas_tools.grade.test_mistakes',
     'setcmas_tools.grade.test_right_solutions',
-    'setcmas_tools.grade.test_shipped_rubrics',
     'setcmas_tools.run.test_strange_files',
 ]
 """Tests of what several modules do together, which are not named after one."""

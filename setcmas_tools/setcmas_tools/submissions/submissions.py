@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -10,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from setcmas_ctrl.laws.script_search import FUNCTIONS, UNREADABLE, same_functions
+from setcmas_ctrl.laws.script_search import FUNCTIONS, same_functions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.likeness import Print, fingerprint
@@ -183,23 +182,18 @@ def _relative_to_class(files: Files, function: Function) -> Files:
     some = {
         path.parts[0]
         for path, content in inner.items()
-        if _may_be_submission(path, content, function)
+        if path.suffix == '.zip' or (path.suffix in _CODE and _defines(content, function))
     }
     is_class = len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner)
     return inner if is_class else files
 
 
-def _may_be_submission(path: PurePosixPath, content: bytes | str, function: Function) -> bool:
-    """Return whether a file may be a submission with a function, without parsing it."""
-    if path.suffix in _CODE and isinstance(content, bytes):
-        return _mentions(content, function)
-    return path.suffix == '.zip'
-
-
-def _mentions(content: bytes, function: Function) -> bool:
+def _defines(content: bytes | str, function: Function) -> bool:
+    """Return whether a script or notebook defines or assigns a function, without parsing it."""
     name = function.value
-    written = rf'(def {name}\b|{name}\s*=)'.encode()  # also within a notebook's text
-    return re.search(written, content) is not None
+    # Lines of a notebook begin within its text.
+    written = rf'(?:^|"|\\n)(?:def {name}\b|{name}\s*=[^=])'.encode()
+    return isinstance(content, bytes) and bool(re.search(written, content, re.MULTILINE))
 
 
 def chosen_script(files: Files, function: Function) -> tuple[PurePosixPath, str]:
@@ -238,22 +232,6 @@ def _without_script(files: Files) -> str:
         return 'the submission is empty'
     more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
     return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
-
-
-def _defines(source: bytes, function: Function) -> bool:
-    """Return whether a script defines or assigns a function, or seems to if it is not Python."""
-    try:
-        tree = ast.parse(source)
-    except UNREADABLE:
-        return _mentions(source, function)
-    for node in tree.body:
-        targets = node.targets if isinstance(node, ast.Assign) else ()
-        names = [one.id for one in targets if isinstance(one, ast.Name)]
-        if isinstance(node, ast.FunctionDef):
-            names.append(node.name)
-        if function.value in names:
-            return True
-    return False
 
 
 def _with_scripts(files: Files) -> dict[PurePosixPath, Notebook]:

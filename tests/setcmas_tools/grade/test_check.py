@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl.laws.script_loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import check
 
@@ -47,3 +48,16 @@ def test_a_law_that_calls_check_is_refused_with_its_line(tmp_path):
 
     assert 'law.py, line 4: RuntimeError: a law that is being marked cannot call check()' in text
     assert "put this line below `if __name__ == '__main__':`" in text
+
+
+@pytest.mark.parametrize(
+    'name', ['consensus', 'ctc', 'leader_follower_formation', 'nav_wp', 'traj_tracking']
+)
+def test_an_untouched_exercise_gets_no_points(name, tmp_path):
+    script = tmp_path / f'my_{name}.py'
+    script.write_text(EXERCISES.file(name).read_text().replace('# TODO', '# I do not know'))
+
+    marks = check(script, name).marks
+
+    assert marks.unfilled
+    assert (marks.score, marks.max_score) == (0, 10)

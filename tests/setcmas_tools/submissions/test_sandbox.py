@@ -281,11 +281,7 @@ def write_command(path, name, script):
 
 @pytest.mark.parametrize(
     ('manager', 'command'),
-    [
-        ('apt-get', 'sudo apt-get install bubblewrap'),
-        ('dnf', 'sudo dnf install bubblewrap'),
-        ('none', 'install bubblewrap'),
-    ],
+    [('apt-get', 'sudo apt-get install bubblewrap'), ('none', 'install bubblewrap')],
 )
 def test_where_bubblewrap_is_missing_the_command_that_installs_it_is_named(path, manager, command):
     write_command(path, manager, '')
@@ -308,15 +304,10 @@ def test_where_it_may_make_no_namespaces_the_remedy_is_named(
     monkeypatch.setattr(sandbox, '_RESTRICTED', path / 'restricted')
     write_command(path, 'bwrap', f'echo "bwrap: {error}" >&2; exit 1')
 
-    reason = obstacle()
-
-    assert reason.startswith(f'{error}; ')
-    assert remedy in reason
-    assert '\n' not in reason
+    assert re.fullmatch(f'{error}; .*{remedy}.*', obstacle())
 
 
-@pytest.mark.parametrize('system', ['darwin', 'win32'])
-def test_elsewhere_docker_or_wsl_is_named(monkeypatch, system):
-    monkeypatch.setattr(sandbox.sys, 'platform', system)
+def test_elsewhere_docker_or_wsl_is_named(monkeypatch):
+    monkeypatch.setattr(sandbox.sys, 'platform', 'win32')
 
     assert obstacle() == 'bubblewrap runs on Linux only; use Docker or, on Windows, WSL 2'
