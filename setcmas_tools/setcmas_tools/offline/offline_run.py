@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf
-from pathlib import Path
 
 import numpy as np
 
@@ -26,13 +25,8 @@ class OfflineRun(ScriptProcess[Run]):
 
     def __init__(self, scenario: Scenario) -> None:
         """Prepare the run of a scenario from `Scenario.found`; raise SetcmasError if too large."""
-        names = {one for key in ('model', 'si_to_uni', 'ctc') for one in scenario.named(key)}
-        others = [Path(name) for name in names if name.endswith('.py')]
-        super().__init__(
-            partial(simulate, scenario),
-            [*scenario.law.scripts().paths, *others],
-            size_of(checked_steps(scenario) + 1, scenario.nb_robots),
-        )
+        size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
+        super().__init__(partial(simulate, scenario), scenario.scripts(), size)
         self._scenario, self._inputs = scenario, tuple(inputs_of(scenario))
 
     def result(
@@ -56,8 +50,8 @@ class OfflineRun(ScriptProcess[Run]):
         return self._remains(Outcome(RunState.STOPPED))
 
     def _broken(self, error: ScriptEndedError) -> Run:
-        scripts, robot = self._scenario.law.scripts(), error.robot
-        failed = {scripts.script(robot).name: [robot]} if robot else {}
+        robot = error.robot
+        failed = {self.progress.call.script: [robot]} if robot else {}
         run = self._remains(Outcome(RunState.DIED, failed, str(error)))
         t = float(run.table.t[-1]) if len(run.table.t) else 0.0
         failure = ScriptFailure(

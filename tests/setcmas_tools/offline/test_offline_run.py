@@ -135,6 +135,7 @@ def test_a_robot_that_does_not_step_is_reported_and_ended(run, tmp_path):
 
     late = 'tb3_3: step has not returned for 3 s (--call-timeout) at robot.py'
     assert reason(result).startswith(late)
+    assert result.outcome.failed == {'robot.py': [3]}
     assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line ')
 
 
