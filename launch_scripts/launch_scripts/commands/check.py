@@ -15,18 +15,14 @@ Examples:
 from __future__ import annotations
 
 import argparse
+import json
 import sys
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launch_scripts.commands.grade import RUBRIC
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_folder import OfflineOptions
-
-if TYPE_CHECKING:
-    from setcmas_tools.grade.check import Check
 
 _ASCII = str.maketrans('✓✗', '+-')
 
@@ -59,7 +55,7 @@ def main(args: argparse.Namespace) -> int:
         marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
         result = Check(marks, rubric.hidden_points)
     if args.json:
-        print(_json(result))
+        print(json.dumps(result.plain()))
         return 0 if result.marks.is_full else SCRIPT_FAILED
     text = str(result)
     encoding = sys.stdout.encoding or 'ascii'
@@ -71,17 +67,3 @@ def main(args: argparse.Namespace) -> int:
         print(f'your paths over those of the solution: {picture}')
     return 0 if result.marks.is_full else SCRIPT_FAILED
 
-
-def _json(check: Check) -> str:
-    """Return a check as a line of JSON; what is infinite or no number is null there."""
-    import msgspec
-
-    marks = check.marks
-    scenarios = tuple(replace(one, paths=()) for one in marks.scenarios)
-    content = {
-        'status': check.status,
-        'score': marks.score,
-        'max_score': marks.max_score,
-        'marks': replace(marks, scenarios=scenarios),
-    }
-    return msgspec.json.encode(content).decode()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import html
 import io
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from setcmas_tools.grade.mark_records import (
     Failure,
     LawRunner,
     Marks,
+    ScenarioMark,
     ScenarioRun,
     lines_of,
 )
@@ -53,6 +55,17 @@ class Check:
         """Return a line per criterion, and hints below missed ones."""
         return '\n'.join(lines_of(self.marks, self.hidden_points))
 
+    def plain(self) -> dict[str, Any]:
+        """Return the check as JSON has it, for `setcmas check --json` and pages in a browser."""
+        marks = self.marks
+        scenarios = [_plain(one) for one in marks.scenarios]
+        return {
+            'status': self.status,
+            'score': marks.score,
+            'max_score': marks.max_score,
+            'marks': {**asdict(replace(marks, scenarios=())), 'scenarios': scenarios},
+        }
+
     @property
     def status(self) -> str:
         """A word for programs: unfilled, failed, incomplete or right."""
@@ -65,17 +78,32 @@ class Check:
     __repr__ = __str__  # in a terminal, where notebooks show HTML
 
     def picture_url(self) -> str:
-        """Return a picture of the paths over those of the solution, as the data URL of a PNG."""
+        """Return a picture of the paths over those of the solution, as the data URL of a PNG.
+
+        '' if no scenario has paths.
+        """
         from setcmas_tools.grade.mark_pictures import picture_url
 
         return picture_url(self.marks.scenarios, _DPI)
 
     def _repr_html_(self) -> str:
-        return (
-            f'<div><pre style="line-height:1.3">{html.escape(str(self))}</pre>'
-            f'<img src="{self.picture_url()}" '
-            'alt="your paths over those of the solution"></div>'
-        )
+        text = f'<pre style="line-height:1.3">{html.escape(str(self))}</pre>'
+        if url := self.picture_url():
+            text += f'<img src="{url}" alt="your paths over those of the solution">'
+        return f'<div>{text}</div>'
+
+
+def _plain(scenario: ScenarioMark) -> dict[str, Any]:
+    """Return a scenario without its paths; values that JSON does not have are None."""
+    criteria = [
+        {
+            **asdict(one),
+            'reached': one.reached if math.isfinite(one.reached or 0.0) else None,
+            'reached_text': one.reached_text,
+        }
+        for one in scenario.criteria
+    ]
+    return {**asdict(replace(scenario, paths=(), criteria=())), 'criteria': criteria}
 
 
 def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:

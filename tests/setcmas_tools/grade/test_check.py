@@ -31,6 +31,22 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
     assert len(repr(result.marks.scenarios[0])) < 3000
 
 
+RUBRIC = """
+title: Meet
+scenarios: [{name: two, nb_robots: 2, duration: 1, criteria: [
+  {name: they meet, metric: disagreement, at_most: 9, points: 1}]}]
+"""
+
+
+def test_a_check_without_paths_has_no_picture(tmp_path):
+    (tmp_path / 'meet.yaml').write_text(RUBRIC)
+    (tmp_path / 'law.py').write_text('x = =\n')
+    page = check(tmp_path / 'law.py', tmp_path / 'meet.yaml')._repr_html_()
+
+    assert 'SyntaxError' in page
+    assert '<img' not in page
+
+
 def test_a_function_cannot_say_which_exercise_it_is():
     with pytest.raises(SetcmasError, match='a function names no exercise'):
         check(control)
