@@ -1,4 +1,4 @@
-"""The page of `setcmas site` in Chromium, and a rubric, a scenario and a law for it."""
+"""The page of `setcmas site` in Chromium, and a rubric and a law for it."""
 
 from browser import wait_for
 from selenium.webdriver.common.by import By
@@ -19,7 +19,6 @@ scenarios:
     nb_robots: 7
     criteria: [{name: meet, metric: disagreement, at_most: 0.1, points: 3}]
 """
-SCENARIO = 'algo: law.py\nnb_robots: 4\nduration: 5\nloss: 0.5\nset: {K: 0.5}\n'
 LAW = """
 K = 1.0
 

@@ -1,10 +1,7 @@
 """Report of a run whose law fails for two of its robots, and whose every text is hostile."""
 
 import json
-import math
 from html.parser import HTMLParser
-
-from setcmas_tools.page.document import SCALE
 
 HOSTILE = '</script><img src=x onerror="document.title = 1">'
 
@@ -22,15 +19,6 @@ def control(robotNo, nbRobots, poses, t):
 """
 
 _VOID = {'meta', 'img', 'input'}
-
-
-def unpacked(steps):
-    """Return the numbers that were packed."""
-    total, values = 0, []
-    for step in steps:
-        total += step or 0
-        values.append(math.nan if step is None else total / SCALE)
-    return values
 
 
 class Page(HTMLParser):

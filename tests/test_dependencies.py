@@ -27,7 +27,7 @@ EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
     'setcmas_tools/setcmas_tools/measures/response_fit.py': 'identify',
     'setcmas_tools/setcmas_tools/grade': 'grade',
-    'setcmas_tools/setcmas_tools/page/document.py': 'report',
+    'setcmas_tools/setcmas_tools/page/report_file.py': 'report',
     'setcmas_tools/setcmas_tools/plots/film.py': 'test',  # ffmpeg may come from elsewhere
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study': 'study',

@@ -47,7 +47,6 @@ WORK = f"""
 {REFUSE.format(names=OTHERS - {'msgspec'})}
 {IMPORTS}
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
-from setcmas_tools.page.report_file import Pair
 
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)
@@ -56,7 +55,7 @@ run.save(sys.argv[1])
 run = Run.load(sys.argv[1])
 scenario = Scenario.of('consensus', nb_robots=3, loss=0.2)
 assert Scenario.load(scenario.save(sys.argv[1] + '.yaml')).communication.loss == 0.2
-print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
+print('<html' in setcmas_tools.page.report_file.report_page(run, 'run'))
 """
 PAGE = f"""
 {REFUSE.format(names=OTHERS | {'matplotlib', 'PIL'})}

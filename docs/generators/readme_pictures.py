@@ -181,17 +181,16 @@ def browser_view(folder: Path) -> Path:
 
 
 def report(folder: Path) -> Path:
-    """Show a run at an instant on its page, with a slower one as ghosts over it."""
+    """Show a run at an instant on its page."""
     from browser import open_browser
 
     from setcmas_tools import simulate
 
-    ring = {'graph': 'ring', 'event_triggered': True}
-    for name, vnom in (('run', 0.5), ('slower', 0.3)):
-        simulate('consensus', 8, 40.0, vnom=vnom, **ring).save(folder / name)
+    run = simulate('consensus', 8, 40.0, graph='ring', event_triggered=True)
+    run.save(folder / 'run')
     page = folder / 'run.html'
     subprocess.run(
-        [SETCMAS, 'report', folder / 'run', folder / 'slower', '-o', page],
+        [SETCMAS, 'report', folder / 'run', '-o', page],
         check=True,
         stdout=subprocess.DEVNULL,
     )

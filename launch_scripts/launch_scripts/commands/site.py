@@ -9,7 +9,7 @@ Examples:
   setcmas site web                                 all laws and exercises
   python -m http.server -d web                     then open http://localhost:8000
   setcmas site web --exercise consensus lab.yaml   two exercises, one with a rubric of your own
-  setcmas site web --scenario square.yaml --pyodide pyodide --overwrite
+  setcmas site web --pyodide pyodide --overwrite   without a content delivery network
 """
 
 from __future__ import annotations
@@ -28,13 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--exercise', nargs='+', action='extend', default=[], metavar='NAME', help=exercise
     )
-    scenario = 'scenario files to offer'
-    parser.add_argument(
-        '--scenario', nargs='+', action='extend', default=[], type=Path, metavar='FILE',
-        help=scenario,
-    )  # fmt: skip
-    pyodide = 'folder to copy Pyodide from, or address to load it from (default: jsDelivr)'
-    parser.add_argument('--pyodide', default='', metavar='PLACE', help=pyodide)
+    pyodide = 'folder to copy Pyodide from (default: jsDelivr, a content delivery network)'
+    parser.add_argument('--pyodide', type=Path, metavar='FOLDER', help=pyodide)
     parser.add_argument('--overwrite', action='store_true', help='replace an existing page')
 
 
@@ -43,7 +38,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.page.site_folder import check_folder, site, write_folder
 
     check_folder(args.folder, args.overwrite)
-    write_folder(args.folder, site(args.exercise, args.scenario, args.pyodide))
+    write_folder(args.folder, site(args.exercise, args.pyodide))
     print(args.folder / 'index.html')
     print(f'serve the folder, such as with: python -m http.server -d {args.folder}')
     return 0

@@ -2,13 +2,11 @@
 
 The page shows poses, trails, drawings of control scripts and communication, with a time bar and
 charts. Its buttons pause, start and reset simulated robots, and pause and stop real ones. Select a
-robot of a finished run to see the velocity that its law returned. A second run is drawn over the
-first one, with their differences.
+robot of a finished run to see the velocity that its law returned.
 
 Examples:
   setcmas view
   setcmas view out                               a finished run: its folder, a bag, or a fleet.csv
-  setcmas view experiment simulation             two runs, the second as ghosts
   setcmas view --host 0.0.0.0 --read-only        for others on the network, without buttons
 """
 
@@ -34,8 +32,7 @@ from launch_scripts.processes import (
 )
 from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.palettes import PALETTES
+from setcmas_simu.fleet.palettes import PALETTES, palette
 from setcmas_simu.fleet.rviz_config import rviz_config
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import OneOf
@@ -44,8 +41,8 @@ from setcmas_tools.page.browser import BrowserOptions, has_display
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    runs = 'a finished run, or two: folder, bag or fleet.csv (default: the running robots)'
-    parser.add_argument('runs', nargs='*', type=Path, metavar='RUN', help=runs)
+    run = 'a finished run: folder, bag or fleet.csv (default: the running robots)'
+    parser.add_argument('run', nargs='?', type=Path, metavar='RUN', help=run)
     BrowserOptions.add_to(parser)
     add_ros_arguments(parser)
 
@@ -53,15 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; return the exit status."""
     browser = BrowserOptions.of(args)
-    if len(args.runs) > 2:
-        raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
-    if not args.runs:
+    if args.run is None:
         require_ros()
         return run_node(args, BROWSER_VIEW, browser.arguments())
-    from setcmas_tools.page.report_file import loaded_pair
-    from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
+    from setcmas_tools.page.report_file import report_page, run_name
+    from setcmas_tools.page.server import show_page  # these need matplotlib and websockets
+    from setcmas_tools.run.run import Run
 
-    show_runs(loaded_pair(args.runs, warn), browser)
+    palette.set(browser.palette)
+    show_page(report_page(Run.load(args.run, warn), run_name(args.run), warn), browser)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Progress of an offline run: its current call, whose time may be limited, and its states.
+"""Progress of an offline run: its current call and its states.
 
 In shared memory it survives the process of the run, however a script ends it, and another process
 may read it.
@@ -6,17 +6,12 @@ may read it.
 
 from __future__ import annotations
 
-import math
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.laws.script_errors import StopCall
-from setcmas_ctrl.laws.script_imports import calling_robot, robot_of_frame
+from setcmas_ctrl.laws.script_imports import calling_robot
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import CurrentCall
 
@@ -78,52 +73,3 @@ def of_run() -> Iterator[None]:
         yield
     finally:
         current = before
-
-
-_TOOL = 4
-_ALIVE_S = 0.25
-
-
-class LateCallError(StopCall):
-    """A call of a script has not returned in time."""
-
-
-@contextmanager
-def limited_calls(seconds: float, alive: Callable[[], object]) -> Iterator[None]:
-    """Raise LateCallError in a script whose call takes longer than a limit in s.
-
-    Calls `alive` about every 0.25 s while scripts run. It is for a process that has neither a
-    second thread nor signals: Python reports each jump and each function call in scripts
-    (`sys.monitoring`, from 3.12 on), which takes a microsecond each; a late call raises an error
-    there. Calls that hang inside a library are not noticed.
-    """
-    monitoring: Any = getattr(sys, 'monitoring', None)
-    if monitoring is None:  # Python before 3.12
-        yield
-        return
-    call, disable, reported = current.call, monitoring.DISABLE, time.monotonic()
-
-    def watch(*_: object) -> object:
-        """Is called where scripts jump or begin a function."""
-        nonlocal reported
-        if robot_of_frame(sys._getframe(1)) is None:
-            return disable
-        now = time.monotonic()
-        if now - reported > _ALIVE_S:
-            reported = now
-            alive()
-        if call.running_s(now) > seconds:
-            reported = math.inf  # a script that catches this error is not alive
-            raise LateCallError
-        return None
-
-    events = monitoring.events.JUMP, monitoring.events.PY_START
-    monitoring.use_tool_id(_TOOL, 'setcmas')
-    for event in events:
-        monitoring.register_callback(_TOOL, event, watch)
-    monitoring.set_events(_TOOL, sum(events))
-    try:
-        yield
-    finally:
-        monitoring.set_events(_TOOL, 0)
-        monitoring.free_tool_id(_TOOL)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.robot_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task_errors import errors_of
-from setcmas_tools.page.document import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.page.document import changes, colour_code, look_entry, page_content, rounded
 from setcmas_tools.plots.reference_lines import draw_references, draws_references
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
@@ -28,22 +27,21 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
-_MOST_POSES = 100_000
+_MOST_POSES = 40_000
 """Of all robots; with more, the page would be too large for a mail."""
 _MOST_DRAWINGS = 8_000
 _COLUMNS = ('x', 'y', 'theta', 'v', 'omega')
 
 
-def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
-    """Return all data of a page with a run, and possibly a second one drawn over it."""
+def run_content(run: Run) -> dict[str, Any]:
+    """Return all data of a page with a run."""
     t = common_times(run)
     return page_content(
         t=t.tolist(),
         robots=fleet_entry(run, t),
-        others=fleet_entry(other, t) if other else [],
         calls=calls_entry(run),
         plane=plane_entry(run),
-        charts=charts_entry(run, other, t),
+        charts=charts_entry(run, t),
     )
 
 
@@ -75,7 +73,7 @@ def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
         columns = zip(_COLUMNS, (*track.poses(t), *track.speeds(t)), strict=True)
         steps = enumerate(zip(t[:-1].tolist(), t[1:].tolist(), strict=True), 1)
         entry = look_entry(robot, models[robot], len(models))
-        entry |= {name: packed(values) for name, values in columns}
+        entry |= {name: rounded(values) for name, values in columns}
         # Where a robot was moved, rather than drove.
         entries.append(entry | {'breaks': [k for k, pair in steps if track.is_broken(*pair)]})
     return entries
@@ -111,14 +109,14 @@ def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
         verdicts = filtered.verdict[rows] if filtered else np.full(len(t), Verdict.KEPT)
         outcomes = _outcomes(run, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
         entry = {
-            't': packed(t),
-            'vx': packed(wanted[:, 0]),
-            'vy': packed(wanted[:, 1]),
+            't': rounded(t),
+            'vx': rounded(wanted[:, 0]),
+            'vy': rounded(wanted[:, 1]),
             'words': changes(outcomes),
         }
         if filtered:
-            entry['allowedX'] = packed(filtered.vx[rows])
-            entry['allowedY'] = packed(filtered.vy[rows])
+            entry['allowedX'] = rounded(filtered.vx[rows])
+            entry['allowedY'] = rounded(filtered.vy[rows])
         entries[robot] = entry | sent.get(robot, {})
     return entries
 
@@ -133,7 +131,7 @@ def _sent_values(run: Run) -> dict[int, dict[str, Any]]:
     return {
         robot: {
             'messages': {
-                't': packed([one.t for one in messages]),
+                't': rounded([one.t for one in messages]),
                 'texts': changes([_in_words(one.value) for one in messages]),
             }
         }
@@ -226,7 +224,7 @@ def plane_entry(run: Run) -> dict[str, Any]:
         'drawings': _drawings(run),
         'links': None if record is None else np.round(record.changes, 4).tolist(),
         'sent': {
-            robot: packed(t) for robot, t in (record.trigger_times if record else {}).items()
+            robot: rounded(t) for robot, t in (record.trigger_times if record else {}).items()
         },
     }
 
@@ -272,9 +270,9 @@ def _column(drawn: Sequence[Drawing], is_marker: bool) -> dict[str, Any]:
     looks = [(round(s.diameter, 3), colour_code(s.colour), round(s.alpha, 3)) for s in spheres]
     return {
         'marker': is_marker,
-        't': packed([one.t for one in drawn]),
-        'x': packed([s.x for s in spheres]),
-        'y': packed([s.y for s in spheres]),
+        't': rounded([one.t for one in drawn]),
+        'x': rounded([s.x for s in spheres]),
+        'y': rounded([s.y for s in spheres]),
         'looks': changes(looks),
     }
 
@@ -283,75 +281,31 @@ FLEET = 0
 """The number under which a curve has the values of the whole fleet."""
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A quantity over time, of each robot or of the fleet.
-
-    Attributes:
-        name: Such as 'Disagreement'.
-        unit: Such as 'm'.
-        t: K times in s.
-        values: By robot, or one of the whole `FLEET`, shape (K,); NaN where nothing is known.
-    """
-
-    name: str
-    unit: str
-    t: Floats
-    values: Mapping[int, Floats]
-
-
-def curves(run: Run) -> list[Curve]:
-    """Return the curves of a run from its first command on, as in plots and metrics."""
+def charts_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
+    """Return curves of a run at times in s, from its first command on, as in plots and metrics."""
     grid = run.counted_grid
     if not len(grid.t):  # nothing commanded these robots
         return []
-    found = [
-        Curve('Speed', 'm/s', grid.t, {i: Track(run[i]).speeds(grid.t)[0] for i in run.robots})
-    ]
+    curves: list[tuple[str, str, Mapping[int, Floats]]] = []
     if len(grid.robots) > 1:
-        least = distances_of_pairs(grid)[0]
-        found.insert(0, Curve('Least separation', 'm', grid.t, {FLEET: least}))
         if is_agreement(run):
-            values = disagreement(grid.x, grid.y)
-            found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
+            curves.append(('Disagreement', 'm', {FLEET: disagreement(grid.x, grid.y)}))
+        curves.append(('Least separation', 'm', {FLEET: distances_of_pairs(grid)[0]}))
+    speeds = {robot: Track(run[robot]).speeds(grid.t)[0] for robot in run.robots}
+    curves.append(('Speed', 'm/s', speeds))
     if errors := errors_of(run):
-        found.append(Curve(errors.title, errors.unit, grid.t, errors.values))
-    return found
-
-
-def difference(run: Run, other: Run) -> Curve | None:
-    """Return how far each robot of a run is from itself in another one at the same time, in m.
-
-    None if no robot is in both.
-    """
-    # With what it imports, it is not for pages of one run in a browser, which start sooner.
-    from setcmas_tools.measures.comparison import distances_between
-
-    t, distances = distances_between(run, other)
-    return Curve('Difference', 'm', t, distances) if len(t) and distances else None
-
-
-def charts_entry(run: Run, other: Run | None, t: Floats) -> list[dict[str, Any]]:
-    """Return the curves of a run, those of another one, and their difference."""
-    theirs = {one.name: one for one in curves(other)} if other else {}
-    entries = []
-    for curve in curves(run):
-        entry = _entry(curve, t)
-        if curve.name in theirs:
-            entry['other'] = _entry(theirs[curve.name], t)['values']
-        entries.append(entry)
-    apart = difference(run, other) if other else None
-    return [_entry(apart, t), *entries] if apart else entries
-
-
-def _entry(curve: Curve, t: Floats) -> dict[str, Any]:
-    values = {robot: packed(_at(curve.t, own, t)) for robot, own in curve.values.items()}
-    return {'name': curve.name, 'unit': curve.unit, 'values': values}
+        curves.append((errors.title, errors.unit, errors.values))
+    return [
+        {
+            'name': name,
+            'unit': unit,
+            'values': {robot: rounded(_at(grid.t, own, t)) for robot, own in values.items()},
+        }
+        for name, unit, values in curves
+    ]
 
 
 def _at(known: Floats, values: Floats, t: Floats) -> Floats:
     """Return values at some of their own times, NaN at others."""
-    if not len(known):
-        return np.full(len(t), np.nan)
     places = np.clip(np.searchsorted(known, t - SAME_TIME_S), 0, len(known) - 1)
     return np.where(np.abs(known[places] - t) < SAME_TIME_S, values[places], np.nan)

@@ -14,7 +14,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models_by_name import UNICYCLE
 from setcmas_tools.measures.agreement import CONSENSUS, disagreement
-from setcmas_tools.page.document import SCALE, look_entry
+from setcmas_tools.page.document import look_entry
 from setcmas_tools.run.fleet_motion import farthest_drive
 
 LOST_S = 1.5
@@ -26,16 +26,9 @@ OK, WARN, ERROR = 0, 1, 2
 CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))
 """Names and units of the numbers that each frame has."""
 
-MOST_SHAPES = 30_000
-"""Beyond, the oldest is dropped."""
-
 Message = dict[str, Any]
 Shape = dict[str, Any]
-"""A shape as `plane.js` draws it: kind, robot in whose frame it is (0 for the world), places,
-size in m, colour and alpha.
-"""
-ShapeKey = tuple[str, str, int]
-"""Topic, namespace and id of the marker of a shape."""
+"""A shape as `plane.js` draws it: kind, places and size in m, colour and alpha."""
 
 _MOVING_M_S = 0.005
 _SILENCE_S = 2.0
@@ -147,37 +140,6 @@ class RunClock:
         return self._counted + (0.0 if self._paused or since > _SILENCE_S else since)
 
 
-class DrawnShapes:
-    """What control laws, obstacles and arenas draw, and the changes since they were last taken."""
-
-    def __init__(self) -> None:
-        self._shapes: dict[ShapeKey, Shape] = {}
-        self._changes: dict[ShapeKey, Shape | None] = {}
-
-    def put(self, key: ShapeKey, shape: Shape) -> None:
-        """Add a shape, or replace the one with its key."""
-        if shape == self._shapes.pop(key, None):
-            self._shapes[key] = shape
-            return
-        self._shapes[key] = self._changes[key] = shape
-        if len(self._shapes) > MOST_SHAPES:
-            self._drop(next(iter(self._shapes)))
-
-    def drop_topics(self, gone: Collection[str]) -> None:
-        """Drop the shapes of some topics."""
-        for key in [key for key in self._shapes if key[0] in gone]:
-            self._drop(key)
-
-    def take_changes(self) -> list[tuple[str, Shape | None]]:
-        """Return the changed shapes by name since the last call; None for those that are gone."""
-        changes, self._changes = self._changes, {}
-        return [('\0'.join(map(str, key)), shape) for key, shape in changes.items()]
-
-    def _drop(self, key: ShapeKey) -> None:
-        del self._shapes[key]
-        self._changes[key] = None
-
-
 class LiveRun:
     """The state of running robots.
 
@@ -195,7 +157,7 @@ class LiveRun:
         self.announced: list[int] = []
         self.models: dict[int, str] = {}
         self.real = self.ended = False
-        self.shapes = DrawnShapes()
+        self._shapes: dict[str, Shape] = {}
         self.begin()
 
     def begin(self) -> None:
@@ -206,8 +168,10 @@ class LiveRun:
         self._put: set[int] = set()
         self._fresh = False
         self._sent: set[int] = set()
-        self._links: dict[tuple[int, int], float] = {}
-        self._pending: list[Message] = [{'kind': 'begin'}]
+        self._links: dict[str, float] = {}
+        self._changed_links: dict[str, float | None] = {}
+        self._changed_shapes: dict[str, Shape | None] = {**self._shapes}
+        self._begins = True
         self._reported_looks: dict[int, tuple[str, int]] = {}
         self._reported_states: dict[int, tuple[str, str, str]] = {}
         self._reported_status: Message = {}
@@ -243,7 +207,7 @@ class LiveRun:
         """Note that a robot has sent its state."""
         self._sent.add(robot)
 
-    def connect(self, weights: Floats, now: float) -> None:
+    def connect(self, weights: Floats) -> None:
         """Note the links: row i hears column j, by robots' numbers from 1, shape (N, N).
 
         A row of NaN is not known: another controller process has it.
@@ -251,37 +215,53 @@ class LiveRun:
         unknown = np.flatnonzero(np.isnan(weights).all(axis=1)) + 1
         known = np.nan_to_num(weights) * (1 - np.eye(len(weights)))
         pairs = np.argwhere(known > 0).tolist()
-        links = {(i + 1, j + 1): round(float(known[i, j]), 4) for i, j in pairs}
+        links = {f'{i + 1} {j + 1}': round(float(known[i, j]), 4) for i, j in pairs}
         for pair, weight in self._links.items():
-            if pair[0] in unknown and pair[1] <= len(weights):
+            receiver, sender = map(int, pair.split())
+            if receiver in unknown and sender <= len(weights):
                 links[pair] = weight
-        changed = {pair: links.get(pair, 0.0) for pair in self._links.keys() | links.keys()}
-        changes = [
-            [self._t(now), *pair, weight]
-            for pair, weight in changed.items()
-            if weight != self._links.get(pair, 0.0)
-        ]
+        for pair in self._links.keys() | links.keys():
+            if links.get(pair) != self._links.get(pair):
+                self._changed_links[pair] = links.get(pair)
         self._links = links
-        if changes:
-            self._pending.append({'kind': 'links', 'changes': changes})
+
+    def draw(self, topic: str, key: str, shape: Shape) -> None:
+        """Note a shape, in place of that with the same topic and key."""
+        name = f'{topic}\0{key}'
+        if shape != self._shapes.get(name):
+            self._shapes[name] = self._changed_shapes[name] = shape
+
+    def erase(self, topic: str) -> None:
+        """Forget the shapes of a topic."""
+        for name in [name for name in self._shapes if name.startswith(f'{topic}\0')]:
+            del self._shapes[name]
+            self._changed_shapes[name] = None
 
     def messages(self, now: float) -> list[Message]:
         """Return the changes since the last call, for a page at a time in s."""
         if not self.ended:
             seen = self._seen.items()
             self._seen = {r: one for r, one in seen if now - one.time <= FORGOTTEN_S}
-        pending, self._pending = self._pending, []
-        found = [*pending, *self._looks(), *self._frame(now), *self._states(now)]
+        t = self._t(now)
+        changed = {
+            'looks': self._looks(),
+            'states': self._states(now),
+            'links': [*self._changed_links.items()],
+            'shapes': [*self._changed_shapes.items()],
+        }
+        self._changed_links, self._changed_shapes = {}, {}
+        found: list[Message] = [{'kind': 'begin'}] if self._begins else []
+        found += [
+            {'kind': kind, 't': t, 'items': items} for kind, items in changed.items() if items
+        ]
+        found += self._frame(now)
         if self._sent:
-            found.append({'kind': 'sent', 't': self._t(now), 'numbers': sorted(self._sent)})
-            self._sent = set()
-        if changes := self.shapes.take_changes():
-            found.append({'kind': 'shapes', 't': self._t(now), 'shapes': changes})
+            found.append({'kind': 'sent', 't': t, 'numbers': sorted(self._sent)})
         status = self._status(now)
         if status != self._reported_status:
-            self._reported_status = status
             found.append(status)
-        return [*found, {'kind': 'now', 't': self._t(now)}]
+        self._begins, self._sent, self._reported_status = False, set(), status
+        return [*found, {'kind': 'now', 't': t}]
 
     def _t(self, now: float) -> float:
         return round(now - self._t0, 3)
@@ -290,13 +270,12 @@ class LiveRun:
         limit = math.inf if self.ended else LOST_S
         return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
 
-    def _looks(self) -> list[Message]:
+    def _looks(self) -> list[tuple[int, dict[str, Any]]]:
         robots = self.robots
         models = {robot: (self.models.get(robot, UNICYCLE), len(robots)) for robot in robots}
         fresh = {r: own for r, own in models.items() if self._reported_looks.get(r) != own}
         self._reported_looks |= fresh
-        looks = [look_entry(robot, *own) for robot, own in fresh.items()]
-        return [{'kind': 'looks', 'robots': looks}] if looks else []
+        return [(robot, look_entry(robot, *own)) for robot, own in fresh.items()]
 
     def _frame(self, now: float) -> list[Message]:
         if not self._fresh:
@@ -306,14 +285,14 @@ class LiveRun:
         put, self._put = sorted(self._put), set()
         seen = [self._seen[robot] for robot in robots]
         rows: Floats = np.array([(*one.pose, one.speed) for one in seen])
-        whole = np.round(np.clip(rows, -_FARTHEST_M, _FARTHEST_M) * SCALE).astype(np.int64)
+        poses = np.round(np.clip(rows, -_FARTHEST_M, _FARTHEST_M), 4)
         clock = self.clock.seconds(now)
         return [
             {
                 'kind': 'frame',
                 't': self._t(now),
                 'numbers': robots,
-                'poses': whole.ravel().tolist(),
+                'poses': poses.ravel().tolist(),
                 'put': put,
                 'clock': None if clock is None else round(clock, 3),
                 'curves': [None] * len(CHARTS)
@@ -322,17 +301,17 @@ class LiveRun:
             }
         ]
 
-    def _states(self, now: float) -> list[Message]:
-        robots, changes = self.robots, []
+    def _states(self, now: float) -> list[tuple[int, tuple[str, str, str]]]:
+        robots = self.robots
+        states = {}
         for robot, lost in zip(robots, self._lost(robots, now).tolist(), strict=True):
             level, text = OK, 'at the end'
             if not self.ended:
                 level, text = self.states.describe(robot, lost, self._seen[robot].speed, now)
-            state = _KINDS.get(level, 'failed'), text.partition(':')[0], text
-            if self._reported_states.get(robot) != state:
-                self._reported_states[robot] = state
-                changes.append([robot, *state])
-        return [{'kind': 'states', 't': self._t(now), 'states': changes}] if changes else []
+            states[robot] = _KINDS.get(level, 'failed'), text.partition(':')[0], text
+        fresh = {r: own for r, own in states.items() if self._reported_states.get(r) != own}
+        self._reported_states |= fresh
+        return [*fresh.items()]
 
     def _status(self, now: float) -> Message:
         robots, paused = self.robots, self.states.paused(now)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -33,16 +34,18 @@ _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of several controller processes, each of which has the rows of its own robots."""
-_MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
+_MARKERS = QoSProfile(depth=500, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""As many as a trail of a control script keeps for those who come late."""
 GRACE_S = 3.0
 """Time in s after which contents of vanished topics go; those of a run vanish one by one."""
 _FARTHEST_M = 1e6
 _LEAST_M = 0.01
 _KINDS = {
-    'nav_msgs/msg/Odometry': Odometry,
-    'std_msgs/msg/UInt16': UInt16,
-    'visualization_msgs/msg/Marker': Marker,
-    'visualization_msgs/msg/MarkerArray': MarkerArray,
+    'nav_msgs/msg/Odometry': (Odometry, _NEWEST),
+    'std_msgs/msg/UInt16': (UInt16, _EVENTS),
+    'std_msgs/msg/Float32MultiArray': (Float32MultiArray, _GRAPHS),
+    'visualization_msgs/msg/Marker': (Marker, _MARKERS),
+    'visualization_msgs/msg/MarkerArray': (MarkerArray, _MARKERS),
 }
 
 
@@ -54,10 +57,10 @@ class LiveTopics:
         self._node = node
         self._run = run
         self._now = time.monotonic()
-        self._robots: dict[str, PolledTopic] = {}
+        self._topics: dict[str, PolledTopic] = {}
+        self._left: dict[str, float] = {}
         self._warned: set[str] = set()
         self._commands: dict[str, PolledTopic] = {}
-        self._departures = Departures()
         self._announced = FleetListener(node)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
@@ -66,9 +69,6 @@ class LiveTopics:
             PolledTopic(node, Clock, topics.CLOCK, self._on_clock, _NEWEST),
             PolledTopic(node, String, topics.TASK, self._on_task, qos.LATCHED),
             PolledTopic(node, DiagnosticArray, topics.DIAGNOSTICS, self._on_diagnostics, _EVENTS),
-            PolledTopic(
-                node, Float32MultiArray, topics.COMMUNICATION_GRAPH, self._on_graph, _GRAPHS
-            ),
         ]
 
     def look(self) -> None:
@@ -78,36 +78,37 @@ class LiveTopics:
             for name, types in self._node.get_topic_names_and_types()
             if types[0] in _KINDS and self._node.count_publishers(name)
         }
-        mocap = [name for name in found if name.startswith('/mocap/')]
-        if Odometry in found.values():  # else a run has ended, and stays what it was
-            self._run.real = bool(mocap)
-        wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
-        for name in self._robots.keys() - wanted.keys():
-            self._robots.pop(name).close()
-        if Odometry not in wanted.values():
+        if any(kind is Odometry for kind, _ in found.values()):  # else a run has ended
+            self._run.real = any(name.startswith('/mocap/') for name in found)
+        wanted = {name: own for name, own in found.items() if self._is_wanted(name, own[0])}
+        now = time.monotonic()
+        for name in self._topics.keys() - wanted.keys():
+            self._topics.pop(name).close()
+            self._left[name] = now
+        if not any(kind is Odometry for kind, _ in wanted.values()):
             self._run.ended = self._run.ended or bool(self._run.robots)
         elif self._run.ended:  # it stays as it was until another one begins
             self._run.begin()
         if not self._run.ended:
-            self._drop_what_is_gone(set(wanted))
-        for name in wanted.keys() - self._robots.keys():
-            self._robots[name] = self._subscribed(name, wanted[name])
+            for name in [name for name, left in self._left.items() if now - left >= GRACE_S]:
+                self._forget(name)
+        for name in wanted.keys() - self._topics.keys():
+            self._forget(name)
+            self._topics[name] = self._subscribed(name, *wanted[name])
         self._look_for_commands()
 
-    def _drop_what_is_gone(self, present: set[str]) -> None:
-        """Forget markers and the communication graph of publishers that are gone."""
-        if self._node.count_publishers(topics.COMMUNICATION_GRAPH):
-            present = present | {topics.COMMUNICATION_GRAPH}
-        now = time.monotonic()
-        gone = self._departures.look(present, now)
-        self._run.shapes.drop_topics(gone)
-        if topics.COMMUNICATION_GRAPH in gone - present:
-            self._run.connect(np.empty((0, 0)), now)
+    def _forget(self, topic: str) -> None:
+        """Forget what came from publishers of a topic that are gone."""
+        self._left.pop(topic, None)
+        if topic == topics.COMMUNICATION_GRAPH:
+            self._run.connect(np.empty((0, 0)))
+        else:
+            self._run.erase(topic)
 
     def wait(self, timeout_s: float) -> None:
         """Wait until a robot publishes its pose: those of a simulation do so together."""
         poses = (
-            topic for topic in self._robots.values() if topic.subscription.msg_type is Odometry
+            topic for topic in self._topics.values() if topic.subscription.msg_type is Odometry
         )
         if first := next(poses, None):
             wait_for_message(self._node, first, timeout_s)
@@ -117,7 +118,7 @@ class LiveTopics:
     def take(self, now: float) -> None:
         """Take the messages that have come until a time in s."""
         self._now = now
-        for topic in (*self._robots.values(), *self._commands.values(), *self._fleet):
+        for topic in (*self._topics.values(), *self._commands.values(), *self._fleet):
             topic.take()
         self._announced.take()
         self._run.models = self._announced.models
@@ -126,28 +127,28 @@ class LiveTopics:
     def _is_wanted(self, name: str, kind: type) -> bool:
         robot = topics.robot_of(name)
         if kind in (Marker, MarkerArray):
-            return robot is None or name != topics.robot_topic(robot, topics.MARKER)
+            own = robot is not None and name != topics.robot_topic(robot, topics.MARKER)
+            return own or name in (topics.OBSTACLES, topics.ARENA)
+        if kind is Float32MultiArray:
+            return name == topics.COMMUNICATION_GRAPH
         if robot is None:
             return False
         if kind is UInt16:
             return name == topics.robot_topic(robot, topics.TRIG_EVENT)
         # A real TurtleBot3 publishes the odometry of its wheels under the usual name.
         real = self._run.real
-        return name == (
-            topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
-        )
+        odometry = topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
+        return name == odometry
 
-    def _subscribed(self, name: str, kind: type) -> PolledTopic:
-        robot = topics.robot_of(name) or 0  # markers may be the fleet's
-        if kind is Odometry:
-            on_odometry = partial(self._on_odometry, robot)
-            return PolledTopic(self._node, kind, name, on_odometry, _NEWEST)
-        if kind is UInt16:
-            on_event = partial(self._on_trigger, robot)
-            return PolledTopic(self._node, kind, name, on_event, _EVENTS)
-        on_markers = partial(self._on_markers, name)
-        profile = _suited_to(self._node, name, _MARKER_DEPTH)
-        return PolledTopic(self._node, kind, name, on_markers, profile)
+    def _subscribed(self, name: str, kind: type, profile: QoSProfile) -> PolledTopic:
+        robot = topics.robot_of(name) or 0  # obstacles, arena and links are the fleet's
+        takes: dict[type, Callable[[Any], None]] = {
+            Odometry: partial(self._on_odometry, robot),
+            UInt16: partial(self._on_trigger, robot),
+            Float32MultiArray: self._on_graph,
+        }
+        on_message = takes.get(kind, partial(self._on_markers, name))
+        return PolledTopic(self._node, kind, name, on_message, profile)
 
     def _look_for_commands(self) -> None:
         """Subscribe to the commands of one robot; the first command begins the run."""
@@ -218,12 +219,12 @@ class LiveTopics:
         if self._run.ended:
             self._run.begin()  # its robots are about to be seen
         if len(sizes) == 2 and sizes[0] == sizes[1] and len(message.data) == sizes[0] * sizes[1]:
-            self._run.connect(np.array(message.data, dtype=float).reshape(sizes), self._now)
+            self._run.connect(np.array(message.data, dtype=float).reshape(sizes))
 
     def _on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
         for marker in message.markers if isinstance(message, MarkerArray) else [message]:
             if shape := planar_shape(marker):
-                self._run.shapes.put((topic, marker.ns, marker.id), shape)
+                self._run.draw(topic, f'{marker.ns} {marker.id}', shape)
 
 
 def planar_shape(marker: Marker) -> Shape | None:
@@ -242,7 +243,6 @@ def planar_shape(marker: Marker) -> Shape | None:
         return None
     return {
         'kind': 'lines' if marker.type == Marker.LINE_STRIP else 'discs',
-        'robot': topics.robot_of(f'/{marker.header.frame_id.strip("/")}/') or 0,
         'places': [
             [round(min(max(part, -_FARTHEST_M), _FARTHEST_M), 4) for part in place]
             for place in places
@@ -251,28 +251,6 @@ def planar_shape(marker: Marker) -> Shape | None:
         'colour': colour_code(colour[:3]),
         'alpha': round(min(max(colour[3], 0.0), 1.0), 3),
     }
-
-
-class Departures:
-    """Topics that have lost their publishers for good, or have new ones."""
-
-    def __init__(self) -> None:
-        self._known: set[str] = set()
-        self._since: dict[str, float] = {}
-
-    def look(self, present: Collection[str], now: float) -> set[str]:
-        """Return the topics, given those with publishers, whose contents are out of date.
-
-        `now` is the time in s.
-        """
-        for name in self._known.difference(present):
-            self._since.setdefault(name, now)
-        over = {name for name, since in self._since.items() if now - since >= GRACE_S}
-        dropped = over | self._since.keys() & set(present)
-        for name in dropped:
-            del self._since[name]
-        self._known = self._known.union(present) - over
-        return dropped
 
 
 class FleetCommands:
@@ -318,15 +296,3 @@ class FleetCommands:
         if paused and subscribers > self._subscribers:
             self._publishers[Button.PAUSE].publish(Bool(data=True))
         self._subscribers = subscribers
-
-
-def _suited_to(node: Node, name: str, depth: int) -> QoSProfile:
-    """Return the best quality of service that all publishers of a topic offer."""
-    offered = [info.qos_profile for info in node.get_publishers_info_by_topic(name)]
-    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
-    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )

@@ -9,11 +9,14 @@ import asyncio
 import errno
 import ipaddress
 import logging
+import os
 import queue
 import secrets
+import signal
 import socket
 import sys
 import threading
+import webbrowser
 from collections import deque
 from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
@@ -27,7 +30,12 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.page.browser import EVERYWHERE, BrowserOptions, own_address
+from setcmas_tools.page.browser import (
+    EVERYWHERE,
+    BrowserOptions,
+    may_open_windows,
+    own_address,
+)
 
 LIVE = '/live'
 _PORTS_TRIED = 50
@@ -65,15 +73,13 @@ class LiveSummary:
     """Poses of two minutes."""
 
     def __init__(self) -> None:
-        self._status: list[Mapping[str, Any]] = []
-        self._now = 0.0
+        self._newest: dict[str, Mapping[str, Any]] = {}
         self._begin()
 
     def _begin(self) -> None:
-        self._looks: dict[int, Any] = {}
-        self._states: dict[int, Any] = {}
-        self._shapes: dict[str, Any] = {}
-        self._links: dict[tuple[int, int], Any] = {}
+        self._items: dict[str, dict[Any, Any]] = {
+            kind: {} for kind in ('looks', 'states', 'links', 'shapes')
+        }
         self._frames: deque[Mapping[str, Any]] = deque(maxlen=self.MOST_FRAMES)
 
     def take(self, message: Mapping[str, Any]) -> None:
@@ -81,36 +87,27 @@ class LiveSummary:
         kind = message['kind']
         if kind == 'begin':
             self._begin()
-        elif kind == 'status':
-            self._status = [message]
-        elif kind == 'now':
-            self._now = message['t']
         elif kind == 'frame':
             self._frames.append(message)
-        elif kind == 'looks':
-            self._looks |= {look['number']: look for look in message['robots']}
-        elif kind == 'states':
-            self._states |= {state[0]: state for state in message['states']}
-        elif kind == 'shapes':
-            for key, shape in message['shapes']:
-                self._shapes.pop(key, None)
-                if shape:
-                    self._shapes[key] = shape
-        elif kind == 'links':
-            self._links |= {(change[1], change[2]): change for change in message['changes']}
+        elif kind in self._items:
+            self._items[kind] |= dict(message['items'])
+        elif kind in ('status', 'now'):
+            self._newest[kind] = message
 
     def messages(self) -> list[Mapping[str, Any]]:
         """Return the messages that bring a new browser up to date."""
-        t = self._frames[0]['t'] if self._frames else self._now
+        now = self._newest.get('now', {'kind': 'now', 't': 0.0})
+        t = self._frames[0]['t'] if self._frames else now['t']
+        known = {
+            kind: [pair for pair in items.items() if pair[1] is not None]
+            for kind, items in self._items.items()
+        }
         return [
-            *self._status,
+            *([self._newest['status']] if 'status' in self._newest else []),
             {'kind': 'begin'},
-            {'kind': 'looks', 'robots': [*self._looks.values()]},
+            *({'kind': kind, 't': t, 'items': items} for kind, items in known.items()),
             *self._frames,
-            {'kind': 'states', 't': t, 'states': [*self._states.values()]},
-            {'kind': 'shapes', 't': t, 'shapes': [*self._shapes.items()]},
-            {'kind': 'links', 'changes': sorted(link for link in self._links.values() if link[3])},
-            {'kind': 'now', 't': self._now},
+            now,
         ]
 
 
@@ -244,6 +241,26 @@ def announce(server: PageServer, options: BrowserOptions) -> None:
             file=sys.stderr,
             flush=True,
         )
+
+
+def show_page(text: str, browser: BrowserOptions) -> None:
+    """Serve a page until Ctrl-C, or raise SetcmasError."""
+    stop = threading.Event()
+    before = {
+        number: signal.signal(number, lambda *_: stop.set())
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    server = PageServer(text, browser.host, browser.port)
+    try:
+        announce(server, browser)
+        if may_open_windows(os.environ, sys.platform):
+            webbrowser.open(server.url)
+        while not stop.wait(0.5):  # signals are handled between waits on Windows
+            pass
+    finally:
+        server.stop()
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _encoded(messages: Sequence[Mapping[str, Any]]) -> str:

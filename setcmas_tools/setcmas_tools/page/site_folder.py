@@ -1,28 +1,41 @@
-"""Folder of the page that runs laws: its own files, setcmas itself, and where Pyodide is."""
+"""Folder of the page that runs laws: its own files, its choices, setcmas itself, and Pyodide."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import json
+import math
+import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import Field, fields
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
+from string import Template
 from typing import Any
 from urllib.parse import urlsplit
 
-from setcmas_ctrl.laws.script_imports import with_helpers
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES, names_to_set
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, file_errors
-from setcmas_tools.grade.rubric import read_rubric
+from setcmas_simu.option_groups import Option, default_of, plain
+from setcmas_simu.option_kinds import Number, Whole
+from setcmas_simu.plugins import ScriptGroup
+from setcmas_simu.robots.models_by_name import MODELS
+from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.grade.rubric_handout import archive, handout
-from setcmas_tools.page.document import site_files
-from setcmas_tools.page.site_catalogue import catalogue
+from setcmas_tools.page.document import (
+    MODULES,
+    digest,
+    escaped,
+    json_data,
+    page_content,
+    template,
+)
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder, built_in_name
 
 CDN = 'https://cdn.jsdelivr.net/pyodide/v{version}/full/'
 
@@ -30,35 +43,35 @@ FIRST, LATER = ('numpy', 'pyyaml'), ('matplotlib',)
 """Packages for the first run, and for plots."""
 
 LOCK, PARTS = 'pyodide-lock.json', 'python.json'
-SETCMAS, GIVEN = 'setcmas.zip', 'given.zip'
-"""Archives of the installed packages, and of the rubrics and scenarios of the page."""
+SETCMAS, RUBRICS = 'setcmas.zip', 'rubrics.zip'
+"""Archives of the installed packages, and of the rubrics of the page."""
+
+_TEMPLATES = resources.files(__package__) / 'templates' / 'site'
 
 Files = dict[str, bytes]
 
 
-def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: str = '') -> Files:
+def site(exercises: Sequence[str] = (), pyodide: Path | None = None) -> Files:
     """Return the files of the page, by path, or raise SetcmasError.
 
     Args:
         exercises: Names of exercises, or paths of rubrics; all shipped exercises if empty.
-        scenarios: Scenario files.
-        place: Folder or address of Pyodide; '' is that of jsDelivr.
+        pyodide: Folder with a release of Pyodide, which is copied; None for jsDelivr's.
     """
-    is_folder = bool(place) and '://' not in place
-    known = json.loads((resources.files(__package__) / 'templates/site/pyodide.json').read_text())
-    lock, core, version = known['lock'], known['core'], known['lock']['info']['version']
-    if is_folder:
-        address, lock = 'pyodide/', _lock(Path(place), version)
-        core = {name: _sha256(_content(Path(place), name)) for name in core}
+    known = json.loads((_TEMPLATES / 'pyodide.json').read_text(encoding='utf-8'))
+    version = known['lock']['info']['version']
+    cdn = CDN.format(version=version)
+    if pyodide:
+        address, lock = 'pyodide/', _lock(pyodide, version)
+        core = {name: _sha256(_content(pyodide, name)) for name in known['core']}
     else:
-        address = _address(place or CDN.format(version=version))
+        address, lock, core = cdn, known['lock'], known['core']
     first, later = _parts(lock, core, address)
     rubrics = [Path(one) for one in exercises if _is_file(one)]
-    names = [one for one in exercises if not _is_file(one)]
-    offered = catalogue(names, rubrics, scenarios)
+    offered = catalogue([one for one in exercises if not _is_file(one)], rubrics)
     own = {
         SETCMAS: archive(installed_packages()),
-        GIVEN: archive(dict([*_given_rubrics(rubrics), *_given_scenarios(scenarios)])),
+        RUBRICS: archive(dict(_given_rubrics(rubrics))),
         LOCK: json.dumps(lock).encode(),
     }
     parts = {
@@ -67,22 +80,10 @@ def site(exercises: Sequence[str] = (), scenarios: Sequence[Path] = (), place: s
         'packages': FIRST,
         'later_packages': LATER,
     }
-    origin = '' if is_folder else '{0.scheme}://{0.netloc}'.format(urlsplit(address))
-    texts = site_files(__version__, origin)
+    texts = _page_files('' if pyodide else '{0.scheme}://{0.netloc}'.format(urlsplit(cdn)))
     texts |= {'catalogue.json': json.dumps(offered), PARTS: json.dumps(parts)}
     files = {path: text.encode() for path, text in texts.items()} | own
-    return files | _copied(Path(place), first + later) if is_folder else files
-
-
-def _address(text: str) -> str:
-    parts = urlsplit(text)
-    is_safe = parts.scheme == 'https' or parts.hostname in ('localhost', '127.0.0.1')
-    if not (is_safe and parts.netloc) or any(letter in text for letter in '"\'<>; ?#'):
-        raise SetcmasError(
-            f"--pyodide is '{text}'; it must be a folder, or an address such as "
-            'https://cdn.example.org/pyodide/'
-        )
-    return text.rstrip('/') + '/'
+    return files | _copied(pyodide, first + later) if pyodide else files
 
 
 def _copied(folder: Path, parts: Iterable[Mapping[str, str]]) -> Files:
@@ -96,10 +97,31 @@ def _copied(folder: Path, parts: Iterable[Mapping[str, str]]) -> Files:
     return files
 
 
+def _page_files(connects: str) -> dict[str, str]:
+    """Return the page with its own modules and those of the player, by path.
+
+    `connects` is where it may get Python from, besides its own server; '' for nowhere.
+    """
+    own = {one.name: one.read_text(encoding='utf-8') for one in _TEMPLATES.iterdir()}
+    own['index.html'] = Template(own['index.html']).substitute(
+        version=escaped(__version__),
+        connects=f' {connects}' if connects else '',
+        stage=template('stage.html'),
+        data=json_data(page_content()),
+    )
+    script = own.pop('sandbox.js')
+    own['sandbox.html'] = Template(own['sandbox.html']).substitute(
+        script=script, digest=digest(script)
+    )
+    own['style.css'] = template('base.css') + template('style.css') + own.pop('site.css')
+    del own['pyodide.json']
+    return own | {f'player/{name}': template(name) for name in MODULES}
+
+
 def _lock(folder: Path, version: str) -> dict[str, Any]:
     """Return the lock of a folder, with the packages that the page needs."""
     if not folder.is_dir():
-        raise SetcmasError(f"--pyodide is '{folder}'; it must be a folder, or an address")
+        raise SetcmasError(f"--pyodide is '{folder}'; it must be a folder")
     try:
         lock = json.loads(_content(folder, LOCK))
         found = lock['info']['version']
@@ -172,22 +194,6 @@ def _given_rubrics(rubrics: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
             yield f'rubrics/{file.stem}/{path}', content
 
 
-def _given_scenarios(scenarios: Iterable[Path]) -> Iterator[tuple[str, bytes]]:
-    """Yield path and content of scenarios and of the files that they name.
-
-    Raises:
-        SetcmasError: One is outside the scenario's folder.
-    """
-    for file in scenarios:
-        scenario, folder = Scenario.load(file), file.resolve().parent
-        named = [Path(text) for name in OF_FILES for text in scenario.named(name)]
-        own = [one for one in named if one.is_absolute() and not built_in_name(one)]
-        ScenarioFolder(folder).check_inside(own, file.name)
-        for one in dict.fromkeys(file for path in own for file in with_helpers(path)):
-            yield f'scenarios/{file.stem}/{one.relative_to(folder).as_posix()}', one.read_bytes()
-        yield f'scenarios/{file.stem}/{file.stem}.yaml', file.read_bytes()
-
-
 def check_folder(folder: Path, overwrite: bool) -> None:
     """Check that a page can be written to a folder, before it is made, or raise SetcmasError."""
     if not folder.absolute().parent.is_dir():
@@ -257,3 +263,111 @@ def installed_packages() -> Files:
         place = f'setcmas-{installed.version}.dist-info/{name}'
         files[place] = (installed.read_text(name) or '').encode()
     return files
+
+
+_OFFERED = (
+    'nb_robots', 'duration', 'graph', 'range', 'delay', 'loss', 'noise', 'event_triggered',
+    'threshold', 'own_state', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
+    'random_poses', 'pose', 'arena', 'obstacles',
+)  # fmt: skip
+"""Options of the page, in order; the others need ROS, a solver, or files."""
+
+_FIELDS = {one.name: one for kind in Scenario.PARTS.values() for one in fields(kind)}
+
+_COMMANDS = re.compile(r'\nCommands\n(    .*\n)+"""')
+"""The end of an exercise's docstring: a page has no terminal to type them in."""
+
+
+def catalogue(names: Sequence[str] = (), rubrics: Sequence[Path] = ()) -> dict[str, Any]:
+    """Return what a page offers, and with what it begins, as JSON has it.
+
+    Args:
+        names: Exercises; all shipped ones, and the laws that solve them, without names and
+            rubrics.
+        rubrics: Rubrics; only their shown parts are described.
+
+    Raises:
+        SetcmasError: An exercise is unknown, or a rubric has a mistake or the name of another.
+    """
+    stems = [one.stem for one in rubrics]
+    if twice := sorted({one for one in stems if stems.count(one) > 1}):
+        raise SetcmasError(f"two files are named '{twice[0]}'; rename one")
+    chosen = names or (() if rubrics else _exercises_with_rubrics())
+    exercises = [
+        {**_law(name, EXERCISES.file(name)), **_rubric(name, rubric_of_exercise(name))}
+        for name in chosen
+    ]
+    of_files = [_rubric(one.stem, read_rubric(one)) for one in rubrics]
+    solved = {*names, *(one['exercise'] for one in of_files)}
+    empty = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
+    begins = [*(f'exercise:{name}' for name in names), *(f'rubric:{stem}' for stem in stems)]
+    return {
+        'first': [*begins, 'law:consensus'][0],
+        'laws': [
+            _law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS) if name not in solved
+        ],
+        'exercises': exercises,
+        'rubrics': of_files,
+        'template': {'name': 'my_law.py', 'text': empty.read_text(encoding='utf-8')},
+        'options': [_option(_FIELDS[name]) for name in _OFFERED],
+    }
+
+
+def _exercises_with_rubrics() -> list[str]:
+    names = _names(EXERCISES)
+    return [name for name in names if EXERCISES.file(name).with_suffix('.yaml').is_file()]
+
+
+def _names(group: ScriptGroup) -> list[str]:
+    """Return the names of the scripts of a group, one for each script."""
+    names: dict[Path, str] = {}
+    for name in group.plugins():
+        names.setdefault(group.file(name), name)
+    return [*names.values()]
+
+
+def _law(name: str, file: Path) -> dict[str, Any]:
+    return {
+        'name': name,
+        'text': _COMMANDS.sub('"""', file.read_text(encoding='utf-8'), count=1),
+        'settings': [one for one in names_to_set(file) if one.isupper()],  # others are state
+    }
+
+
+def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
+    shown = rubric.shown()
+    return {
+        'name': name,
+        'title': shown.title,
+        'exercise': shown.exercise,
+        'function': shown.function.value,
+        'points': shown.max_score,
+    }
+
+
+def _option(one: Field[Any]) -> dict[str, Any]:
+    option: Option = one.metadata['option']
+    kind = option.kind
+    default = plain(default_of(one))
+    return {
+        'name': one.name,
+        'help': option.help,
+        'must_be': kind.must_be,
+        'input': _input(option),
+        'default': None if default == math.inf else default,  # as JSON has no limit
+        'default_text': option.default_text,
+        'unit': getattr(kind, 'unit', ''),
+        'choices': [*(MODELS.plugins() if one.name == 'model' else kind.choices)],
+    }
+
+
+def _input(option: Option) -> str:
+    if option.is_switch:
+        return 'switch'
+    if option.is_several:
+        return 'several'
+    if isinstance(option.kind, Number):
+        return 'number'
+    if isinstance(option.kind, Whole):
+        return 'whole'
+    return 'choice' if option.kind.choices else 'text'

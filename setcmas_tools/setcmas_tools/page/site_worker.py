@@ -8,32 +8,22 @@ from __future__ import annotations
 
 import io
 import json
-import re
 import time
 import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.laws.script_errors import (
-    described_place,
-    quoted_line,
-    script_place,
-    summarise,
-)
+from setcmas_ctrl.laws.script_errors import summarise
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_rows
-from setcmas_tools.offline import run_progress
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.offline.run_progress import LateCallError, limited_calls
 from setcmas_tools.page.content import run_content
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_folder import OfflineOptions
 from setcmas_tools.run.run_info import RunState, this_origin
 from setcmas_tools.run.scenario import Scenario, options
 
@@ -42,11 +32,7 @@ Say = Callable[[str], object]
 
 Answer = dict[str, Any]
 
-SCENARIOS, RUBRICS = 'scenarios', 'rubrics'
-"""Folders with the scenario files and rubrics of the page, a folder or a file for each name."""
-
 _SCRIPTS, _RUN = Path('own'), Path('run')
-_PLACE = re.compile(r'(\w+\.py), line (\d+)')
 _LATER = ('matplotlib', 'PIL', 'mpl_toolkits')
 _MOST_LETTERS = 200_000
 _SAY_S = 0.1
@@ -122,51 +108,24 @@ class _Page(io.TextIOBase):
             self.end()
             self.send(reached=t, of=of)
 
-    def alive(self) -> None:
-        """Show that scripts run."""
-        self.end()
-        self.send(alive=True)
-
 
 def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -> str:
     """Return the answer of some work, or why there is none, as JSON."""
     page, asked = _Page(say), json.loads(request)
-    limit = float(asked.get('call_timeout') or OfflineOptions().call_timeout)
     try:
-        with redirect_stdout(page), redirect_stderr(page), limited_calls(limit, page.alive):
+        with redirect_stdout(page), redirect_stderr(page):
             answer = {'ok': True, **work(asked, page)}
     except SetcmasError as error:
-        answer = _refusal(str(error))
-    except LateCallError as error:
-        answer = {**_refusal(_late(error, limit)), 'late': True}
+        answer = {'ok': False, 'error': str(error)}
     except ModuleNotFoundError as error:
-        answer = _refusal(str(error))
+        answer = {'ok': False, 'error': str(error)}
         if str(error.name).partition('.')[0] in _LATER:
             answer['needs'] = 'matplotlib'
     except BaseException as error:  # a script may have changed anything
         reason = f'the script has broken the simulation itself: {summarise(error)}'
-        answer = {**_refusal(reason), 'broken': True}
+        answer = {'ok': False, 'error': reason, 'broken': True}
     page.end()
     return json.dumps(answer, separators=(',', ':'), allow_nan=False)
-
-
-def _refusal(message: str) -> Answer:
-    return {'ok': False, 'error': message, **_place_in(message)}
-
-
-def _place_in(message: str) -> Answer:
-    """Return file and line of the script that a message names."""
-    found = _PLACE.search(message)
-    return {'file': found[1] if found else '', 'line': int(found[2]) if found else 0}
-
-
-def _late(error: LateCallError, limit: float) -> str:
-    """Return the message on a call that took longer than a limit in s."""
-    file, line = script_place(error, Path())
-    call = run_progress.current.call.last()  # the error may have ended it
-    assert call
-    what, place = call.function.late(file.name, limit), described_place(file, line, file)
-    return f'{robot_name(call.robot)}: {what}; it is at {place}{quoted_line(file, line)}'
 
 
 def _simulated(asked: Answer, page: _Page) -> Answer:
@@ -183,7 +142,6 @@ def _simulated(asked: Answer, page: _Page) -> Answer:
     return {
         'page': run_content(made),
         'title': made.title,
-        'links': made.record is not None,
         'outcome': str(made.outcome).partition('\n')[0],
         'well': made.outcome.state is RunState.COMPLETE,
         'failures': _failures(made),
@@ -198,8 +156,9 @@ def _scenario(asked: Answer) -> Scenario:
     values = {
         name: _value(name, value) for name, value in given.items() if value not in (None, '')
     }
-    settings = dict(_setting(*pair) for pair in (asked.get('set') or {}).items())
-    law, file = asked.get('algo'), asked.get('scenario_file')
+    texts = [f'{name}={value}' for name, value in (asked.get('set') or {}).items()]
+    settings = dict(map(parse_setting, texts))
+    law = asked.get('algo') or 'consensus'
     if asked.get('script') is not None:
         script = str(_written(asked))
         if asked.get('function') == 'ctc':
@@ -208,31 +167,13 @@ def _scenario(asked: Answer) -> Scenario:
             values['si_to_uni'] = script
         else:
             law = script
-    if file:
-        base = Scenario.load(_file_of(SCENARIOS, file))
-        own = {'set': {**base.law.set, **settings}} if settings else {}
-        return base.replace(**values, **own, **({'algo': law} if law else {}))
-    return Scenario.of(law or 'consensus', **values, set=settings)
+    return Scenario.of(law, **values, set=settings)
 
 
 def _value(name: str, value: Any) -> Any:
     """Return the value of an option; texts are read as on the command line."""
     is_typed = isinstance(value, str) and name in options()
     return options()[name].kind.parse(value) if is_typed else value
-
-
-def _setting(name: str, value: Any) -> tuple[str, Any]:
-    return parse_setting(f'{name}={value}') if isinstance(value, str) else (name, value)
-
-
-def _file_of(folder: str, name: str) -> Path:
-    """Return the YAML file NAME.yaml, or that in the folder NAME, or raise SetcmasError."""
-    places = Path(folder), Path(folder, Path(name).name)
-    named = [file for one in places for file in one.glob(f'{Path(name).name}.yaml')]
-    found = [*named, *sorted(places[1].glob('*.yaml'))]
-    if not found:
-        raise SetcmasError(f"this page has no {folder.removesuffix('s')} '{name}'")
-    return found[0]
 
 
 def _written(asked: Answer) -> Path:
@@ -271,65 +212,32 @@ def _checked(asked: Answer, page: _Page) -> Answer:
     from setcmas_tools.grade.check import Check, OwnLaw, runs_here
     from setcmas_tools.grade.rubric import chosen_rubric
 
-    script = _written(asked)
-    own, name = OwnLaw.of(script), asked.get('rubric')
-    rubric = chosen_rubric(script, _file_of(RUBRICS, name) if name else asked.get('exercise'))
-    rubric = rubric.shown()
+    script, given = _written(asked), asked.get('rubric')
+    file = next(Path('rubrics', given).glob(f'{given}.y*ml')) if given else None
+    rubric = chosen_rubric(script, file or asked.get('exercise')).shown()
     run_one = runs_here(str(script), rubric.function)
 
     def run_shown(scenario: Any) -> Any:
         page.send(scenario=scenario.name)
         return run_one(scenario)
 
-    found = Check(own.marks(rubric, run_shown))
-    marks = found.marks
-    scenarios = [_scenario_entry(one) for one in marks.scenarios]
-    hints = [c['hint'] for one in scenarios for c in one['criteria'] if c['hint']]
-    return {
-        'title': marks.title,
-        'points': marks.score,
-        'of': marks.max_score,
-        'full': marks.is_full,
-        'unfilled': marks.unfilled,
-        'hint': hints[0] if hints else '',
-        'scenarios': scenarios,
-        'picture': found.picture_url() if any(one.paths for one in marks.scenarios) else '',
-    }
-
-
-def _scenario_entry(mark: Any) -> Answer:
-    message = mark.failure.message if mark.failure else ''
-    criteria = [
-        {
-            'name': one.name,
-            'points': one.points,
-            'of': one.max_points,
-            'full': one.is_full,
-            'reached': one.reached_text,
-            'wanted': one.wanted,
-            'hint': one.hint,
-        }
-        for one in mark.criteria
-    ]
-    entry = {'name': mark.name, 'points': mark.points_text, 'failure': message}
-    return {**entry, **_place_in(message), 'criteria': criteria}
+    found = Check(OwnLaw.of(script).marks(rubric, run_shown))
+    return {**found.plain(), 'picture': found.picture_url()}
 
 
 def _plotted(_: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.report_file import Pair, plot_pictures
+    from setcmas_tools.page.report_file import plot_pictures
 
-    pair = Pair('run', _run_made(), warn=page.warn)
-    pictures = plot_pictures(pair)
-    return {'plots': [{'name': p.name, 'picture': p.url, 'share': p.share} for p in pictures]}
+    return {'plots': [asdict(one) for one in plot_pictures(_run_made(), page.warn)]}
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.report_file import Cover, Pair, report_page
+    from setcmas_tools.page.report_file import Cover, report_page
 
     cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
     run = _run_made()
     made_here = replace(run, info=replace(run.info, origin=this_origin()))
-    return {'html': report_page(Pair('run', made_here, warn=page.warn), cover)}
+    return {'html': report_page(made_here, 'run', page.warn, cover)}
 
 
 def _run_made() -> Run:

@@ -1,52 +1,20 @@
-"""The process that serves the page of finished and live runs."""
+"""The process that serves the page of running robots."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import queue
-import signal
 import sys
-import threading
 import time
-import webbrowser
-from typing import TYPE_CHECKING
 
 from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess, node_main
-from setcmas_tools.page.browser import BrowserOptions, Opener, may_open_windows
-from setcmas_tools.page.document import checkbox, document, element, page_content, stage
+from setcmas_tools.page.browser import BrowserOptions, Opener
+from setcmas_tools.page.document import document, element, page_content, template
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
 from setcmas_tools.page.server import PageServer, announce
-
-if TYPE_CHECKING:
-    from setcmas_tools.page.report_file import Pair
-
-
-def show_runs(pair: Pair, browser: BrowserOptions) -> None:
-    """Serve the page of a run, or of two, until Ctrl-C, or raise SetcmasError."""
-    from setcmas_tools.page.report_file import report_page  # a live page needs no matplotlib
-
-    stop = threading.Event()
-    before = {
-        number: signal.signal(number, lambda *_: stop.set())
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    palette.set(browser.palette)
-    server = PageServer(report_page(pair), browser.host, browser.port)
-    try:
-        announce(server, browser)
-        if may_open_windows(os.environ, sys.platform):
-            webbrowser.open(server.url)
-        while not stop.wait(0.5):  # signals are handled between waits on Windows
-            pass
-    finally:
-        server.stop()
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
 
 _LEAST_S, _LONGEST_S = 0.07, 0.1
 """Between two pictures of a page that is open: as often as robots publish their poses."""
@@ -120,7 +88,7 @@ def live_page(has_buttons: bool) -> str:
     state = '<p class="outcome" id="state" role="status">connecting</p>'
     header = f'<header>\n<div>\n{titles}\n</div>\n{state}\n</header>'
     noscript = f'<noscript>{element("p", "This page needs JavaScript.")}</noscript>'
-    body = [header, noscript, stage([checkbox('links', 'links')], has_commands=has_buttons)]
+    body = [header, noscript, template('stage.html')]
     return document('setcmas', body, page_content(**live_content(has_buttons)))
 
 

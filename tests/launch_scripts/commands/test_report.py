@@ -2,6 +2,8 @@ import base64
 import csv
 import io
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -30,9 +32,8 @@ def runs(tmp_path_factory):
 
 @pytest.fixture(scope='session')
 def folder(runs):
-    """The folder of the runs, with a report of both."""
-    paths = [str(runs / name) for name in ('failed', 'well', 'failed.html')]
-    assert main(['report', *paths[:2], '-o', paths[2]]) == 0
+    """The folder of the runs, with a report of the one that fails."""
+    assert main(['report', str(runs / 'failed'), '-o', str(runs / 'failed.html')]) == 0
     return runs
 
 
@@ -73,7 +74,6 @@ def assert_colour(page, colour):
     ('arguments', 'message'),
     [
         (['nothing'], "there is no 'nothing'; it must be the folder of a run"),
-        (['well', 'well', 'well'], '3 runs given; name one or two'),
         (['well', '-o', 'out.pdf'], "the page 'out.pdf' must end with .html"),
         (['well', '-o', 'no/out.html'], "there is no folder 'no'; create it"),
         (['.'], "there is no fleet.csv in '.'"),
@@ -81,6 +81,23 @@ def assert_colour(page, colour):
 )
 def test_mistakes_are_reported_in_one_line(runs, arguments, message):
     refuses('report', *arguments, message=message, cwd=runs)
+
+
+VIEW_WITHOUT_ROS = """
+import sys
+sys.modules['rclpy'] = None
+from setcmas_tools.page import server
+server.show_page = lambda text, _: print(text.count('<canvas'))
+from launch_scripts.cli import main
+sys.exit(main(['view', sys.argv[1]]))
+"""
+
+
+def test_a_finished_run_is_viewed_without_ros(runs):
+    command = [sys.executable, '-c', VIEW_WITHOUT_ROS, runs / 'well']
+    done = subprocess.run(command, capture_output=True, text=True)
+
+    assert (done.returncode, done.stdout) == (0, '2\n'), done.stderr
 
 
 @pytest.fixture(scope='module')

@@ -4,7 +4,7 @@ import zipfile
 
 import pytest
 from browser import open_browser, wait_for
-from page_of_laws import LAW, RUBRIC, SCENARIO, Page
+from page_of_laws import LAW, RUBRIC, Page
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
@@ -26,16 +26,14 @@ def write(files, folder):
 
 @pytest.fixture(scope='module')
 def chromium(needs_chromium, tmp_path_factory):
-    """The page, served with Pyodide, and an exercise and a scenario of its own."""
+    """The page, served with Pyodide, and an exercise of its own."""
     from pyodide_folder import pyodide_folder
 
     folder = tmp_path_factory.mktemp('site')
     (folder / 'lab.yaml').write_text(RUBRIC)
-    (folder / 'law.py').write_text(LAW)
-    (folder / 'square.yaml').write_text(SCENARIO)
     downloads = folder / 'downloads'
     rubrics = ['consensus', 'nav_wp', str(folder / 'lab.yaml')]
-    write(site(rubrics, [folder / 'square.yaml'], str(pyodide_folder())), folder / 'web')
+    write(site(rubrics, pyodide_folder()), folder / 'web')
     asked = []
     with served(folder / 'web', asked) as address, open_browser(1400, 950) as browser:
         allow = {'behavior': 'allow', 'downloadPath': str(downloads)}
@@ -102,15 +100,6 @@ def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
     page.wait()
 
     assert page.text('.score') == '2 of 2 points', page.text('#problem')
-
-
-def test_a_scenario_is_run(page):
-    page.open('#scenario=square')
-    assert page.editor() == LAW
-    assert page.find('#option-loss').get_attribute('value') == '0.5'
-    page.run()
-
-    assert page.script('return page.robots.length') == 4
 
 
 def test_a_run_leaves_the_page_as_files(page, tmp_path):
@@ -194,16 +183,8 @@ def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
     page.wait()
     assert page.text('#problem') == ''
 
-    page.run()  # in a new worker; Python ends the call itself
-    assert 'control has not returned for 10 s' in page.text('#problem')
-    assert page.text('.cm-line.mistake').strip() == 'while t > 1: pass'
-
-
-def test_a_call_that_never_comes_back_to_python_is_ended(page):
-    page.write('import time\n' + LAW.replace('x =', 'time.sleep(1000 * (t > 1))\n    x ='))
-    page.run()
-
-    assert 'has not answered for 15 s' in page.text('#problem')
+    page.run()  # in a new worker
+    assert 'has not answered for 15 s after t = 1.' in page.text('#problem')
 
 
 def test_a_script_that_ends_python_costs_one_run(page):
@@ -317,8 +298,9 @@ def test_it_fits_a_phone(page):
         page.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
 
-def test_without_pyodide_the_page_says_so_once(needs_chromium, tmp_path):
-    write(site(['consensus'], [], 'http://127.0.0.1:9/'), tmp_path)
+def test_without_pyodide_the_page_says_so_once(needs_chromium, tmp_path, monkeypatch):
+    monkeypatch.setattr('setcmas_tools.page.site_folder.CDN', 'http://127.0.0.1:9/')
+    write(site(['consensus']), tmp_path)
     with served(tmp_path) as address, open_browser(1280, 900) as browser:
         page = Page(browser, address, tmp_path, []).open()
         wait_for(lambda: page.text('#problem'))

@@ -161,7 +161,6 @@ def test_the_page_of_a_simulation_ends_with_it_and_not_the_other_way_round(start
     ('arguments', 'message'),
     [
         (('run/none',), 'there is no'),
-        (('run', 'run', 'run'), '3 runs given; name one or two'),
         (('--port', '0'), '--port is 0; it must be a whole number from 1 to'),
     ],
 )

@@ -3,14 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_tools.page import live
-from setcmas_tools.page.document import SCALE
 from setcmas_tools.page.live import (
     FORGOTTEN_S,
     LOST_S,
     OK,
     WARN,
-    DrawnShapes,
     LiveRun,
     PauseStates,
     RobotDiagnosis,
@@ -31,12 +28,12 @@ def test_what_changes_is_sent_once(run):
     run.see(2, (0.5, -1.0, 0.25), 0.1, 1.0)
     first = by_kind(run, 1.0)
 
-    assert list(first) == ['begin', 'looks', 'frame', 'states', 'status', 'now']
-    assert [look['name'] for look in first['looks']['robots']] == ['tb3_2']
+    assert list(first) == ['begin', 'looks', 'states', 'frame', 'status', 'now']
+    assert [look['name'] for _, look in first['looks']['items']] == ['tb3_2']
     frame = first['frame']
     assert (frame['t'], frame['numbers'], frame['put']) == (1.0, [2], [2])
-    assert [part / SCALE for part in frame['poses']] == [0.5, -1.0, 0.25, 0.1]
-    assert first['states']['states'] == [[2, '', 'moving', 'moving']]
+    assert frame['poses'] == [0.5, -1.0, 0.25, 0.1]
+    assert first['states']['items'] == [(2, ('', 'moving', 'moving'))]
     assert first['status']['title'] == '1 robot'
     assert list(by_kind(run, 1.1)) == ['now']
     run.see(2, (0.51, -1.0, 0.25), 0.1, 1.1)
@@ -61,7 +58,7 @@ def test_silent_robots_are_lost_and_later_forgotten(run):
     run.see(1, (1.0, 0.0, 0.0), 0.3, LOST_S)
     later = by_kind(run, LOST_S + 0.1)
 
-    assert [3, 'failed', 'lost', 'lost'] in later['states']['states']
+    assert (3, ('failed', 'lost', 'lost')) in later['states']['items']
     assert later['status']['detail'] == '1 lost; robot 4 is announced, but not seen'
     assert later['frame']['curves'][:2] == [None, None]  # of one robot
     run.messages(FORGOTTEN_S + 0.1)
@@ -83,14 +80,30 @@ def test_each_frame_has_the_numbers_of_the_charts(run):
 
 def test_links_are_sent_as_changes(run):
     run.messages(0.0)
-    run.connect(np.array([[9, 1, 0], [0.5, 0, 0], [math.nan, 0, 0]], float), 1.0)
-    changes = by_kind(run, 1.0)['links']['changes']
-    assert sorted(changes) == [[1.0, 1, 2, 1.0], [1.0, 2, 1, 0.5]]
-    run.connect(np.array([[math.nan, math.nan], [0, 0]]), 2.0)  # of the process of robot 2
-    assert by_kind(run, 2.0)['links']['changes'] == [[2.0, 2, 1, 0.0]]
-    run.connect(np.empty((0, 0)), 3.0)
+    run.connect(np.array([[9, 1, 0], [0.5, 0, 0], [math.nan, 0, 0]], float))
+    assert sorted(by_kind(run, 1.0)['links']['items']) == [('1 2', 1.0), ('2 1', 0.5)]
+    run.connect(np.array([[math.nan, math.nan], [0, 0]]))  # of the process of robot 2
+    assert by_kind(run, 2.0)['links']['items'] == [('2 1', None)]
+    run.connect(np.empty((0, 0)))
 
-    assert by_kind(run, 3.0)['links']['changes'] == [[3.0, 1, 2, 0.0]]
+    assert by_kind(run, 3.0)['links']['items'] == [('1 2', None)]
+
+
+DISC, LINE = {'kind': 'discs'}, {'kind': 'lines'}
+
+
+def test_shapes_are_replaced_go_with_their_topic_and_outlive_the_begin_of_a_run(run):
+    run.draw('/a', '1', DISC)
+    run.draw('/b', '1', DISC)
+    assert by_kind(run, 1.0)['shapes']['items'] == [('/a\0001', DISC), ('/b\0001', DISC)]
+
+    run.draw('/a', '1', DISC)
+    assert 'shapes' not in by_kind(run, 2.0)
+    run.draw('/a', '1', LINE)
+    run.erase('/a')
+    assert by_kind(run, 3.0)['shapes']['items'] == [('/a\0001', None)]
+    run.begin()  # obstacles may be there before the robots
+    assert by_kind(run, 4.0)['shapes']['items'] == [('/b\0001', DISC)]
 
 
 def test_an_ended_run_stays_until_another_one_begins(run):
@@ -99,7 +112,7 @@ def test_an_ended_run_stays_until_another_one_begins(run):
     end = by_kind(run, 100.0)
 
     assert end['status']['state'] == 'run ended'
-    assert end['states']['states'] == [[1, '', 'at the end', 'at the end']]
+    assert end['states']['items'] == [(1, ('', 'at the end', 'at the end'))]
     run.begin()
     assert next(iter(by_kind(run, 101.0))) == 'begin'
     assert run.robots == []
@@ -151,28 +164,3 @@ def test_the_clock_stops_while_an_experiment_is_paused():
     command(clock, 8.4, 20.0, paused=True)
 
     assert clock.seconds(20.1) == pytest.approx(3.2)
-
-
-DISC, LINE = {'kind': 'discs'}, {'kind': 'lines'}
-
-
-def test_shapes_are_replaced_and_go_with_their_topic():
-    shapes = DrawnShapes()
-    shapes.put(('/a', '', 0), DISC)
-    shapes.put(('/b', '', 0), DISC)
-    assert shapes.take_changes() == [('/a\0\x000', DISC), ('/b\0\x000', DISC)]
-
-    shapes.put(('/a', '', 0), DISC)
-    assert shapes.take_changes() == []
-    shapes.put(('/a', '', 0), LINE)
-    shapes.drop_topics({'/a'})
-    assert shapes.take_changes() == [('/a\0\x000', None)]
-
-
-def test_the_number_of_shapes_is_bounded(monkeypatch):
-    monkeypatch.setattr(live, 'MOST_SHAPES', 3)
-    shapes = DrawnShapes()
-    for number in range(5):
-        shapes.put(('/a', '', number), DISC)
-
-    assert [shape for _, shape in shapes.take_changes()] == [None] * 2 + [DISC] * 3

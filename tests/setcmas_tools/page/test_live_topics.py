@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, Point32
 from visualization_msgs.msg import Marker
 
 from setcmas_tools.page.live import LiveRun
-from setcmas_tools.page.live_topics import GRACE_S, Departures, LiveTopics, planar_shape
+from setcmas_tools.page.live_topics import LiveTopics, planar_shape
 
 
 @pytest.fixture
@@ -66,7 +66,6 @@ def marker(kind, points=(), **fields):
 def test_a_disc(kind):
     assert planar_shape(marker(kind)) == {
         'kind': 'discs',
-        'robot': 0,
         'places': [[2.0, 3.0]],
         'size': 0.4,
         'colour': '#ff0000',
@@ -89,13 +88,3 @@ def test_markers_without_a_finite_place_and_of_other_kinds_are_not_shown(wrong):
     assert planar_shape(marker(Marker.LINE_STRIP)) is None
     assert planar_shape(marker(Marker.LINE_STRIP, [(0, 0), (1, wrong)])) is None
     assert planar_shape(marker(Marker.CUBE)) is None
-
-
-def test_topics_that_are_gone_count_for_a_while():
-    topics = Departures()
-
-    assert not topics.look({'/a', '/b'}, 0.0)
-    assert not topics.look({'/b'}, 1.0)
-    assert not topics.look({'/b'}, 0.9 + GRACE_S)
-    assert topics.look({'/b'}, 1.0 + GRACE_S) == {'/a'}
-    assert not topics.look({'/a', '/b'}, 9.0)

@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import pytest
 from PIL import Image
-from report_pages import HOSTILE, LAW, Page
+from report_pages import HOSTILE, Page
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.page.document import document, element, page_content
 from setcmas_tools.page.report_file import (
-    Pair,
+    answers_html,
     check_page,
-    listings,
-    marks_of,
-    page_named_after,
+    failure_html,
+    failures_alike,
     plot_pictures,
     report_page,
+    run_name,
 )
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
@@ -36,17 +36,12 @@ def test_texts_and_data_are_never_html():
     assert not [tag for tag, _ in page.elements if tag == 'img']
 
 
-def test_only_a_live_page_connects():
-    assert "connect-src 'self'" not in document('', [], page_content())
-    assert "connect-src 'self'" in document('', [], page_content(live={'commands': False}))
-
-
 MOST_BYTES = 1_000_000
 
 
 @pytest.fixture(scope='session')
 def page(failed_run):
-    return report_page(Pair('failed', failed_run))
+    return report_page(failed_run, 'failed')
 
 
 def test_what_comes_from_the_run_is_text(page):
@@ -75,13 +70,13 @@ def test_only_its_own_script_may_run_and_nothing_is_fetched(page):
 def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
     run = simulate('consensus', 8, 60.0, event_triggered=True, delay=0.2)
 
-    assert len(report_page(Pair('run', run)).encode()) < MOST_BYTES
+    assert len(report_page(run, 'run').encode()) < MOST_BYTES
 
 
 @pytest.fixture
 def no_plots(monkeypatch):
     """Leave out the plots, which take most of the time."""
-    monkeypatch.setattr('setcmas_tools.page.report_file.plot_pictures', lambda _: [])
+    monkeypatch.setattr('setcmas_tools.page.report_file.plot_pictures', lambda *_: [])
 
 
 def test_a_failed_run_says_so_with_command_and_versions(failed_run, no_plots):
@@ -92,7 +87,7 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run, no_plots):
         started='2026-11-21T16:02:11-0500',
         origin=this_origin(),
     )
-    read = Page(report_page(Pair('failed', replace(failed_run, info=info))))
+    read = Page(report_page(replace(failed_run, info=info), 'failed'))
 
     for text in (
         '4 s, started 2026-11-21 16:02:11',
@@ -110,33 +105,9 @@ def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(
     failed_run, no_plots, lines
 ):
     outcome = Outcome(RunState.DIED, detail=f'tb3_1: killed{lines}')
-    read = Page(report_page(Pair('failed', replace(failed_run, info=RunInfo(outcome=outcome)))))
+    read = Page(report_page(replace(failed_run, info=RunInfo(outcome=outcome)), 'failed'))
 
     assert read.shown.count('tb3_1: killed') == 1 + bool(lines)
-
-
-def test_the_other_run_is_there_with_what_differs(failed_run, no_plots):
-    other = simulate('consensus', 3, 4.0)
-    read = Page(report_page(Pair('failed', failed_run, 'other', other)))
-
-    assert len(read.data['others']) == 3
-    assert 'compared with other: consensus, 3 robots, 4 s, complete' in read.shown
-    assert 'What differs' in read.shown
-    assert 'delay: 0.3 -> 0.0' in read.shown
-    assert 'm apart (RMS)' in read.shown
-
-
-def test_runs_with_nothing_in_common_get_a_page_too(failed_run, no_plots):
-    from runs import run_of
-
-    from setcmas_tools.run.fleet_motion import fleet_table
-
-    told = []
-    stranger = run_of(fleet_table([[t / 10, 9, 0, 0, 0, 0, 0] for t in range(30)]))
-    pair = Pair('failed', failed_run, 'stranger', stranger, told.append)
-
-    assert Page(report_page(pair)).data['others'][0]['number'] == 9
-    assert told == ['no robot is in both runs long enough to compare them']
 
 
 def failure(t, robot, until=None, text='KeyError: 1', line=7):
@@ -144,49 +115,9 @@ def failure(t, robot, until=None, text='KeyError: 1', line=7):
     return ScriptFailure(t, robot, Function.CONTROL, 'law.py', line, told, until)
 
 
-def test_failures_stand_at_their_lines(failed_run):
-    [(name, what, lines)] = listings(failed_run)
-    marked = {n: marks for n, (_, marks) in enumerate(lines, 1) if marks}
-
-    assert (name, what) == ('law.py', 'control law')
-    assert [text for text, _ in lines] == LAW.splitlines()
-    assert list(marked) == [8, 10]
-    [first], [second] = marked.values()
-    assert (first.robots, first.when) == ('robot 1', 't = 2.2 s to the end')
-    assert first.text.startswith('IndexError: index 7 is out of bounds')
-    assert (second.robot, second.t, second.when) == (3, 1.2, 't = 1.2 s to 1.6 s')
-    assert second.text == f'ValueError: {HOSTILE}'
-
-
-def test_equal_failures_are_reported_together_and_by_time():
-    marks = marks_of([
-        failure(2.0, 4), failure(1.0, 2, 1.4), failure(3.0, 2, 3.2), failure(0.5, 1, 0.7, 'Oh'),
-    ])  # fmt: skip
-
-    assert [(one.robots, one.when, one.text) for one in marks] == [
-        ('robot 1', 't = 0.5 s to 0.7 s', 'Oh'),
-        ('robots 2,4', 't = 1.0 s to the end, 2 times', 'KeyError: 1'),
-    ]
-
-
-def test_two_runs_are_measured_and_drawn_together(monkeypatch):
-    monkeypatch.setattr('setcmas_tools.page.report_file._png', lambda _: b'')
-    run, other = (simulate('consensus', 2, 3.0, set={'K': k}) for k in (0.02, 0.05))
-    pair = Pair('slow', run, 'fast', other)
-    table, below = pair.metrics()
-    names = [one.name for one in plot_pictures(pair)]
-
-    assert re.findall(r'<th.*?>\s*(\w+)\s*</th>', table) == ['slow', 'fast', 'difference']
-    assert below == []
-    assert names[:3] == ['paths', 'distances', 'trajectories']
-    shown = Page(report_page(pair)).shown
-    assert 'set.K: 0.02 -> 0.05' in shown
-    assert 'fast is 0.' in shown
-
-
 @pytest.mark.nightly
 def test_each_plot_is_there_and_small(failed_run):
-    pictures = list(plot_pictures(Pair('failed', failed_run)))
+    pictures = list(plot_pictures(failed_run, print))
 
     assert [one.name for one in pictures] == list(plots_of(failed_run))
     for one in pictures:
@@ -206,8 +137,69 @@ def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
     check_page(page, overwrite=True)
 
 
-def test_a_page_is_named_after_its_runs(failed, failed_run, tmp_path):
+def test_a_page_is_named_after_its_run(failed):
     for path in (failed, failed / 'csv', failed / 'csv' / 'fleet.csv'):
-        assert str(page_named_after([path])) == 'failed.html'
-    other = failed_run.save(tmp_path / 'other')
-    assert str(page_named_after([failed, other])) == 'failed_other.html'
+        assert run_name(path) == 'failed'
+
+
+def test_failures_stand_at_their_lines_with_the_time_when_they_arose(failed_run, no_plots):
+    html = report_page(failed_run, 'failed')
+    listing = html.partition('<section class="listing">')[2].partition('</section>')[0]
+    marked = re.findall(
+        r'class="at"><i>(\d+)</i>.*?data-t="(.*?)" data-robot="(\d)">(.*?)<', listing
+    )
+
+    assert marked == [
+        ('8', '2.2', '1', 'robot 1, t = 2.2 s to the end'),
+        ('10', '1.2', '3', 'robot 3, t = 1.2 s to 1.6 s'),
+    ]
+
+
+def test_equal_failures_are_reported_together_and_by_time():
+    found = failures_alike([
+        failure(2.0, 4), failure(1.0, 2, 1.4), failure(3.0, 2, 3.2), failure(0.5, 1, 0.7, 'Oh'),
+    ])  # fmt: skip
+
+    assert [Page(f'<p>{failure_html(ones)}</p>').shown for ones in found] == [
+        'robot 1, t = 0.5 s to 0.7 s Oh',
+        'robots 2,4, t = 1.0 s to the end, 2 times KeyError: 1',
+    ]
+
+
+ATTACKS = [
+    HOSTILE,
+    '[x](javascript:alert(1))',
+    '![x](data:text/html,<script>alert(1)</script>)',
+    '<a href="x" onclick="alert(1)">x</a>',
+]
+
+
+def answers(text, folder):
+    pytest.importorskip('markdown_it')
+    (folder / 'answers.md').write_text(text, encoding='utf-8')
+    return Page(answers_html(folder / 'answers.md'))
+
+
+def test_markdown_becomes_headings_tables_and_code(tmp_path):
+    text = '# Q1\n\nIt is $u = -K x^2$, ![x](x.png).\n\n|a|b|\n|-|-|\n|1|2|\n\n```\nx = 1\n```\n'
+    page = answers(text, tmp_path)
+    tags = [tag for tag, _ in page.elements]
+
+    assert tags[:2] == ['h2', 'p']  # the title of the page is its only h1
+    assert {'table', 'code'} <= {*tags}
+    assert 'It is $u = -K x^2$' in page.shown
+
+
+@pytest.mark.parametrize('text', ATTACKS)
+def test_nothing_that_a_student_writes_runs_or_leads_to_a_script(tmp_path, text):
+    for tag, attributes in answers(text, tmp_path).elements:
+        assert tag not in ('script', 'img', 'iframe')
+        assert not [name for name in attributes if name.startswith('on') or 'href' in name]
+
+
+def test_answers_that_cannot_be_read_are_reported(tmp_path):
+    (tmp_path / 'word.md').write_bytes(b'\xff\xfe\x00')
+
+    for name, message in (('gone.md', 'cannot be read'), ('word.md', 'a text file in UTF-8')):
+        with pytest.raises(SetcmasError, match=message):
+            answers_html(tmp_path / name)

@@ -157,10 +157,10 @@ def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
 
 def test_a_page_that_comes_later_gets_what_it_missed(live):
     live.send([
-        {'kind': 'looks', 'robots': [{'number': 2}]},
+        {'kind': 'looks', 't': 1.0, 'items': [(2, {'name': 'tb3_2'})]},
         {'kind': 'frame', 't': 1.0, 'numbers': [2], 'poses': [1, 2, 3, 4], 'put': []},
-        {'kind': 'shapes', 't': 1.0, 'shapes': [['a', {'kind': 'discs'}], ['b', {}], ['a', None]]},
-        {'kind': 'links', 'changes': [[1.0, 1, 2, 0.5], [1.0, 2, 1, 0.5], [1.1, 2, 1, 0.0]]},
+        {'kind': 'links', 't': 1.0, 'items': [('1 2', 0.5), ('2 1', 0.5)]},
+        {'kind': 'links', 't': 1.1, 'items': [('2 1', None)]},
         {'kind': 'status', 'title': 'two'},
     ])  # fmt: skip
     with talk(live) as page:
@@ -169,9 +169,8 @@ def test_a_page_that_comes_later_gets_what_it_missed(live):
     found = {message['kind']: message for message in messages}
     assert [message['kind'] for message in messages][:2] == ['status', 'begin']
     assert found['frame']['poses'] == [1, 2, 3, 4]
-    assert found['looks']['robots'] == [{'number': 2}]
-    assert found['links']['changes'] == [[1.0, 1, 2, 0.5]]
-    assert found['shapes']['shapes'] == []
+    assert found['looks']['items'] == [[2, {'name': 'tb3_2'}]]
+    assert found['links']['items'] == [['1 2', 0.5]]
 
 
 def test_the_past_is_bounded_and_ends_with_the_run():

@@ -2,31 +2,25 @@ import base64
 import hashlib
 import io
 import json
+import re
 import zipfile
 from pathlib import Path
 
 import pytest
-from page_of_laws import LAW, RUBRIC, SCENARIO
+from page_of_laws import RUBRIC
 
 from launch_scripts.cli import main
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.page.document import site_files
-from setcmas_tools.page.site_folder import CDN, GIVEN, installed_packages, site
+from setcmas_tools.page import site_folder
+from setcmas_tools.page.site_folder import CDN, RUBRICS, installed_packages, site
+from setcmas_tools.run.scenario import Scenario
 
-TEMPLATES = Path(site_files.__code__.co_filename).parent / 'templates' / 'site'
+TEMPLATES = Path(site_folder.__file__).parent / 'templates' / 'site'
 CODEMIRROR = 'afbc4c6eff14cd0d374e9fbdde93392f57093587d32e097aad08dc0dd3661f0e'
 
 
 def integrity(content):
     return f'sha256-{base64.b64encode(hashlib.sha256(content).digest()).decode()}'
-
-
-@pytest.fixture
-def given(tmp_path):
-    (tmp_path / 'lab.yaml').write_text(RUBRIC)
-    (tmp_path / 'law.py').write_text(LAW)
-    (tmp_path / 'square.yaml').write_text(SCENARIO)
-    return tmp_path
 
 
 @pytest.fixture(scope='module')
@@ -58,14 +52,10 @@ def test_the_editor_is_the_bundle_that_was_reviewed():
     assert b'MIT License' in content[:1000]
 
 
-def test_own_modules_are_few():
-    own = [one for one in TEMPLATES.glob('*.js') if one.name != 'codemirror.js']
-    assert sum(len(one.read_text().splitlines()) for one in own) < 800
-
-
-def test_hidden_parts_of_rubrics_stay_out(given):
-    files = site([str(given / 'lab.yaml')])
-    with zipfile.ZipFile(io.BytesIO(files[GIVEN])) as packed:
+def test_hidden_parts_of_rubrics_stay_out(tmp_path):
+    (tmp_path / 'lab.yaml').write_text(RUBRIC)
+    files = site([str(tmp_path / 'lab.yaml')])
+    with zipfile.ZipFile(io.BytesIO(files[RUBRICS])) as packed:
         text = packed.read('rubrics/lab/lab.yaml').decode()
     offered = json.loads(files['catalogue.json'])
 
@@ -78,32 +68,12 @@ def test_hidden_parts_of_rubrics_stay_out(given):
     assert 'consensus' not in [one['name'] for one in offered['laws']]
 
 
-def test_scenarios_are_packed_with_their_scripts(given):
-    files = site(scenarios=[given / 'square.yaml'])
-    with zipfile.ZipFile(io.BytesIO(files[GIVEN])) as packed:
-        assert packed.read('scenarios/square/law.py').decode() == LAW
-        assert packed.read('scenarios/square/square.yaml').decode() == SCENARIO
-    assert json.loads(files['catalogue.json'])['first'] == 'scenario:square'
-
-
-def test_a_script_outside_the_folder_of_its_scenario_is_refused(given):
-    (given / 'labs').mkdir()
-    scenario = given / 'labs' / 'square.yaml'
-    scenario.write_text(SCENARIO.replace('law.py', '../law.py'))
-
-    with pytest.raises(SetcmasError, match=r"square\.yaml names '.*law\.py', which is outside"):
-        site(scenarios=[scenario])
-
-
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
         (('web', '--exercise', 'consensu'), 'did you mean consensus'),
         (('web', '--exercise', 'none.yaml'), "'none.yaml'"),
-        (('web', '--scenario', 'none.yaml'), "'none.yaml'"),
-        (('web', '--pyodide', 'none'), "--pyodide is 'none'; it must be a folder, or an address"),
-        (('web', '--pyodide', 'http://example.org/'), "--pyodide is 'http://example.org/'"),
-        (('web', '--pyodide', 'https://a.org/;script-src'), 'such as https://'),
+        (('web', '--pyodide', 'none'), "--pyodide is 'none'; it must be a folder"),
         (('web', '--pyodide', '.'), "lacks 'pyodide-lock.json'"),
         (('none/web',), 'create it'),
         (('full',), "'full' exists and is no page of setcmas"),
@@ -141,7 +111,7 @@ def test_a_folder_of_another_pyodide_is_refused(tmp_path):
     (tmp_path / 'pyodide-lock.json').write_text(json.dumps(lock))
 
     with pytest.raises(SetcmasError, match=r'has Pyodide 0\.20\.0; it must be 0\.27\.7'):
-        site(place=str(tmp_path))
+        site(pyodide=tmp_path)
 
 
 @pytest.mark.nightly
@@ -177,3 +147,46 @@ def test_the_packages_are_there_with_their_data_and_entry_points():
     }
     assert b'unicycle = setcmas_simu.robots.unicycle:UNICYCLE' in points
     assert not [path for path in files if path.startswith('setcmas_expe/guard/')]
+
+
+@pytest.fixture(scope='module')
+def offered(files):
+    return json.loads(files['catalogue.json'])
+
+
+def by_name(entries):
+    return {one['name']: one for one in entries}
+
+
+def test_laws_and_exercises_have_their_texts(offered):
+    laws, exercises = by_name(offered['laws']), by_name(offered['exercises'])
+
+    assert laws['consensus']['text'].startswith('"""')
+    assert laws['kuramoto']['settings'] == ['K', 'W', 'DW', 'SPEED', 'WAIT']  # no state
+    assert 'TODO' in exercises['consensus']['text']
+    texts = [offered['template']['text'], *(one['text'] for one in (laws | exercises).values())]
+    assert not [text for text in texts if re.search(r'setcmas (?!_)[a-z]|--[a-z]', text)]
+    assert exercises['ctc']['function'] == 'ctc'
+    assert exercises['consensus']['points'] == 10
+    assert 'def control' in offered['template']['text']
+
+
+def test_each_law_is_there_once(offered):
+    texts = [one['text'] for one in offered['laws']]
+
+    assert len(texts) == len(set(texts))
+
+
+def test_defaults_of_options_are_those_of_scenarios(offered):
+    options = by_name(offered['options'])
+    plain = Scenario.of('consensus').values()
+
+    assert {name: one['default'] for name, one in options.items() if name != 'pose'} == {
+        name: plain[name] for name in options if name != 'pose'
+    }
+    assert options['loss'] | {'help': ''} == {
+        'name': 'loss', 'help': '', 'input': 'number', 'must_be': 'from 0 to 1', 'default': 0.0,
+        'default_text': '', 'unit': '', 'choices': [],
+    }  # fmt: skip
+    assert 'ring' in options['graph']['choices']
+    assert options['event_triggered']['input'] == 'switch'

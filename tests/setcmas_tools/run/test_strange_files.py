@@ -51,7 +51,7 @@ def used(path):
             read = Run.load(path, lines.append)
             str(read.metrics())
             list(listings(read))
-            run_content(read, None)
+            run_content(read)
         except SetcmasError as error:
             lines.append(str(error))
     assert [line for line in lines if '\n' in line or len(line) > 1000] == []

@@ -1,6 +1,6 @@
 // The camera: which part of the plane is shown, and where on the canvas.
 
-import {others, robots, run, shapes} from './history.js';
+import {robots, run} from './history.js';
 
 const MARGIN = 1.12, NEAREST = 60, STEP = 1.3;
 const ROOM_M = {simulation: 7.5, experiment: 2.5};  // half the side of what a live page shows at least
@@ -20,7 +20,7 @@ export function reachAtLeast(isReal) {
 
 export function reachRun() {
   forgetReach();
-  for (const robot of [...robots, ...others]) robot.x.forEach((x, k) => reach(x, robot.y[k]));
+  for (const robot of robots) robot.x.forEach((x, k) => reach(x, robot.y[k]));
   for (const {points} of run.plane.references) points.forEach(([x, y]) => reach(x, y));
   for (const corners of run.plane.polygons) corners.forEach(([x, y]) => reach(x, y));
   for (const [x, y, radius] of run.plane.discs) reach(x, y, radius);

@@ -26,7 +26,7 @@ export function addCharts(seek) {
 function rangeOf(chart, from) {
   if (chart.range) return chart.range;
   let low = 0, high = 1e-3;
-  for (const values of [chart.values, chart.other || {}]) for (const one of Object.values(values))
+  for (const one of Object.values(chart.values))
     for (let k = from; k < one.length; k++) { if (one[k] < low) low = one[k]; if (one[k] > high) high = one[k]; }
   if (!isLive) chart.range = [low, high];
   return [low, high];
@@ -49,11 +49,8 @@ export function drawChart(chart, now, selected) {
   const shift = isLive ? (run.clock.at(-1) || 0) - last() : 0;  // ticks in the run's own time
   for (let n = Math.ceil((from + shift) / pause); n * pause <= last() + shift; n++)
     pen.fillText(+(n * pause).toFixed(6), Math.min(x(n * pause - shift), width - 12), height - 3);
-  for (const [values, dashes] of [[chart.other || {}, [4, 3]], [chart.values, []]]) {
-    pen.setLineDash(dashes);
-    for (const name in values) drawCurve(pen, values[name], byNumber.get(+name), selected, start, x, y);
-  }
-  pen.setLineDash([]); pen.lineWidth = 1.5; pen.strokeStyle = KINDS.failed;
+  for (const name in chart.values) drawCurve(pen, chart.values[name], byNumber.get(+name), selected, start, x, y);
+  pen.lineWidth = 1.5; pen.strokeStyle = KINDS.failed;
   pen.beginPath(); pen.moveTo(x(now), 2); pen.lineTo(x(now), height - 16); pen.stroke();
   const own = chart.values[0] || (selected && chart.values[selected.number]);
   chart.caption.textContent = chart.name + (own ? ` ${number(own[indexAt(now)], 3)} ${chart.unit}` : ` (${chart.unit})`);

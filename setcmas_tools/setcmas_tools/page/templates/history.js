@@ -1,6 +1,6 @@
 // The run: poses, states, links, broadcasts and drawings, at any of its times.
 
-export let run, robots, others;
+export let run, robots;
 export let times;  // s, sorted
 export const shapes = [];  // what scripts drew: from and to, the times between which it is there
 export const TINY = 1e-6;
@@ -8,11 +8,8 @@ const SERIES = ['x', 'y', 'theta', 'v', 'omega'];
 const MOST_POSES = 600_000;  // of a live run; the oldest go first
 export const byNumber = new Map();
 
-// Packed numbers are differences of whole numbers, null where nothing is known.
-function unpacked(steps) {
-  let sum = 0;
-  return steps.map(each => each === null ? NaN : (sum += each) / run.scale);
-}
+// JSON has null where a number is not known.
+const numbers = values => values.map(value => value ?? NaN);
 
 // A value for each place, from the places where it changes.
 function spread(changes, count) {
@@ -33,25 +30,25 @@ export function addRobot(look) {
 }
 
 function unpackRobot(robot) {
-  for (const name of SERIES) robot[name] = unpacked(robot[name]);
+  for (const name of SERIES) robot[name] = numbers(robot[name]);
   const breaks = new Set(robot.breaks);
   let leg = 0;
   robot.leg = times.map((_, k) => breaks.has(k) ? ++leg : leg);
-  robot.sent = unpacked(run.plane.sent[robot.number] || []);
+  robot.sent = numbers(run.plane.sent[robot.number] || []);
   robot.states = [];
 }
 
 function unpackCalls(calls) {
-  for (const name of ['t', 'vx', 'vy', 'allowedX', 'allowedY']) if (calls[name]) calls[name] = unpacked(calls[name]);
+  for (const name of ['t', 'vx', 'vy', 'allowedX', 'allowedY']) if (calls[name]) calls[name] = numbers(calls[name]);
   if (calls.messages) {
-    calls.messages.t = unpacked(calls.messages.t);
+    calls.messages.t = numbers(calls.messages.t);
     calls.messages.texts = spread(calls.messages.texts, calls.messages.t.length);
   }
   calls.words = spread(calls.words, calls.t.length);
 }
 
 function unpackDrawn(drawn) {
-  const [t, x, y] = ['t', 'x', 'y'].map(name => unpacked(drawn[name])), looks = spread(drawn.looks, t.length);
+  const [t, x, y] = ['t', 'x', 'y'].map(name => numbers(drawn[name])), looks = spread(drawn.looks, t.length);
   t.forEach((from, k) => {
     const [size, colour, alpha] = looks[k], to = drawn.marker && k + 1 < t.length ? t[k + 1] : Infinity;
     shapes.push({kind: 'discs', from, to, moves: drawn.marker, places: [[x[k], y[k]]], size, colour, alpha});
@@ -61,15 +58,16 @@ function unpackDrawn(drawn) {
 // Take the content of a run, which is unpacked in place; it replaces the run before.
 export function openRun(content) {
   run = content;
-  ({t: times, robots, others} = run);
+  ({t: times, robots} = run);
   forgetShapes();
-  for (const robot of [...robots, ...others]) unpackRobot(robot);
-  for (const robot of robots) byNumber.set(robot.number, robot);
+  for (const robot of robots) {
+    unpackRobot(robot);
+    byNumber.set(robot.number, robot);
+  }
   Object.values(run.calls).forEach(unpackCalls);
   run.plane.drawings.forEach(unpackDrawn);
   shapes.sort((a, b) => a.from - b.from);
-  for (const chart of run.charts) for (const values of [chart.values, chart.other || {}])
-    for (const number in values) values[number] = unpacked(values[number]);
+  for (const {values} of run.charts) for (const number in values) values[number] = numbers(values[number]);
 }
 function forgetShapes() {
   shapes.length = 0;
@@ -166,7 +164,7 @@ export function addFrame({t, numbers, poses, put, clock, curves}) {
   const places = new Map(numbers.map((number, place) => [number, place])), moved = new Set(put);
   for (const robot of robots) {
     const place = places.get(robot.number), known = place !== undefined;
-    ['x', 'y', 'theta', 'v'].forEach((name, part) => robot[name].push(known ? poses[4 * place + part] / run.scale : NaN));
+    ['x', 'y', 'theta', 'v'].forEach((name, part) => robot[name].push(known ? poses[4 * place + part] : NaN));
     robot.omega.push(NaN);
     robot.leg.push((robot.leg.at(-1) || 0) + moved.has(robot.number));
   }
@@ -190,7 +188,7 @@ function forgetOldest(count) {
 
 export function addState(number, state) { byNumber.get(number)?.states.push(state); }
 export function addSent(number, t) { byNumber.get(number)?.sent.push(t); }
-export function addLinks(changes) { run.plane.links.push(...changes); }
+export function addLink(...change) { run.plane.links.push(change); }  // time, receiver, sender, weight
 
 // Shapes that replace those of the same keys; null removes. One that has replaced another will probably be replaced, too.
 const current = new Map();

@@ -2,7 +2,7 @@
 
 import {reach, reachAtLeast} from './camera.js';
 import {find} from './canvas.js';
-import {addFrame, addLinks, addRobot, addSent, addShape, addState, byNumber, forgetAll, run} from './history.js';
+import {addFrame, addLink, addRobot, addSent, addShape, addState, byNumber, forgetAll, run} from './history.js';
 import {meet, player, redraw, toPresent} from './player.js';
 
 const AGAIN_MS = 1000;
@@ -11,20 +11,20 @@ let socket = null, status = {};
 // What each kind of message does; all have a time in s, of which the newest picture is a little behind.
 const TAKES = {
   begin: () => { forgetAll(); reachAtLeast(status.real); player.selected = null; toPresent(); },
-  looks: ({robots}) => robots.forEach(look => {
-    const robot = byNumber.get(look.number);
+  looks: ({items}) => items.forEach(([number, look]) => {
+    const robot = byNumber.get(number);
     if (robot) Object.assign(robot, look); else addRobot(look);
   }),
   frame: message => {
     addFrame(message);
-    for (let k = 0; k < message.poses.length; k += 4) reach(message.poses[k] / run.scale, message.poses[k + 1] / run.scale);
+    for (let k = 0; k < message.poses.length; k += 4) reach(message.poses[k], message.poses[k + 1]);
   },
-  states: ({t, states}) => states.forEach(([number, kind, label, words]) => addState(number, {t, kind, label, words})),
+  states: ({t, items}) => items.forEach(([number, [kind, label, words]]) => addState(number, {t, kind, label, words})),
   sent: ({t, numbers}) => numbers.forEach(number => addSent(number, t)),
-  links: ({changes}) => addLinks(changes),
-  shapes: ({t, shapes}) => shapes.forEach(([key, shape]) => {
+  links: ({t, items}) => items.forEach(([pair, weight]) => addLink(t, ...pair.split(' ').map(Number), weight)),
+  shapes: ({t, items}) => items.forEach(([key, shape]) => {
     addShape(key, t, shape);
-    if (shape && shape.kind === 'lines' && !shape.robot) shape.places.forEach(([a, b, c, d]) => { reach(a, b); reach(c, d); });
+    if (shape && shape.kind === 'lines') shape.places.forEach(([a, b, c, d]) => { reach(a, b); reach(c, d); });
   }),
   now: ({t}) => meet(t),
   status: message => {

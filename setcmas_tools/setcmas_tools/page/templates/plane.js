@@ -2,7 +2,7 @@
 
 import {aim, camera, px, py} from './camera.js';
 import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, number, roundStep, sized} from './canvas.js';
-import {TINY, byNumber, callAt, endedShapes, first, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, shapesUntil, stateAt} from './history.js';
+import {TINY, byNumber, callAt, endedShapes, first, indexAt, lastSent, linksAt, poseAt, robots, run, shapes, shapesUntil, stateAt} from './history.js';
 
 const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5, GROUND_MS = 200, TAILS_MS = 1000;
 const OBSTACLE = '#d0d7de', BORDER = '#8c959f';
@@ -59,22 +59,14 @@ const SHAPES = {
     path(pen, [[x, y], [toX, toY]]); pen.stroke();
   },
 };
-// A place in a robot's frame, in that of the world.
-function inWorld({x, y, theta}, [a, b, c, d]) {
-  const cos = Math.cos(theta), sin = Math.sin(theta);
-  return [x + a * cos - b * sin, y + a * sin + b * cos, x + c * cos - d * sin, y + c * sin + d * cos];
-}
 // Shapes that stay where they are belong to the ground, which shows those that began before already.
-const isStill = shape => !shape.moves && !shape.robot;
 function drawShapes(pen, now, still, since = -Infinity) {
   for (let k = shapesUntil(since); k < shapes.length; k++) {
     const shape = shapes[k];
     if (shape.from > now + TINY) break;
-    if (shape.to <= now + TINY || isStill(shape) !== still) continue;
-    const pose = shape.robot && byNumber.get(shape.robot)?.pose;
-    if (shape.robot && !pose) continue;
+    if (shape.to <= now + TINY || shape.moves === still) continue;
     pen.globalAlpha = shape.alpha;
-    for (const place of shape.places) SHAPES[shape.kind](pen, pose ? inWorld(pose, place) : place, shape.colour, shape.size);
+    for (const place of shape.places) SHAPES[shape.kind](pen, place, shape.colour, shape.size);
   }
   pen.globalAlpha = 1;
 }
@@ -90,7 +82,7 @@ function drawLinks(pen, now) {
   }
   pen.stroke();
 }
-function drawTrail(pen, robot, from, now, dashed) {
+function drawTrail(pen, robot, from, now) {
   const end = indexAt(now), begin = indexAt(from);
   const each = Math.max(1, Math.ceil((end - begin) * robots.length / MOST_TRAIL_POINTS));
   let leg = null;
@@ -101,15 +93,10 @@ function drawTrail(pen, robot, from, now, dashed) {
     leg = robot.leg[k];
   }
   if (robot.pose && leg === robot.leg[end]) pen.lineTo(px(robot.pose.x), py(robot.pose.y));
-  if (dashed) pen.setLineDash([1, 5]);
-  if (robot.bright && !dashed) { pen.strokeStyle = EDGE; pen.lineWidth = 3.2; pen.lineCap = 'butt'; pen.stroke(); pen.lineCap = 'round'; }
+  if (robot.bright) { pen.strokeStyle = EDGE; pen.lineWidth = 3.2; pen.lineCap = 'butt'; pen.stroke(); pen.lineCap = 'round'; }
   pen.strokeStyle = robot.colour; pen.lineWidth = 2; pen.stroke();
-  pen.setLineDash([]);
 }
-function drawTrails(pen, from, now) {
-  if (isShown('ghosts')) others.forEach(robot => drawTrail(pen, robot, from, now, true));
-  drawn().forEach(robot => drawTrail(pen, robot, from, now));
-}
+const drawTrails = (pen, from, now) => drawn().forEach(robot => drawTrail(pen, robot, from, now));
 function drawStarts(pen) {
   for (const {x, y, colour} of robots) {
     const k = x.findIndex(value => !isNaN(value));
@@ -119,7 +106,7 @@ function drawStarts(pen) {
   }
 }
 // Robots of a colour in one path: fewer calls than one for each robot.
-function drawRobots(pen, shown, times, ghosts) {
+function drawRobots(pen, shown, times) {
   const paths = new Map();
   for (const {pose, outline, colour, metres} of shown) {
     if (!pose) continue;
@@ -129,9 +116,8 @@ function drawRobots(pen, shown, times, ghosts) {
     outline.forEach(([a, b], k) => k ? path.lineTo(x + a * cos - b * sin, y - a * sin - b * cos) : path.moveTo(x + a * cos - b * sin, y - a * sin - b * cos));
     path.closePath();
   }
-  pen.globalAlpha = ghosts ? 0.35 : 1; pen.strokeStyle = INK; pen.lineWidth = 1;
+  pen.strokeStyle = INK; pen.lineWidth = 1;
   for (const [colour, path] of paths) { pen.fillStyle = colour; pen.fill(path, 'nonzero'); pen.stroke(path); }
-  pen.globalAlpha = 1;
 }
 function drawSigns(pen, robot, size, now) {
   const {pose} = robot;
@@ -155,7 +141,6 @@ function drawSelected(pen, robot, size, now) {
 
 // Half the side of a robot's symbol in px: one that can be seen, or as many times its true size as chosen.
 const halfOf = (metres, times) => times ? times * metres * camera.scale : Math.max(5, 0.07 * camera.scale, Math.min(camera.width, camera.height) * 0.016);
-const isShown = id => !find(id) || find(id).checked;
 const drawn = () => [...robots].reverse();  // those with colours of their own on top
 
 // Grid, trails and what stays in its place are on a canvas of their own, to which a few times a second is added what is new;
@@ -164,11 +149,11 @@ const ground = {look: '', t: Infinity, at: 0, wholeAt: 0, ended: 0, pen: null};
 const isPrinting = () => document.body.classList.contains('printing');
 function drawGround(now, length, often, plane) {
   const {x, y, scale, width, height} = camera, clock = performance.now();
-  const look = [x, y, scale, width, height, length, isShown('ghosts'), first()].join(), since = ground.t;
+  const look = [x, y, scale, width, height, length, first()].join(), since = ground.t;
   const isSame = often && look === ground.look && now >= since;
   if (isSame && clock - ground.at < GROUND_MS) return;
   const onlyGrows = (length === Infinity || !length) && ground.ended === endedShapes();
-  const adds = isSame && !others.length && (onlyGrows || clock - ground.wholeAt < TAILS_MS);
+  const adds = isSame && (onlyGrows || clock - ground.wholeAt < TAILS_MS);
   Object.assign(ground, {look, t: now, at: clock});
   if (!adds) {
     Object.assign(ground, {pen: isPrinting() ? plane : sized(find('ground')).pen, wholeAt: clock, ended: endedShapes()});
@@ -182,15 +167,14 @@ function drawGround(now, length, often, plane) {
 
 export function drawPlane(now, selected, often) {
   const {pen, width, height} = sized(find('plane')), place = indexAt(now);
-  for (const robot of [...robots, ...others]) robot.pose = poseAt(robot, now, place);
+  for (const robot of robots) robot.pose = poseAt(robot, now, place);
   aim(width, height);
   const times = +find('size').value, length = +find('trails').value;
   drawGround(now, length, often, pen);
   if (length && ground.t < now) drawTrails(pen, ground.t, now);
   if (ground.t < now) drawShapes(pen, now, true, ground.t);
   drawShapes(pen, now, false);
-  if (run.plane.links && isShown('links')) drawLinks(pen, now);
-  if (isShown('ghosts')) drawRobots(pen, others, times, true);
+  if (run.plane.links && find('links').checked) drawLinks(pen, now);
   drawRobots(pen, drawn(), times);
   robots.forEach(robot => drawSigns(pen, robot, halfOf(robot.metres, times), now));
   drawSelected(pen, selected, selected && halfOf(selected.metres, times), now);

@@ -80,9 +80,10 @@ export function select(robot) {
   camera.followed = find('follow').checked ? player.selected : null;
   redraw();
 }
-// Show another finished run, whose content is unpacked in place, at its beginning.
+// Show another finished run, whose content is changed in place, at its beginning.
 export function open(content) {
   openRun(content);
+  find('links').parentElement.hidden = !run.plane.links;
   reachRun();
   showAll();
   player.selected = camera.followed = null;
@@ -90,6 +91,7 @@ export function open(content) {
   move(first());
 }
 export function start() {
+  find('links').parentElement.hidden = !isLive && !run.plane.links;
   showWhetherPlaying(isLive);
   requestAnimationFrame(advance);
 }

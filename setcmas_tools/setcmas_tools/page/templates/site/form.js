@@ -26,8 +26,8 @@ export function createForm(catalogue, changed) {
   find('set').addEventListener('input', changed);
 }
 
-function* sourcesOf({laws, exercises, rubrics, scenarios, template}) {
-  const texts = new Map(laws.map(law => [law.name, law.text])), exercise = new Map(exercises.map(one => [one.name, one]));
+function* sourcesOf({laws, exercises, rubrics, template}) {
+  const exercise = new Map(exercises.map(one => [one.name, one]));
   yield ['template:', {group: 'New', label: 'an empty law', name: template.name, text: template.text}];
   for (const one of [...exercises, ...rubrics]) {
     const isShipped = 'text' in one, base = exercise.get(one.exercise) || one;
@@ -37,9 +37,6 @@ function* sourcesOf({laws, exercises, rubrics, scenarios, template}) {
     }];
   }
   for (const {name, text, settings} of laws) yield [`law:${name}`, {group: 'Laws', label: name, name: `my_${name}.py`, text, settings}];
-  for (const {name, values, algo, script} of scenarios) yield [`scenario:${name}`, {
-    group: 'Scenarios', label: name, name: script?.name || `my_${algo}.py`, text: script?.text ?? texts.get(algo) ?? template.text, values, scenario: name,
-  }];
 }
 
 export const sourceOf = key => sources.get(key);
@@ -94,5 +91,5 @@ export function request(key) {
     if (!setting) throw new Error(`'${line.trim()}' must have the form NAME=VALUE, such as K=2`);
     set[setting] = value;
   }
-  return {scenario, set, scenario_file: source.scenario ?? null, function: source.function ?? null};
+  return {scenario, set, function: source.function ?? null};
 }

@@ -7,9 +7,9 @@ import './player/main.js';
 import {find} from './player/canvas.js';
 import {play} from './player/player.js';
 import {Python} from './python.js';
-import {message, showCheck, showPlots, showRun} from './results.js';
+import {lineOf, message, showCheck, showPlots, showRun} from './results.js';
 
-const SILENCE_MS = 15_000;  // the time limit of a call, and 5 s
+const SILENCE_MS = {run: 15_000, check: 120_000};  // a run tells each of its steps, a check each of its runs
 const KEEP_MS = 300;
 const FIRST = 'law:consensus';
 const SHARED = 'This law comes from a link. Read it before you run it.';
@@ -19,9 +19,9 @@ const work = () => ({name: find('file-name').value, text: text(), source, values
 const status = text => { find('status').textContent = text; };
 
 // Errors, marked in the editor.
-function showError(text, line = 0) {
-  find('problem').replaceChildren(...(text ? [message(text, line)] : []));
-  markLine(line);
+function showError(text) {
+  find('problem').replaceChildren(...(text ? [message(text)] : []));
+  markLine(lineOf(text));
 }
 
 // The text and the settings survive a reload.
@@ -64,13 +64,13 @@ function answer() {
   showSource(source);
 }
 function workFrom(key) {
-  const {name, text, values} = sourceOf(key);
-  return {name, text, source: key, values, set: values ? '' : undefined};
+  const {name, text} = sourceOf(key);
+  return {name, text, source: key};
 }
 
-// Addresses: #law=consensus, #exercise=consensus, #scenario=square, #code=... They run nothing.
+// Addresses: #law=consensus, #exercise=consensus, #code=... They run nothing.
 async function followAddress() {
-  const [, kind, value] = /^#(law|exercise|rubric|scenario|template|code)=([\w.-]*)$/.exec(location.hash) || [];
+  const [, kind, value] = /^#(law|exercise|rubric|template|code)=([\w.-]*)$/.exec(location.hash) || [];
   if (!kind) return;
   history.replaceState(null, '', location.pathname + location.search);
   const key = `${kind}:${value}`;
@@ -96,21 +96,22 @@ function setBusy(busy) {
 }
 function hear({print, warn, reached: t, of, scenario, loading}) {
   if (print) find('printed').append(print);
-  if (warn) find('warnings').append(message(warn, 0, 'note'));
+  if (warn) find('warnings').append(message(warn, 'note'));
   if (t !== undefined) { reached = t; Object.assign(find('progress'), {max: of, value: t}); status(`Running: t = ${t.toFixed(1)} of ${of} s`); }
   if (scenario) status(`Checking: ${scenario}`);
   if (loading) status('Loading the parts for plots (10 MB, the first time) ...');
   find('output').hidden = !find('printed').textContent;
 }
-function endedText(reason) {
+function endedText(reason, limit) {
   const when = reached === null ? '' : ` after t = ${reached.toFixed(1)} s`;
-  return reason === 'silent' ? `The script has not answered for ${SILENCE_MS / 1000} s${when}, and was ended. Look for a loop that never ends.` : reason;
+  return reason === 'silent' ? `The script has not answered for ${limit / 1000} s${when}, and was ended. Look for a loop that never ends.` : reason;
 }
 async function call(name, asked, show) {
   if (!find('do-stop').disabled) return;
+  const limit = SILENCE_MS[name] ?? Infinity;
   reached = null;
   setBusy(true);
-  if (name === 'run' || name === 'check') {
+  if (name in SILENCE_MS) {
     showError('');
     find('printed').textContent = '';
     for (const id of ['warnings', 'check-marks']) find(id).replaceChildren();
@@ -118,10 +119,10 @@ async function call(name, asked, show) {
   }
   try {
     status(python.started ? 'Running ...' : 'Loading Python ...');
-    const found = await python.call(name, asked, name === 'run' || name === 'check' ? SILENCE_MS : Infinity);
-    if (found.ok === false) { showError(found.error, found.line); status('Stopped: see the message.'); } else { status('Ready.'); show(found); }
+    const found = await python.call(name, asked, limit);
+    if (found.ok === false) { showError(found.error); status('Stopped: see the message.'); } else { status('Ready.'); show(found); }
   } catch (error) {
-    if (error.message !== 'stopped') showError(endedText(error.message));
+    if (error.message !== 'stopped') showError(endedText(error.message, limit));
     status(error.message === 'stopped' ? 'Stopped.' : 'Stopped: see the message.');
     prepare();
   }

@@ -17,20 +17,21 @@ function section(id, title, ...parts) {
   find(id).replaceChildren(...(title ? [element('h2', title), ...parts] : parts));
 }
 
+// The line of the script that a message names; 0 if it names none.
+export const lineOf = text => +(/\.py, line (\d+)/.exec(text)?.[1] ?? 0);
 // A message with a button for its line; `note` tells a mistake from a hint.
-export function message(text, line = 0, className = 'note failure') {
-  const box = element('div', '', className), [first, ...more] = text.split('\n');
+export function message(text, className = 'note failure') {
+  const box = element('div', '', className), [first, ...more] = text.split('\n'), line = lineOf(text);
   box.append(element('p', first));
   if (more.length) box.append(element('pre', more.join('\n')));
   if (line) box.append(button(`line ${line}`, () => goToLine(line), 'time'));
   return box;
 }
 
-export function showRun({page, title, outcome, well, links, failures, metrics, seconds}) {
+export function showRun({page, title, outcome, well, failures, metrics, seconds}) {
   find('results').classList.remove('empty');
   find('run-title').textContent = title;
   Object.assign(find('run-outcome'), {textContent: outcome, className: `outcome ${well ? 'good' : 'bad'}`});
-  find('links').parentElement.hidden = !links;
   open(page);
   section('failures', '', ...failures.map(failureBox));
   section('metrics', 'Metrics', ...metrics.lines.map(line => element('p', line)), table(metrics));
@@ -38,8 +39,8 @@ export function showRun({page, title, outcome, well, links, failures, metrics, s
   find('took').textContent = `Simulated in ${seconds.toFixed(2)} s.`;
 }
 
-function failureBox({robot, t, line, text}) {
-  const box = message(text, line);
+function failureBox({robot, t, text}) {
+  const box = message(text);
   box.prepend(button(`robot ${robot}, t = ${t} s`, () => {
     player.selected = byNumber.get(robot) || null;
     move(t);
@@ -67,27 +68,29 @@ function picture(source, alt, share = 1) {  // of this form only: no other addre
 export function showPlots(plots) {
   find('do-plots').hidden = plots !== null || find('results').classList.contains('empty');
   const box = element('div', '', 'plots scroll');
-  if (plots) box.append(...plots.map(one => picture(one.picture, one.name, one.share)));
+  if (plots) box.append(...plots.map(one => picture(one.url, one.name, one.share)));
   section('plots', plots ? 'Plots' : '', ...(plots ? [box] : []));
 }
 
-export function showCheck({title, points, of, full, unfilled, hint, scenarios, picture: source}) {
-  const score = element('p', `${points} of ${of} points`, `score ${full ? 'good' : points ? 'some' : 'bad'}`);
-  const note = unfilled ? 'The blanks are not filled in yet: replace the parts marked TODO.' : hint && `Hint: ${hint}`;
-  const parts = [score, ...(note ? [message(note, 0, 'note')] : []), ...scenarios.map(scenarioPart)];
+// The marks as `setcmas check --json` has them, with a picture.
+export function showCheck({title, status, score: points, max_score: of, scenarios, picture: source}) {
+  const score = element('p', `${points} of ${of} points`, `score ${points === of ? 'good' : points ? 'some' : 'bad'}`);
+  const {hint} = scenarios.flatMap(one => one.criteria).find(one => one.hint) || {};
+  const note = status === 'unfilled' ? 'The blanks are not filled in yet: replace the parts marked TODO.' : hint && `Hint: ${hint}`;
+  const parts = [score, ...(note ? [message(note, 'note')] : []), ...scenarios.map(scenarioPart)];
   if (source) parts.push(picture(source, `Paths of ${title}: your law and the solution`));
   find('none').hidden = true;
   section('check-marks', `Check: ${title}`, ...parts);
   find('check-marks').scrollIntoView({block: 'nearest'});
 }
-function scenarioPart({name, points, failure, line, criteria}) {
+function scenarioPart({name, score, max_score: most, failure, criteria}) {
   const box = element('div', '', 'scenario'), list = element('ul');
   for (const one of criteria) {
-    const row = element('li', '', one.full ? 'met' : 'missed');
-    row.append(element('span', one.full ? '✓ ' : '✗ ', one.full ? 'good' : 'bad'), element('span', `${one.name}: ${one.points} of ${one.of}`));
-    row.append(element('span', ` ${one.reached}, wanted ${one.wanted}`, 'soft'));
+    const isFull = one.score === one.max_score, row = element('li', '', isFull ? 'met' : 'missed');
+    row.append(element('span', isFull ? '✓ ' : '✗ ', isFull ? 'good' : 'bad'), element('span', `${one.name}: ${one.score} of ${one.max_score}`));
+    row.append(element('span', ` ${one.reached_text}, wanted ${one.wanted}`, 'soft'));
     list.append(row);
   }
-  box.append(element('h3', `${name}: ${points}`), ...(failure ? [message(failure, line)] : []), list);
+  box.append(element('h3', `${name}: ${score} of ${most} points`), ...(failure ? [message(failure)] : []), list);
   return box;
 }

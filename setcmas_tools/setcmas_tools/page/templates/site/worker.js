@@ -17,7 +17,7 @@ async function boot({contents, packages}) {
   importScripts(scriptOf('pyodide.asm.js'));
   const {loadPyodide} = await import(scriptOf('pyodide.mjs'));
   python = await loadPyodide({indexURL: BASE, packages});
-  for (const [name, format] of [['setcmas.zip', 'wheel'], ['given.zip', 'zip']]) {  // a wheel goes to site-packages
+  for (const [name, format] of [['setcmas.zip', 'wheel'], ['rubrics.zip', 'zip']]) {  // a wheel goes to site-packages
     python.unpackArchive(files.get(name), format);
     files.delete(name);
   }
