@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function, ScriptFailure
@@ -82,10 +81,6 @@ def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
 _MOST_CALLS = 6_000
 """Of all robots; of longer runs the page has each second, fifth, ... call."""
 _MOST_MESSAGES = 20_000
-_OVERRULED = {
-    Verdict.CHANGED: 'The safety filter overruled it.',
-    Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
-}
 
 
 def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
@@ -106,8 +101,13 @@ def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
             rows, wanted, filtered = np.arange(len(t)), np.full((len(t), 2), np.nan), None
         if not len(t):
             continue
-        verdicts = filtered.verdict[rows] if filtered else np.full(len(t), Verdict.KEPT)
-        outcomes = _outcomes(run, robot, t, verdicts, np.hypot(*wanted.T) >= fastest)
+        overruled = np.full(len(t), '', dtype=object)
+        if filtered:
+            overruled[filtered.changed[rows]] = 'The safety filter overruled it.'
+            overruled[filtered.unsolved[rows]] = (
+                'The safety filter stopped it: no velocity was safe.'
+            )
+        outcomes = _outcomes(run, robot, t, overruled, np.hypot(*wanted.T) >= fastest)
         entry = {
             't': rounded(t),
             'vx': rounded(wanted[:, 0]),
@@ -157,14 +157,15 @@ def _fastest(run: Run) -> float:
 
 
 def _outcomes(
-    run: Run, robot: int, t: Floats, verdicts: NDArray[Any], saturated: NDArray[Any]
+    run: Run, robot: int, t: Floats, overruled: NDArray[Any], saturated: NDArray[Any]
 ) -> list[tuple[str, str]]:
     """Return the outcome of each wanted velocity: a kind, for its colour, and a sentence."""
     found = []
-    rows = zip(t.tolist(), states_at(run, robot, t), verdicts, saturated, strict=True)
-    for now, (state, held), verdict, is_saturated in rows:
+    rows = zip(t.tolist(), states_at(run, robot, t), overruled, saturated, strict=True)
+    for now, (state, held), by_filter, is_saturated in rows:
         failure = failure_at(run, robot, now)
-        outcome = _outcome(failure, state, held, Verdict(int(verdict)))
+        by_safety = 'A safety function overruled it.' if held else ''
+        outcome = _outcome(failure, state, by_filter or by_safety)
         if not outcome[0] and is_saturated:
             outcome = 'saturated', 'The velocity is saturated at the speed limit.'
         found.append(outcome)
@@ -189,17 +190,13 @@ def states_at(run: Run, robot: int, t: Floats) -> list[tuple[str, bool]]:
     ]
 
 
-def _outcome(
-    failure: ScriptFailure | None, state: str, held: bool, verdict: Verdict
-) -> tuple[str, str]:
+def _outcome(failure: ScriptFailure | None, state: str, overruled: str) -> tuple[str, str]:
     if failure:
         place = f' in line {failure.line} of {failure.script}' if failure.line else ''
         return 'failed', f'Its law failed{place}: {failure.first_line}'
     if state != MOVING:
         return 'stopped', f'The robot was {state} in the experiment.'
-    if held or verdict is not Verdict.KEPT:
-        return 'overruled', _OVERRULED.get(verdict, 'A safety function overruled it.')
-    return '', ''
+    return ('overruled', overruled) if overruled else ('', '')
 
 
 def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:

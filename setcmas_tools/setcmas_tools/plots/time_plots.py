@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.measures.agreement import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
@@ -97,10 +96,7 @@ def draw_errors(figure: Figure, run: Run) -> None:
     legend(axes, line_handles(robots))
 
 
-_LOOKS = {
-    Verdict.CHANGED: ('changed', '0.75'),
-    Verdict.NO_SOLUTION: ('no solution', '#d62728'),
-}
+_LOOKS = {'changed': '0.75', 'no solution': '#d62728'}
 _BAR = 0.7
 
 
@@ -128,7 +124,7 @@ def draw_filter(figure: Figure, run: Run) -> None:
         Line2D([], [], label='allowed', color='0.4'),
     ]
     legend(speeds, [*line_handles(run.robots), *ways, *marks])
-    legend(verdicts, [Patch(label=name, color=colour) for name, colour in _LOOKS.values()])
+    legend(verdicts, [Patch(label=name, color=colour) for name, colour in _LOOKS.items()])
     figure.align_ylabels()
 
 
@@ -142,11 +138,11 @@ def _draw_speeds(axes: Axes, commands: Commands, robot: int, nb_robots: int) -> 
 
 
 def _draw_verdicts(axes: Axes, commands: Commands, robot: int) -> None:
-    """Draw a bar over the times of each verdict."""
-    assert commands.allowed
+    """Draw a bar over the times of each verdict, the worse one on top."""
+    allowed = commands.allowed
+    assert allowed
     ends = np.append(commands.t[1:], commands.t[-1:])
-    for verdict, (_, colour) in _LOOKS.items():
-        held = commands.allowed.verdict == verdict
+    for held, colour in zip((allowed.changed, allowed.unsolved), _LOOKS.values(), strict=True):
         bars = list(zip(commands.t[held], (ends - commands.t)[held], strict=True))
         axes.broken_barh(bars, (robot - 0.5 * _BAR, _BAR), color=colour, linewidth=0)
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.communication.message_content import Value, plain
+from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
@@ -36,6 +37,16 @@ class Filtered:
     vx: Floats
     vy: Floats
     verdict: Floats
+
+    @property
+    def changed(self) -> NDArray[np.bool_]:
+        """Whether the filter let the robot have another velocity than it wanted."""
+        return np.greater_equal(self.verdict, Verdict.CHANGED)
+
+    @property
+    def unsolved(self) -> NDArray[np.bool_]:
+        """Whether no velocity was safe."""
+        return np.equal(self.verdict, Verdict.NO_SOLUTION)
 
 
 @dataclass(frozen=True)
