@@ -66,4 +66,3 @@ def main(args: argparse.Namespace) -> int:
         write_picture(result.marks.scenarios, picture, args.show)
         print(f'your paths over those of the solution: {picture}')
     return 0 if result.marks.is_full else SCRIPT_FAILED
-

@@ -111,7 +111,7 @@ def test_a_law_is_checked(page):
     answer = page.call('check', script=script, exercise='consensus')
 
     assert 0 < answer['score'] < answer['max_score'] == 10
-    hints = [one['hint'] for one in answer['scenarios'][0]['criteria']]
+    hints = [one['hint'] for one in answer['marks']['scenarios'][0]['criteria']]
     assert any('as if K were 1, not 0.5' in hint for hint in hints)
     assert answer['picture'].startswith('data:image/png;base64,iVBOR')
     assert {'scenario': 'eight robots'} in page.said

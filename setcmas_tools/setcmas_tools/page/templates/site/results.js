@@ -73,8 +73,8 @@ export function showPlots(plots) {
 }
 
 // The marks as `setcmas check --json` has them, with a picture.
-export function showCheck({title, status, score: points, max_score: of, scenarios, picture: source}) {
-  const score = element('p', `${points} of ${of} points`, `score ${points === of ? 'good' : points ? 'some' : 'bad'}`);
+export function showCheck({status, score: points, max_score: most, marks: {title, scenarios}, picture: source}) {
+  const score = element('p', `${points} of ${most} points`, `score ${points === most ? 'good' : points ? 'some' : 'bad'}`);
   const {hint} = scenarios.flatMap(one => one.criteria).find(one => one.hint) || {};
   const note = status === 'unfilled' ? 'The blanks are not filled in yet: replace the parts marked TODO.' : hint && `Hint: ${hint}`;
   const parts = [score, ...(note ? [message(note, 'note')] : []), ...scenarios.map(scenarioPart)];
@@ -83,14 +83,16 @@ export function showCheck({title, status, score: points, max_score: of, scenario
   section('check-marks', `Check: ${title}`, ...parts);
   find('check-marks').scrollIntoView({block: 'nearest'});
 }
-function scenarioPart({name, score, max_score: most, failure, criteria}) {
+const sum = numbers => +numbers.reduce((one, other) => one + other, 0).toFixed(2);
+function scenarioPart({name, failure, criteria}) {
   const box = element('div', '', 'scenario'), list = element('ul');
   for (const one of criteria) {
-    const isFull = one.score === one.max_score, row = element('li', '', isFull ? 'met' : 'missed');
-    row.append(element('span', isFull ? '✓ ' : '✗ ', isFull ? 'good' : 'bad'), element('span', `${one.name}: ${one.score} of ${one.max_score}`));
+    const isFull = one.points === one.max_points, row = element('li', '', isFull ? 'met' : 'missed');
+    row.append(element('span', isFull ? '✓ ' : '✗ ', isFull ? 'good' : 'bad'), element('span', `${one.name}: ${one.points} of ${one.max_points}`));
     row.append(element('span', ` ${one.reached_text}, wanted ${one.wanted}`, 'soft'));
     list.append(row);
   }
-  box.append(element('h3', `${name}: ${score} of ${most} points`), ...(failure ? [message(failure)] : []), list);
+  const points = sum(criteria.map(one => one.points)), most = sum(criteria.map(one => one.max_points));
+  box.append(element('h3', `${name}: ${points} of ${most} points`), ...(failure ? [message(failure.message)] : []), list);
   return box;
 }
