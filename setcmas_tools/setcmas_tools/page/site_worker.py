@@ -35,7 +35,6 @@ Answer = dict[str, Any]
 _SCRIPTS, _RUN = Path('own'), Path('run')
 _LATER = ('matplotlib', 'PIL', 'mpl_toolkits')
 _MOST_LETTERS = 200_000
-_SAY_S = 0.1
 
 _last: Run | None = None
 
@@ -70,13 +69,12 @@ def run_zip() -> bytes:
 
 
 class _Page(io.TextIOBase):
-    """Passes progress, warnings and what scripts print to the page, a few times a second."""
+    """Passes progress, warnings and what scripts print to the page."""
 
     def __init__(self, say: Say) -> None:
         self._say = say
         self._printed = ''
         self._letters = 0
-        self._next = 0.0
 
     def write(self, text: str) -> int:
         """Print a text; what exceeds a limit is not shown."""
@@ -102,11 +100,9 @@ class _Page(io.TextIOBase):
             self._printed = ''
 
     def reached(self, t: float, of: float) -> None:
-        """Show that a run has reached a time in s, but not too often."""
-        if time.perf_counter() > self._next:
-            self._next = time.perf_counter() + _SAY_S
-            self.end()
-            self.send(reached=t, of=of)
+        """Show that a run has reached a time in s: the page names it if the next call hangs."""
+        self.end()
+        self.send(reached=t, of=of)
 
 
 def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -> str:

@@ -146,7 +146,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
         wait_for(lambda: 'tb3_3' in rows(browser))
         simu.end()
         wait_for(lambda: text(browser, 'detail') == '2 lost')
-        assert not browser.find_elements('id', 'pause')
+        assert not browser.find_element('id', 'pause').is_displayed()
     assert 'token' not in view.output()
 
 
