@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.grade.mark_records import RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import show, window
 from setcmas_tools.plots.style import (
@@ -91,8 +90,9 @@ def _draw_scenario(axes: Axes, scenario: ScenarioMark) -> None:
 def _draw_path(axes: Axes, path: RobotPath, nb_robots: int) -> None:
     wanted, own = _columns(path.wanted), _columns(path.own)
     axes.plot(*wanted, **_WANTED)
-    axes.plot(*own, **line_look(path.robot, nb_robots))
-    colour = plot_colour(path.robot, nb_robots)
+    look = line_look(path.robot, nb_robots)
+    axes.plot(*own, **look)
+    colour = look['color']
     ring: dict[str, Any] = {'markerfacecolor': 'white', 'markeredgecolor': colour, 'markersize': 6}
     axes.plot(*own[:, :1], marker='o', linestyle='', zorder=3, **ring)
     axes.plot(*own[:, -1:], marker='o', linestyle='', zorder=4, color=colour, markersize=5)

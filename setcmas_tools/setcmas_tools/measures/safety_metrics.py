@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from setcmas_ctrl.filter.barrier_constraints import nearest_points
+from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.models_by_name import UNICYCLE, shape_of
@@ -231,7 +232,7 @@ def fleet_filtering(run: Run) -> Measured | None:
         return None
     robots = np.unique(commands.robot).tolist()
     overruled = {robot: _overruled_s(commands.of(robot)) for robot in robots}
-    unsolved = commands.t[commands.allowed.unsolved]
+    unsolved = commands.t[commands.allowed.verdict == Verdict.NO_SOLUTION]
     count = len(np.unique(unsolved))
     steps = f'{count} step{"s" if count != 1 else ""}'
     return Measured(
@@ -244,6 +245,6 @@ def fleet_filtering(run: Run) -> Measured | None:
 def _overruled_s(commands: Commands) -> float:
     """Return how long, in s, the filter changed the velocities of a robot."""
     assert commands.allowed
-    held = (commands.t >= 0.0) & commands.allowed.changed
+    held = (commands.t >= 0.0) & (commands.allowed.verdict >= Verdict.CHANGED)
     period = float(np.median(np.diff(commands.t))) if len(commands.t) > 1 else 0.0
     return round(float(held.sum()) * period, 3)
