@@ -13,7 +13,6 @@ from pathlib import Path
 
 from launch_scripts.terminal import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError, install_command
-from setcmas_simu.fleet.topics import LARGEST_DOMAIN
 
 _PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _ON_PYPI = ('Linux', 'x86_64')
@@ -93,6 +92,7 @@ def clean_environment() -> None:
 
 
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
+_LARGEST_DOMAIN = 232  # its ports are the last ones that UDP has
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _LEAVING = (
     'ROS_STATIC_PEERS',
@@ -114,9 +114,9 @@ def require_ros(without: str = '') -> None:
             ROS_DOMAIN_ID is invalid.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    if not domain.isdecimal() or int(domain) > LARGEST_DOMAIN:
+    if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
         raise SetcmasError(
-            f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {LARGEST_DOMAIN}, or unset"
+            f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {_LARGEST_DOMAIN}, or unset"
         )
     middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
     if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:

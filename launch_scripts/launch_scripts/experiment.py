@@ -21,12 +21,12 @@ from launch_scripts.processes import (
 from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import ESC
 from setcmas_ctrl.laws.control_options import ControllerOptions
-from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
 from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.run.scenario_lab import emulation_arguments
 
 _STOPS = {
     ESC: (Action.EMERGENCY, 'by Esc'),
@@ -94,9 +94,8 @@ class Experiment:
         self.runaways: set[str] = set()
         self.emulated: list[Child] = []
         if scenario.lab.emulate:
-            emulation = EmulationOptions.among(scenario.values())
-            arguments = lab_options.arguments(emulation)
-            self.emulated = [start_emulated_lab(supervisor, arguments)]
+            emulation = emulation_arguments(scenario, lab_options)
+            self.emulated = [start_emulated_lab(supervisor, emulation)]
         of_lab = lab_options.arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
         flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]

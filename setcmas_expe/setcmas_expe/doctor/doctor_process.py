@@ -27,11 +27,12 @@ from setcmas_expe.doctor.findings import (
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError, install_command
-from setcmas_simu.fleet.topics import LARGEST_DOMAIN, SHARED_DOMAINS
 from setcmas_simu.option_groups import take_values
 
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
+_DOMAINS = range(233)
+_SHARED_DOMAINS = range(102, 215)  # whose ports Linux gives to other programs, too
 _RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
 _PLATFORM = 'Linux x86_64, Python 3.10 to 3.13'
 _WHEELS = f'{install_command("ros")} ({_PLATFORM}), or source an installed ROS 2 Jazzy'
@@ -75,9 +76,9 @@ def rmw_finding(variables: Mapping[str, str]) -> Finding:
 def domain_finding(variables: Mapping[str, str]) -> Finding:
     """Return whether the ROS domain works on all systems."""
     text = variables.get('ROS_DOMAIN_ID') or '0'
-    if not text.isdecimal() or int(text) > LARGEST_DOMAIN:
+    if not text.isdecimal() or int(text) not in _DOMAINS:
         return Finding(PROBLEM, 'ROS domain', f"'{text}'", 'set ROS_DOMAIN_ID to 0 to 101')
-    if int(text) in SHARED_DOMAINS:
+    if int(text) in _SHARED_DOMAINS:
         advice = 'other programs may hold its ports; set ROS_DOMAIN_ID to 0 to 101'
         return Finding(NOTE, 'ROS domain', text, advice)
     return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')

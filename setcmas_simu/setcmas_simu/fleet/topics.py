@@ -1,4 +1,4 @@
-"""Names of robots, nodes and topics, all spelled here; numbers of ROS domains."""
+"""Names of robots, nodes and topics, all spelled here."""
 
 from __future__ import annotations
 
@@ -82,10 +82,6 @@ PAUSE_NODE = 'pause'
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]{0,3})/')
 """Finds the robot's number in a topic's full name."""
 MAX_ROBOTS = 2000
-
-LARGEST_DOMAIN = 232
-SHARED_DOMAINS = range(102, 215)
-"""ROS domains whose ports Linux gives to other programs, too."""
 
 CONTROLLERS = 'controllers'
 """Node with the parameters of a process of controllers."""

@@ -97,6 +97,11 @@ def check_emulated(scenario: Scenario, lab: Lab) -> None:
     check_starts(lab.safety(scenario.safety), poses)
 
 
+def emulation_arguments(scenario: Scenario, lab_options: LabOptions) -> list[str]:
+    """Return the arguments of a process that emulates a lab with the robots of a scenario."""
+    return lab_options.arguments(EmulationOptions.among(scenario.values()))
+
+
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
     """Return a scenario with the values of its emulated lab."""
     known = (name for name, limits in ROBOT_LIMITS.items() if limits == lab.limits)
