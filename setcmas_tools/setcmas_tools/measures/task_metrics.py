@@ -32,8 +32,9 @@ _MOST_ROBOTS_WITH_TIMES = 8
 
 def _references(run: Run, *tasks: str) -> Mapping[str, Any] | None:
     """Return the references of a run with one of some tasks; None if it has another one."""
-    known = run.references is not None and run.references.task in tasks
-    return run.references.values if run.references and known else None
+    if run.references is None or run.references.task not in tasks:
+        return None
+    return run.references.values
 
 
 def tracking(run: Run) -> Measured | None:
@@ -72,7 +73,7 @@ def waypoints(run: Run) -> Measured | None:
     if wanted is None or 'WPL' not in wanted:
         return None
     table = run.counted
-    robots = table.robots if _references(run, 'waypoints') else [LEADER]
+    robots = [LEADER] if _references(run, 'waypoints') is None else table.robots
     if not {*robots} <= {*table.robots}:
         return None
     points, reached = np.array(wanted['WPL']), wanted['REACHED']

@@ -7,6 +7,20 @@ from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inp
 from setcmas_tools.run.run_info import RunInfo
 
 
+@pytest.mark.parametrize(
+    ('place', 'stem'),
+    [('out', ''), ('out/csv', ''), ('out/csv/fleet.csv', ''), ('lab.csv', 'lab_')],
+)
+def test_a_run_is_found_by_its_folder_or_its_table(tmp_path, place, stem):
+    (tmp_path / 'out' / 'csv').mkdir(parents=True)
+    for table in ('out/csv/fleet.csv', 'lab.csv'):
+        (tmp_path / table).touch()
+    source = find_run(tmp_path / place)
+
+    assert source.stem == stem
+    assert source.folder == (tmp_path if stem else tmp_path / 'out')
+
+
 def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
     folder = RunFolder(tmp_path / 'out')
     folder.check(overwrite=False)
