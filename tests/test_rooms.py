@@ -33,8 +33,8 @@ MAY_IMPORT_ROS = {
         'safety_filter_node si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
-        'fleet_readiness fleet_scripts fleet_time graph_watch markers script_reloader '
-        'simulation_pause'
+        'fleet_monitor fleet_readiness fleet_scripts fleet_time graph_watch markers '
+        'script_reloader'
     ),
     'setcmas_expe.doctor': 'lab_examination',
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 faults',
