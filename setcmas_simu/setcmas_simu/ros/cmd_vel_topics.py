@@ -69,18 +69,13 @@ NAMED_AFTER_S = 0.2
 class Endpoint:
     """A publisher or a subscription of a topic, with the base and full name of its node.
 
-    `kind` is 'twist', 'twist_stamped', or a full ROS type name; `gid` is unique in the network.
+    `kind` is 'twist', 'twist_stamped', or a full ROS type name; `participant` is its process.
     """
 
     node: str
     full_name: str
     kind: str
-    gid: bytes
-
-    @property
-    def participant(self) -> bytes:
-        """Identifier of its process."""
-        return self.gid[:_GUID_PREFIX]
+    participant: bytes
 
     @property
     def is_known(self) -> bool:
@@ -170,7 +165,7 @@ def _endpoint(info: TopicEndpointInfo) -> Endpoint:
         info.node_name,
         f'{info.node_namespace.rstrip("/")}/{info.node_name}',
         ROS_NAMES.get(info.topic_type, info.topic_type),
-        bytes(info.endpoint_gid),
+        bytes(info.endpoint_gid[:_GUID_PREFIX]),
     )
 
 

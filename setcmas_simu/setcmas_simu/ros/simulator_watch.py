@@ -92,7 +92,7 @@ class UnreadCommands:
         self._node = node
         self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
         self._kind = kind
-        self._suspects: set[bytes] = set()
+        self._suspects: set[str] = set()
         self._reported: set[str] = set()
 
     def look(self) -> None:
@@ -105,9 +105,9 @@ class UnreadCommands:
             for sender in cmd_vel_topics.publishers(self._node, topic)
             if sender.kind != self._kind
         }
-        stay = [topic for topic, sender in found.items() if sender.gid in self._suspects]
-        self._suspects = {sender.gid for sender in found.values()}
-        if new := [topic for topic in stay if topic not in self._reported]:
+        stay = found.keys() & self._suspects
+        self._suspects = set(found)
+        if new := sorted(stay - self._reported, key=self._topics.index):
             self._reported |= set(new)
             self._node.get_logger().warning(self._described(new, found[new[0]]))
 
