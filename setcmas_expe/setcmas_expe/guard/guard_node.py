@@ -158,7 +158,10 @@ class CmdVelGuard(RobotNode):
         """Take the newest command, if it is one, and what the wheels do."""
         if message := self.cmd_vel():
             sent, wanted = message.header.stamp, velocities(message)
-            late = self._stamps.lateness(messages.seconds_of(sent), self.time.now)
+            # Not the begin of the step: a command that came later, while this process stalled,
+            # would make all that follow look late.
+            now = self.time.clock.now()
+            late = self._stamps.lateness(messages.seconds_of(sent), now)
             if not all(map(math.isfinite, wanted)):
                 self._commanded = -math.inf  # as silence, at once
             elif late <= LATEST_S:

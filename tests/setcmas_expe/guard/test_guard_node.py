@@ -7,6 +7,7 @@ import math
 import signal
 import sys
 import time
+from types import SimpleNamespace
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -232,10 +233,13 @@ def test_a_robot_is_held_at_once_and_who_else_commands_it_said_once_that_may_hav
     command = TwistStamped()
     command.twist.linear.x, command.twist.angular.z = COMMAND
     guard.cmd_vel = lambda: command
+    clock = SimpleNamespace(t=guard.time.now, now=lambda: clock.t, stamp=messages.stamp)
+    guard.time.clock = clock
 
-    def step(seconds=0.05):
-        guard.time.begin_step(guard.time.now + seconds)
-        command.header.stamp = messages.stamp_of(round(1e9 * guard.time.now))
+    def step(seconds=0.05, stall=0.0):
+        guard.time.begin_step(clock.t + seconds)
+        clock.t += seconds + stall  # between the begin of the step and the command
+        command.header.stamp = messages.stamp_of(round(1e9 * clock.t))
         guard.step()
         return guard.report.state
 
@@ -243,6 +247,7 @@ def test_a_robot_is_held_at_once_and_who_else_commands_it_said_once_that_may_hav
     paused.clear()
     assert step() is GuardState.FOLLOWING
     assert guard.sent == COMMAND
+    assert {step(stall=stall) for stall in (0.23, *[0.0] * 9)} == {GuardState.FOLLOWING}
 
     commanders.append(NAMELESS)
     reports = []
