@@ -15,7 +15,6 @@ PAGE = (Path(__file__).parents[1] / 'docs' / 'control_scripts.md').read_text()
 MODEL = PAGE.partition('\n## Model\n')[2].partition('\n## ')[0]
 BURGER = (0.2108, 2.635, 0.2667, 0.160)
 WAFFLE = (0.2661, 1.854, 0.2667, 0.287)
-LIMITS = {'burger': BURGER, 'waffle': WAFFLE}
 RADIUS = 0.33 / math.tan(0.4189)
 
 
@@ -104,35 +103,31 @@ def swing(robotNo, nbRobots, poses, t):
     return 3 * math.cos(0.4 * t + robotNo) - 0.1 * x, math.sin(theta) - 0.1 * y
 
 
-LAWS = {'meet': meet, 'swing': swing}
-
-
-@pytest.mark.parametrize('law', LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize(
     'options',
     [{}, {'rate': 3.0}, {'rate': 20.0}, {'robot_rate': 50.0, 'vnom': 0.2, 'komega': 3.0}],
     ids=str,
 )
-def test_a_simulator_written_from_the_page_gets_the_same_numbers(law, options):
-    ours = simulator(law, start_poses(8), 60, **options)
+def test_a_simulator_written_from_the_page_gets_the_same_numbers(options):
+    ours = simulator(swing, start_poses(8), 60, **options)
 
-    run = simulate(law, 8, 60, **options)
-
-    assert np.array_equal(ours, np.asarray(run.poses))
+    assert np.array_equal(ours, np.asarray(simulate(swing, 8, 60, **options).poses))
 
 
-@pytest.mark.parametrize('limits', ['burger', 'waffle'])
-def test_it_does_so_within_limits(limits):
-    ours = simulator(swing, start_poses(3), 60, limits=LIMITS[limits])
+@pytest.mark.parametrize(
+    ('options', 'limits'),
+    [
+        ({'limits': 'burger'}, BURGER),
+        ({'limits': 'waffle'}, WAFFLE),
+        ({'model': 'burger'}, BURGER),
+        ({'model': 'omnidirectional'}, None),
+        ({'model': 'car'}, None),
+    ],
+)
+def test_it_does_so_with_limits_and_other_robots(options, limits):
+    ours = simulator(swing, start_poses(3), 60, **{**options, 'limits': limits})
 
-    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, limits=limits).poses))
-
-
-@pytest.mark.parametrize('model', ['burger', 'omnidirectional', 'car'])
-def test_it_does_so_with_other_robots(model):
-    ours = simulator(swing, start_poses(3), 60, limits=LIMITS.get(model), model=model)
-
-    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, model=model).poses))
+    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, **options).poses))
 
 
 def test_its_consensus_is_the_built_in_law():

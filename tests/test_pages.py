@@ -42,18 +42,12 @@ def test_every_command_is_accepted(words):
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
-def test_every_link_leads_somewhere(page):
+def test_every_link_and_file_of_ours_that_a_page_names_is_there(page):
     text = page.read_text()
     links = re.findall(r'\]\((?!http)([^)#]+)', text) + re.findall(r' src="(.*?)"', text)
-
     assert [link for link in links if not (page.parent / link).is_file()] == []
 
-
-@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
-def test_every_file_of_ours_that_a_page_names_is_there(page):
-    named = re.findall(
-        r'\b((?:setcmas_\w+|launch_scripts|tests|docs)/[\w/]+\.?\w*)', page.read_text()
-    )
+    named = re.findall(r'\b((?:setcmas_\w+|launch_scripts|tests|docs)/[\w/]+\.?\w*)', text)
     for name in set(named):
         package = name.partition('/')[0]
         assert (ROOT / name).exists() or (ROOT / package / name).exists(), name
@@ -65,37 +59,30 @@ def scripts(function):
     return [text for _, text in code('python') if begin.search(text)]
 
 
-@pytest.mark.parametrize('function', ['control', 'ctc', 'si_to_uni'])
-def test_every_script_runs(tmp_path, function):
-    alone = [text for text in scripts(function) if 'setcmas_tools' not in text]
+@pytest.mark.parametrize(
+    ('function', 'foreign', 'options'),
+    [
+        ('control', 'setcmas_tools', {'law': '{path}'}),
+        ('ctc', 'setcmas_tools', {'event_triggered': True, 'ctc': '{path}'}),
+        ('si_to_uni', 'setcmas_tools', {'si_to_uni': '{path}'}),
+        ('step', 'RobotModel', {'model': '1-2:{path}'}),
+    ],
+)
+def test_every_script_runs(tmp_path, function, foreign, options):
+    alone = [text for text in scripts(function) if foreign not in text]
     for number, text in enumerate(alone):
-        path = tmp_path / f'script_{number}.py'
+        path, said = tmp_path / f'script_{number}.py', []
         path.write_text(text)
-        said = []
+        given = {
+            name: one.format(path=path) if isinstance(one, str) else one
+            for name, one in options.items()
+        }
+        run = simulate(given.pop('law', 'consensus'), 3, 5, **given, warn=said.append)
 
-        if function == 'ctc':
-            simulate('consensus', 3, 5, event_triggered=True, ctc=path, warn=said.append)
-        elif function == 'si_to_uni':
-            simulate('consensus', 3, 5, si_to_uni=path, warn=said.append)
-        else:
-            simulate(path, 3, 5, warn=said.append)
         assert said == []
-
-    assert len(alone) >= 1
-
-
-def test_every_robot_script_runs(tmp_path):
-    alone = [text for text in scripts('step') if 'RobotModel' not in text]
-    for number, text in enumerate(alone):
-        path = tmp_path / f'robot_{number}.py'
-        path.write_text(text)
-        said = []
-
-        run = simulate('consensus', 3, 5, model=f'1-2:{path}', warn=said.append)
-        assert said == []
-        assert (run.poses[-1] != run.poses[0]).any(axis=0).all()
-
-    assert len(alone) >= 1
+        if function == 'step':
+            assert (run.poses[-1] != run.poses[0]).any(axis=0).all()
+    assert alone
 
 
 def programs():

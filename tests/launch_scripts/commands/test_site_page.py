@@ -183,19 +183,13 @@ def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
     page.wait()
     assert page.text('#problem') == ''
 
-    page.run()  # in a new worker
-    assert 'has not answered for 15 s after t = 1.' in page.text('#problem')
-
-
-def test_a_script_that_ends_python_costs_one_run(page):
     page.write(LAW.replace('x =', 'import os; os._exit(1)\n    x ='))
-    page.run()
+    page.run()  # in a new worker
     assert 'terminated with exit(1)' in page.text('#problem')
 
-    page.write(LAW)
+    page.write(LAW.replace('x =', 'while t > 1: pass\n    x ='))
     page.run()
-    assert page.text('#problem') == ''
-    assert page.text('#run-outcome') == 'complete'
+    assert 'has not answered for 15 s after t = 1.' in page.text('#problem')
 
 
 ATTACK = """
@@ -285,13 +279,6 @@ def test_it_fits_a_phone(page):
         assert abs(page.script(top)) < 50  # the robots are in view
         page.click('#do-plots')
         page.wait()
-        wait_for(lambda: page.script('return [...document.images].every(one => one.complete)'))
-        widths = page.script(
-            """const box = document.querySelector('.plots').getBoundingClientRect();
-            return [box, ...[...document.images].map(one => one.getBoundingClientRect())]
-              .map(one => one.width);"""
-        )
-        assert widths[0] >= max(widths[1:]) > 200
         assert page.script('return document.documentElement.scrollWidth') <= 390
         assert page.find('#do-run').rect['height'] >= 38
     finally:

@@ -4,7 +4,7 @@ import stat
 
 import pytest
 import yaml
-from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU, TIMEOUT_S, refuses, run_setcmas
+from processes import CTRL, SETCMAS, SIMU, refuses, run_setcmas
 
 from launch_scripts.commands.view import (
     AUTO,
@@ -135,26 +135,6 @@ def test_a_host_that_is_none_is_reported_on_one_line(domain):
     assert result.returncode == 2
     assert "host '192.0.2.7' is not an address" in result.stderr
     assert result.stderr.count('\n') == 1
-
-
-def test_the_page_of_a_simulation_ends_with_it_and_not_the_other_way_round(start):
-    psutil = pytest.importorskip('psutil')
-    process = start(*SETCMAS, 'simu', '--view', env=NO_WINDOWS)
-    process.wait_for_output('browser view: http://127.0.0.1:')
-    process.wait_for_output('simulating robot 1')
-    nodes = psutil.Process(process.pid).children()
-    page = next(
-        node
-        for node in nodes
-        if any('setcmas_tools.page.viewer' in word for word in node.cmdline())
-    )
-
-    page.terminate()
-    process.wait_for_output('view has ended; everything else continues')
-    assert process.end() == 0
-    psutil.wait_procs(nodes, timeout=TIMEOUT_S)
-    assert not any(node.is_running() for node in nodes)
-    assert 'Traceback' not in process.output()
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,10 @@
 
 import base64
 import hashlib
-import io
 import re
 from dataclasses import replace
 
 import pytest
-from PIL import Image
 from report_pages import HOSTILE, Page
 
 from setcmas_simu.errors import SetcmasError
@@ -19,11 +17,9 @@ from setcmas_tools.page.report_file import (
     check_page,
     failure_html,
     failures_alike,
-    plot_pictures,
     report_page,
     run_name,
 )
-from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
 
 
@@ -113,19 +109,6 @@ def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(
 def failure(t, robot, until=None, text='KeyError: 1', line=7):
     told = f'law.py, line {line}: {text}\n    {line} | x'
     return ScriptFailure(t, robot, Function.CONTROL, 'law.py', line, told, until)
-
-
-@pytest.mark.nightly
-def test_each_plot_is_there_and_small(failed_run):
-    pictures = list(plot_pictures(failed_run, print))
-
-    assert [one.name for one in pictures] == list(plots_of(failed_run))
-    for one in pictures:
-        content = base64.b64decode(one.url.removeprefix('data:image/png;base64,'))
-        assert len(content) < 100_000
-        picture = Image.open(io.BytesIO(content))
-        assert picture.width > 400
-        assert picture.mode == 'P'
 
 
 def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
