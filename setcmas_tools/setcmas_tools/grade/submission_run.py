@@ -136,25 +136,20 @@ class RunScript:
         Raises:
             LostError: It cannot be loaded.
         """
-        kinds: dict[Function, Callable[[int, bool], Callable[..., Any]]] = {
+        kinds: dict[Function, Callable[[int], Callable[..., Any]]] = {
             Function.CONTROL: self._law,
             Function.CONDITION: self._condition,
             Function.SI_TO_UNI: partial(self._conversion, 1.0 / marked.base.law.rate),
         }
         function, robots = kinds[self._work.function], range(1, self._work.nb_robots + 1)
-        functions = {robot: function(robot, self._loaded(robot)) for robot in robots}
+        for robot in robots:
+            answer = self._asked(Request(robot), Function.LOADING, Failure(''))
+            if isinstance(answer, Refusal):
+                self._lose(Failure(answer.message))
+        functions = {robot: function(robot) for robot in robots}
         return marked.with_submission(functions, self._work.function)
 
-    def _loaded(self, robot: int) -> bool:
-        """Load the script for a robot; return whether it takes velocities."""
-        answer = self._asked(Request(robot), Function.LOADING, Failure(''))
-        if not isinstance(answer, Reply) or answer.numbers not in ((0.0,), (1.0,)):
-            self._lose(Failure(answer.message if isinstance(answer, Refusal) else _INVALID))
-        return answer.numbers == (1.0,)
-
-    def _law(
-        self, robot: int, _: bool
-    ) -> Callable[[int, int, Floats, float], tuple[float, float]]:
+    def _law(self, robot: int) -> Callable[[int, int, Floats, float], tuple[float, float]]:
         def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
             del robotNo, nbRobots
             adjacency = network.adjacency()
@@ -165,23 +160,14 @@ class RunScript:
 
         return control
 
-    def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
-        def asked(*vectors: Floats, t: float) -> bool:
-            return self._numbers(Request(robot, t, _bytes(*vectors)), 1) != (0.0,)
+    def _condition(self, robot: int) -> Callable[..., bool]:
+        def ctc(pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float) -> bool:
+            request = Request(robot, t, _bytes(pos, vit, last_pos, last_vit))
+            return self._numbers(request, 1) != (0.0,)
 
-        def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
-            return asked(pos, last_pos, t=t)
+        return ctc
 
-        def long_ctc(
-            pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
-        ) -> bool:
-            return asked(pos, vit, last_pos, last_vit, t=t)
-
-        return long_ctc if velocities else ctc
-
-    def _conversion(
-        self, period: float, robot: int, _: bool
-    ) -> Callable[..., tuple[float, float]]:
+    def _conversion(self, period: float, robot: int) -> Callable[..., tuple[float, float]]:
         times = count()
 
         def si_to_uni(

@@ -147,10 +147,10 @@ class Refusal(msgspec.Struct, frozen=True, tag=True):
 class Reply(msgspec.Struct, frozen=True, tag=True):
     """What a function returns: vx and vy, V and omega, or 1 or 0 for whether a condition holds.
 
-    A script that is loaded replies 1 or 0 for whether its condition takes velocities.
+    A script that is loaded replies no numbers.
     """
 
-    numbers: tuple[float, ...]
+    numbers: tuple[float, ...] = ()
     messages: MessageUse = MessageUse()
 
 
@@ -196,10 +196,10 @@ class ConfinedScript:
             Function.CONDITION: self._condition,
             Function.SI_TO_UNI: self._conversion,
         }
-        with_velocities, self._functions[robot] = kinds[self.work.function](robot)
-        return Reply((float(with_velocities),))
+        self._functions[robot] = kinds[self.work.function](robot)
+        return Reply()
 
-    def _law(self, robot: int) -> tuple[bool, Answering]:
+    def _law(self, robot: int) -> Answering:
         law = ControlLaw(self._path, robot, self.work.nb_robots, self.work.settings)
 
         def answer(request: Request) -> Answer:
@@ -214,28 +214,29 @@ class ConfinedScript:
                 return Refusal(_shown(error), _messages(mailbox))
             return Reply((float(vx), float(vy)), _messages(mailbox))
 
-        return False, answer
+        return answer
 
-    def _condition(self, robot: int) -> tuple[bool, Answering]:
+    def _condition(self, robot: int) -> Answering:
         path = self._path
         condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
         triggers = triggering(condition, path)
+        places = slice(None, None, 1 if takes_velocities(condition, path.name) else 2)
 
         def answer(request: Request) -> Reply:
-            states = np.frombuffer(request.numbers).reshape(-1, 3).copy()
-            (answer,) = triggers(*states, request.t)
+            states = np.frombuffer(request.numbers).reshape(4, 3).copy()
+            (answer,) = triggers(*states[places], request.t)
             return Reply((float(answer),))
 
-        return takes_velocities(condition, path.name), answer
+        return answer
 
-    def _conversion(self, robot: int) -> tuple[bool, Answering]:
+    def _conversion(self, robot: int) -> Answering:
         convert = load_conversion(self._path, robot)
 
         def answer(request: Request) -> Reply:
             vx, vy, *pose, komega = np.frombuffer(request.numbers).tolist()
             return Reply(tuple(map(float, convert((vx, vy), tuple(pose), komega))))
 
-        return False, answer
+        return answer
 
 
 def _messages(mailbox: Mailbox) -> MessageUse:
