@@ -62,7 +62,6 @@ STAYS = [  # the process does not end by itself
 ]
 ENDS = [
     'os.kill(os.getpid(), signal.SIGKILL)',
-    pytest.param('os.closerange(0, 256)', marks=pytest.mark.nightly),
     pytest.param('import rclpy; rclpy.shutdown()', marks=pytest.mark.nightly),
 ]
 
