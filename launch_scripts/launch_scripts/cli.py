@@ -1,4 +1,8 @@
-"""The setcmas command: parser and dispatch."""
+"""The setcmas command: parser and dispatch.
+
+Each command is in commands/, in a file named after it. Its options are declared there, and in the
+files `*_options.py` of what it starts.
+"""
 
 # PYTHON_ARGCOMPLETE_OK
 from __future__ import annotations

@@ -16,7 +16,7 @@ from setcmas_ctrl.pause_watch import PauseWatch
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.dead_reckoning import DeadReckoning
-from setcmas_expe.mocap.pose_judge import TOO_SLOW_HZ, PoseTrack, VelocityFilter
+from setcmas_expe.mocap.pose_judge import TOO_SLOW_HZ, PoseJudge, VelocityFilter
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
@@ -44,7 +44,7 @@ class TrackedRobot:
         self.reckoning = DeadReckoning(start) if start else None
         # Wheel odometry knows nothing of a robot that is carried, or that counts from 0 again.
         may_be_carried = lab.checks_motion and not start
-        self.track = PoseTrack(lab.arena, lab.limits, may_be_carried)
+        self.track = PoseJudge(lab.arena, lab.limits, may_be_carried)
         self.velocities = VelocityFilter()
         odom, state = topics.mocap_topic(robot.number), topics.pose_state_topic(robot.number)
         self.odom = node.create_publisher(Odometry, odom, qos.STATE)

@@ -1,4 +1,4 @@
-"""Decisions of the cmd_vel bridge about a real robot, as a pure function.
+"""Decisions on this computer about a real robot: its command, or zero and why; a pure function.
 
 Data that are missing, old, odd or contradictory mean zero. No decision depends on an earlier one.
 """

@@ -16,7 +16,7 @@ from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.guard.guard_decision import GuardDecision
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import LOW_PERCENT, BatteryScale, Lab, LabRobot
-from setcmas_expe.mocap.pose_judge import PoseTrack, fault_in_words, pose_fault
+from setcmas_expe.mocap.pose_judge import PoseJudge, fault_in_words, pose_fault
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
@@ -190,7 +190,7 @@ class RobotWatch:
     """
 
     robot: LabRobot
-    track: PoseTrack
+    track: PoseJudge
     guard: GuardWatch
     arrivals: list[float] = field(default_factory=list)
     fault: str | None = None
@@ -211,7 +211,7 @@ class LabWatch(FleetNode):
         super().__init__('doctor')
         self._arena = lab.arena
         self.robots = [
-            RobotWatch(robot, PoseTrack(lab.arena, lab.limits), GuardWatch(self, robot.namespace))
+            RobotWatch(robot, PoseJudge(lab.arena, lab.limits), GuardWatch(self, robot.namespace))
             for robot in lab.robots
         ]
         self._begin = time.time()

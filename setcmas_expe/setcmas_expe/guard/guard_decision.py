@@ -1,4 +1,4 @@
-"""Decisions of a guard: what its robot may do, and why."""
+"""Decisions on a robot, by its guard: what it may do, and why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pose track of one robot: which measurements of motion capture to trust; its velocities."""
+"""Judge of a robot's poses: which measurements of motion capture to trust; its velocities."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ _STEADY_M = 0.03
 _STEADY_RAD = 0.2
 
 
-class PoseTrack:
+class PoseJudge:
     """Judges measurements one by one; all times in s on one steady clock.
 
     Attributes:

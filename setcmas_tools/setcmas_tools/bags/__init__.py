@@ -1,1 +1,1 @@
-"""Bags: read, record and play them, and write their topics as CSV."""
+"""Bags: read, record and play them."""

@@ -13,7 +13,7 @@ from setcmas_expe.bridge.motion_watch import (
     Proving,
 )
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
-from setcmas_expe.mocap.pose_judge import PoseTrack
+from setcmas_expe.mocap.pose_judge import PoseJudge
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
@@ -26,7 +26,7 @@ class Fleet:
 
     def __init__(self, bodies=(1, 2)):
         self.warnings = []
-        self.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}
+        self.tracks = {robot: PoseJudge(LAB.arena, LAB.limits) for robot in (1, 2)}
         self.paused = True
         self.watch = MotionWatch((1, 2), self.warnings.append, self.warnings.append)
         self.now = 10.0
@@ -181,7 +181,7 @@ def test_bodies_that_are_exchanged_during_a_pause_are_found_by_the_next_crawl():
     fleet.hidden = True
     fleet.pause(2.0)
     fleet.hidden, fleet.bodies = False, (2, 1)
-    fleet.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}  # as settled
+    fleet.tracks = {robot: PoseJudge(LAB.arena, LAB.limits) for robot in (1, 2)}  # as settled
     fleet.pause(1.5)
     begin = dict(fleet.x)
     fleet.drive(5.0)

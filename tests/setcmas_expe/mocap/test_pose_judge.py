@@ -6,7 +6,7 @@ import pytest
 
 from setcmas_expe.mocap.pose_judge import (
     PoseFault,
-    PoseTrack,
+    PoseJudge,
     VelocityFilter,
     fault_in_words,
     pose_fault,
@@ -24,7 +24,7 @@ class Tracker:
     """A track with a clock of its own, fed at the rate of a motion capture system."""
 
     def __init__(self, seed=0):
-        self.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'])
+        self.track = PoseJudge(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'])
         self.now = 1000.0
         self.rng = np.random.default_rng(seed)
         self.paused = False
@@ -81,7 +81,7 @@ def test_a_jump_is_rejected_until_a_pause_while_the_pose_stands_still(tracker):
 
 
 def test_a_jump_stays_a_fault_where_no_motion_proves_which_robot_it_is(tracker):
-    tracker.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'], may_be_carried=False)
+    tracker.track = PoseJudge(Arena(-3, 3, -3, 3), ROBOT_LIMITS['burger'], may_be_carried=False)
     tracker.feed(1.0)
     tracker.paused = True
 
