@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '-o', '--output', type=Path, default='model.yaml', metavar='FILE', help=model
     )
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
-    limits = 'velocity limits of the robots (default: burger)'
-    parser.add_argument('--limits', choices=list(LIMITS), default='burger', help=limits)
+    limits = "velocity limits of the robots (default: the run's, or burger)"
+    parser.add_argument('--limits', choices=list(LIMITS), help=limits)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -55,7 +55,7 @@ def main(args: argparse.Namespace) -> int:
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)
-    model = identification.model_of(found, args.limits)
+    model = identification.model_of(found, args.limits or identification.limits_of(run))
     if model is None:
         return 1
     write_model_file(model, output, f'setcmas identify {args.run}')

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,7 @@ from setcmas_simu.robots.identified_robot import (
     ModelFile,
     Response,
 )
-from setcmas_simu.robots.model import limits_named
+from setcmas_simu.robots.model import LIMITS, ROBOT_LIMITS, limits_named
 from setcmas_tools.measures.response_fit import Fit, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
@@ -169,6 +169,15 @@ def model_of(found: Mapping[int, Identified], limits: str) -> ModelFile | None:
 def _median(responses: list[Response]) -> Response:
     rows: Floats = np.array([[one.gain, one.lag, one.delay] for one in responses])
     return Response(*np.median(rows, axis=0).tolist())
+
+
+def limits_of(run: Run) -> str:
+    """Return the name of the velocity limits of a run's robots; 'burger' where it names none."""
+    model, given = (run.parameters.get(name) for name in ('model', 'limits'))
+    if model in ROBOT_LIMITS:
+        return str(model)
+    known = (name for name, limits in LIMITS.items() if given in (name, asdict(limits)))
+    return next(known, 'burger')
 
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)')

@@ -15,6 +15,7 @@ from setcmas_tools.measures.identification import (
     TURN,
     Identified,
     identified_notes,
+    limits_of,
     recorded_commands,
 )
 from setcmas_tools.measures.response_fit import Fit
@@ -131,3 +132,11 @@ def test_commands_are_those_that_moved_the_robot(driven, guarded, V):
     run = Run.load(driven({CMD_VEL: 0.2, GUARDED: guarded}))
 
     assert recorded_commands(run, pytest.fail)[1][1].max() == V
+
+
+@pytest.mark.parametrize(
+    ('options', 'limits'),
+    [({'limits': 'waffle'}, 'waffle'), ({'model': 'waffle'}, 'waffle'), ({}, 'ideal')],
+)
+def test_the_limits_are_those_of_the_run(options, limits):
+    assert limits_of(simulate('consensus', 2, 1.0, **options)) == limits
