@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from launch_scripts.cli import VERBS, build_parser
-from setcmas_ctrl.communication.communication_settings import load_graph
+from setcmas_ctrl.communication.graph import load_graph
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric import read_rubric
 

@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from stepped_alone import SteppedAlone
 
-from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.communication_options import chosen_communication
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.fleet_network import FleetNetwork

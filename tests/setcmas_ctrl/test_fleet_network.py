@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, String
 
-from setcmas_ctrl.communication.communication_settings import (
+from setcmas_ctrl.communication.communication_options import (
     CommunicationOptions,
     chosen_communication,
 )

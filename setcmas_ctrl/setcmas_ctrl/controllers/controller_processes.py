@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import partial
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
 from setcmas_ctrl.controller import Controller
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controllers.fleet_readiness import (

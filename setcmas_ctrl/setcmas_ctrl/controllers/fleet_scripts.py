@@ -7,7 +7,7 @@ from pathlib import Path
 import rclpy
 from std_msgs.msg import String
 
-from setcmas_ctrl.communication.communication_settings import (
+from setcmas_ctrl.communication.communication_options import (
     CommunicationOptions,
     chosen_communication,
 )

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from tabulate import tabulate
 
-from setcmas_ctrl.communication.communication_settings import CommunicationOptions
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
 from setcmas_ctrl.laws.script_loader import names_to_set
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.communication_options import Communication
 from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value

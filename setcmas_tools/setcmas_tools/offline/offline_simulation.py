@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.communication_options import chosen_communication
 from setcmas_ctrl.laws.control_options import Algo
 from setcmas_ctrl.laws.drawing import drawn_on
 from setcmas_ctrl.laws.references import References, references_of_fleet

@@ -8,7 +8,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_ctrl.communication.communication_settings import (
+from setcmas_ctrl.communication.communication_options import (
     CommunicationOptions,
     Condition,
     check_communication,
