@@ -34,7 +34,7 @@ from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_tools.bags.bag_reader import open_bag
 
-VIEW = [sys.executable, '-m', 'setcmas_tools.page.viewer']
+VIEW = [sys.executable, '-m', 'setcmas_tools.page.live_page']
 MEMORY_MB = 4.0  # by how much a process may differ from itself in the beginning
 
 

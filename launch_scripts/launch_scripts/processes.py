@@ -34,7 +34,7 @@ JOYSTICK_READER = 'setcmas_expe.pause.joystick_reader'
 DOCTOR = 'setcmas_expe.doctor.doctor_process'
 RECORDER = 'setcmas_tools.bags.recorder'
 PLAYER = 'setcmas_tools.bags.player'
-BROWSER_VIEW = 'setcmas_tools.page.viewer'
+BROWSER_VIEW = 'setcmas_tools.page.live_page'
 
 PAGE = 'view'
 """Name of the process that serves the page."""

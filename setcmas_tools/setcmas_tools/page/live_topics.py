@@ -27,7 +27,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import seconds_of, state_of
 from setcmas_simu.ros.polling import PolledTopic, wait_for_message
 from setcmas_tools.page.document import colour_code
-from setcmas_tools.page.live import LiveRun, RobotDiagnosis, Shape
+from setcmas_tools.page.live_run import LiveRun, RobotDiagnosis, Shape
 from setcmas_tools.page.server import Button
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

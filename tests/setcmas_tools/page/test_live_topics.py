@@ -9,7 +9,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point, Point32
 from visualization_msgs.msg import Marker
 
-from setcmas_tools.page.live import LiveRun
+from setcmas_tools.page.live_run import LiveRun
 from setcmas_tools.page.live_topics import LiveTopics, planar_shape
 
 
@@ -48,7 +48,7 @@ def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer,
 
 def test_the_process_of_a_live_page_needs_no_matplotlib():
     """It took 27 MB of the 70 that the process has."""
-    code = 'import sys, setcmas_tools.page.viewer; print("matplotlib" in sys.modules)'
+    code = 'import sys, setcmas_tools.page.live_page; print("matplotlib" in sys.modules)'
     found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert found.stdout == 'False\n'
 

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_tools.page.live import (
+from setcmas_tools.page.live_run import (
     FORGOTTEN_S,
     LOST_S,
     OK,

@@ -12,7 +12,7 @@ from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener
 from setcmas_tools.page.document import document, element, page_content, template
-from setcmas_tools.page.live import LiveRun, live_content
+from setcmas_tools.page.live_run import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
 from setcmas_tools.page.server import PageServer, announce
 
