@@ -7,8 +7,6 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
-import pytest
-
 IMPORTS = """
 from setcmas_tools import Run, Scenario, check, simulate
 import setcmas_tools.page.report_file
@@ -43,20 +41,6 @@ class Refuse:
 
 sys.meta_path.insert(0, Refuse())
 """
-WORK = f"""
-{REFUSE.format(names=OTHERS - {'msgspec'})}
-{IMPORTS}
-from setcmas_ctrl.laws.script_loader import ALGORITHMS
-
-law = ALGORITHMS.file('consensus')
-run = simulate(str(law), 3, 2.0, loss=0.2)
-print(check(law, 'consensus'))
-run.save(sys.argv[1])
-run = Run.load(sys.argv[1])
-scenario = Scenario.of('consensus', nb_robots=3, loss=0.2)
-assert Scenario.load(scenario.save(sys.argv[1] + '.yaml')).communication.loss == 0.2
-print('<html' in setcmas_tools.page.report_file.report_page(run, 'run'))
-"""
 PAGE = f"""
 {REFUSE.format(names=OTHERS | {'matplotlib', 'PIL'})}
 import json
@@ -80,14 +64,6 @@ def test_only_these_libraries_are_imported():
     imported = set(output_of(LIST).split()) & packages_distributions().keys()
 
     assert {name for name in imported if not name.startswith('setcmas_')} <= LIBRARIES
-
-
-@pytest.mark.nightly
-def test_without_any_other_library_a_law_is_run_checked_and_reported(tmp_path):
-    lines = output_of(WORK, tmp_path).splitlines()
-
-    assert '10 of 10 points' in '\n'.join(lines)
-    assert lines[-1] == 'True'
 
 
 def test_a_page_shows_a_run_without_a_task_before_it_has_matplotlib():

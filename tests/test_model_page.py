@@ -1,5 +1,5 @@
 """The section *Model* of docs/control_scripts.md is complete: written from it alone, a simulator
-gets the numbers of `simulate` to the last bit."""
+of unicycles gets the numbers of `simulate` to the last bit."""
 
 import math
 import re
@@ -15,17 +15,13 @@ PAGE = (Path(__file__).parents[1] / 'docs' / 'control_scripts.md').read_text()
 MODEL = PAGE.partition('\n## Model\n')[2].partition('\n## ')[0]
 BURGER = (0.2108, 2.635, 0.2667, 0.160)
 WAFFLE = (0.2661, 1.854, 0.2667, 0.287)
-RADIUS = 0.33 / math.tan(0.4189)
 
 
-def simulator(
-    control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=1.5, limits=None, model=None
-):
+def simulator(control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=1.5):
     """The model, from the page."""
     poses = np.array(poses, dtype=float)
     nb_robots = poses.shape[1]
     Ts, calls, states = 1 / robot_rate, 0, [heard(poses)]
-    V, omega, last = *np.zeros((2, nb_robots)), np.zeros((2, nb_robots))
     for k in range(max(1, round(duration * robot_rate))):
         while calls / rate < (k + 1) * Ts - 1e-9:
             robots = range(1, nb_robots + 1)
@@ -36,22 +32,10 @@ def simulator(
             error = np.arctan2(v[1], v[0]) - heard(poses)[2]
             omega = komega * (np.pi - np.mod(np.pi - error, 2 * np.pi))
             omega[(V < 0.01) | (np.abs(omega) < 0.01)] = 0
-            if model == 'car':
-                omega = np.clip(omega, -V / RADIUS, V / RADIUS)
-            if model == 'omnidirectional':
-                V, omega, sideways = sideways_too(v, heard(poses)[2])
             calls += 1
-        forward, turn = clamped(V, omega, limits) if limits else (V, omega)
-        if model in ('burger', 'waffle'):
-            last = forward, turn = lagging(forward, turn, *last, limits[3], Ts)
-        poses[2] += Ts * turn
-        cos, sin = np.cos(poses[2]), np.sin(poses[2])
-        if model == 'omnidirectional':
-            poses[0] += Ts * (cos * forward - sin * sideways)
-            poses[1] += Ts * (sin * forward + cos * sideways)
-        else:
-            poses[0] += Ts * forward * cos
-            poses[1] += Ts * forward * sin
+        poses[2] += Ts * omega
+        poses[0] += Ts * V * np.cos(poses[2])
+        poses[1] += Ts * V * np.sin(poses[2])
         states.append(heard(poses))
     return np.array(states)
 
@@ -61,31 +45,6 @@ def heard(poses):
     x, y, theta = poses
     z, w = np.sin(theta / 2), np.cos(theta / 2)
     return np.array([x, y, np.arctan2(2 * w * z, w * w - z * z)])
-
-
-def clamped(V, omega, limits):
-    """The limits of a TurtleBot3's firmware."""
-    V_max, omega_max, wheel_max, separation = limits
-    V, omega = np.clip(V, -V_max, V_max), np.clip(omega, -omega_max, omega_max)
-    left = np.clip(V - separation / 2 * omega, -wheel_max, wheel_max)
-    right = np.clip(V + separation / 2 * omega, -wheel_max, wheel_max)
-    return (left + right) / 2, (right - left) / separation
-
-
-def lagging(V, omega, last_V, last_omega, separation, Ts):
-    """The wheels of a TurtleBot3, which take time."""
-    wheels = []
-    for side in (-1, 1):
-        w = last_V + side * separation / 2 * last_omega
-        change = (1 - math.exp(-Ts / 0.1)) * (V + side * separation / 2 * omega - w)
-        wheels.append(w + np.clip(change, -1.0 * Ts, 1.0 * Ts))
-    return (wheels[0] + wheels[1]) / 2, (wheels[1] - wheels[0]) / separation
-
-
-def sideways_too(v, theta):
-    """The commands of an omnidirectional robot: forward, turn rate, to the left."""
-    cos, sin = np.cos(theta), np.sin(theta)
-    return cos * v[0] + sin * v[1], np.zeros_like(theta), cos * v[1] - sin * v[0]
 
 
 def meet(robotNo, nbRobots, poses, t):
@@ -112,22 +71,6 @@ def test_a_simulator_written_from_the_page_gets_the_same_numbers(options):
     ours = simulator(swing, start_poses(8), 60, **options)
 
     assert np.array_equal(ours, np.asarray(simulate(swing, 8, 60, **options).poses))
-
-
-@pytest.mark.parametrize(
-    ('options', 'limits'),
-    [
-        ({'limits': 'burger'}, BURGER),
-        ({'limits': 'waffle'}, WAFFLE),
-        ({'model': 'burger'}, BURGER),
-        ({'model': 'omnidirectional'}, None),
-        ({'model': 'car'}, None),
-    ],
-)
-def test_it_does_so_with_limits_and_other_robots(options, limits):
-    ours = simulator(swing, start_poses(3), 60, **{**options, 'limits': limits})
-
-    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, **options).poses))
 
 
 def test_its_consensus_is_the_built_in_law():

@@ -85,15 +85,6 @@ def test_law_model_metric_and_plot_are_used_by_name(setcmas, tmp_path):
     assert "plot 'unplotted' of package example-lab 0.3 cannot be used" in result.stderr
 
 
-def test_law_and_model_are_used_over_ros(setcmas, domain, tmp_path):
-    pytest.importorskip('rclpy')
-    options = ('--algo', 'spiral', '--model', 'hovercraft', '--nb-robots', '2')
-    result = setcmas('run', *options, '--duration', '3', '-o', 'out', cwd=tmp_path)
-
-    assert result.returncode == 0, result.stderr
-    assert (tmp_path / 'out' / 'csv' / 'fleet.csv').is_file()
-
-
 def test_motion_capture_is_used_by_name(setcmas, domain):
     pytest.importorskip('rclpy')
     result = setcmas('doctor', '--emulate', '--mocap', 'beacon')

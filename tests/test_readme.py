@@ -3,9 +3,6 @@
 import re
 from pathlib import Path
 
-import numpy as np
-from control_functions import load_control
-
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 
 ROOT = Path(__file__).parents[1]
@@ -40,10 +37,3 @@ def test_the_test_command_is_the_one_of_ci():
 
     assert install.replace('pip install', 'pip install -q') in ci
     assert re.search(rf'^SETCMAS_SKIP_NOTHING=1 {run}$', ci, re.MULTILINE)
-
-
-def test_the_control_law_works(tmp_path):
-    path = tmp_path / 'my_law.py'
-    path.write_text(code('python')[0])
-
-    assert load_control(path, 1)(1, 2, np.array([[0.0, 2.0], [0.0, 4.0], [0, 0]]), 0.0) == (0.5, 1)

@@ -1,7 +1,6 @@
 """The real command line of ROS 2, with launch files: `pytest -m ros2_command`, where it is."""
 
 import os
-import re
 import signal
 import sys
 from pathlib import Path
@@ -70,54 +69,6 @@ def test_nodes_and_parameters_of_a_fleet_are_listed_and_set(ros2, peer):
     for process in (controllers, simulator):
         os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C; `ros2 run` itself passes nothing on
         assert process.wait() == 0
-
-
-def test_one_robot_follows_a_controller_run_alone_and_another_one_a_topic(ros2, peer):
-    ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '2')
-    first, second = peer.odometry(1), peer.odometry(2)
-    law = ('-p', 'nb_robots:=2', '-p', 'algo:=consensus')
-    single(ros2, 'controller', '/tb3_1', *law)
-    single(ros2, 'si_to_uni', '/tb3_1', '-p', 'komega:=2.0')
-    single(ros2, 'si_to_uni', '/tb3_2')
-    velocity = ('/tb3_2/cmd_cart_vel', 'geometry_msgs/msg/Point32', '{x: 0.2}')
-    other = ros2.start('topic', 'pub', '-r', '5', *velocity)
-    peer.wait_for(lambda: first and first[-1].twist.twist.linear.x > 0.1)
-    peer.wait_for(lambda: second[-1].twist.twist.linear.x == pytest.approx(0.2))
-    names = ros2('node', 'list', '--no-daemon').split()
-    assert {name for name in names if name[:6] in ('/tb3_1', '/tb3_2')} == {
-        '/tb3_1/controller',
-        '/tb3_1/si_to_uni',
-        '/tb3_1/virtual_robot',
-        '/tb3_2/si_to_uni',
-        '/tb3_2/virtual_robot',
-    }
-
-    other.kill_group()
-    peer.wait_for(lambda: second[-1].twist.twist.linear.x == 0.0)
-
-
-def single(ros2, executable, namespace, *arguments):
-    """Start one node of a robot."""
-    words = ('--ros-args', '-r', f'__ns:={namespace}', *arguments)
-    return ros2.start('run', 'setcmas_ctrl', executable, *words)
-
-
-def test_a_message_of_a_law_is_echoed_as_in_the_docs(ros2, peer, tmp_path):
-    (tmp_path / 'law.py').write_text(
-        'from setcmas_ctrl import network\n'
-        'def control(robotNo, nbRobots, poses, t):\n'
-        "    network.send({'x': 1.5, 'goal': [2, 3]})\n"
-        '    return 0.1, 0\n'
-    )
-    ros2.start('run', 'setcmas_simu', 'virtual_robot', '--nb-robots', '1')
-    law = str(tmp_path / 'law.py')
-    ros2.start('run', 'setcmas_ctrl', 'controller', '--algo', law)
-    moves(peer, '/tb3_1/cmd_vel')
-
-    echoed = ros2('topic', 'echo', '--once', '/tb3_1/message').splitlines()
-    shown = re.search('/tb3_1/message\n(data: .*)', PAGE.read_text())[1]
-    t = re.compile('"t": [0-9.]+')
-    assert t.sub('', echoed[0]) == t.sub('', shown)
 
 
 @pytest.mark.parametrize(

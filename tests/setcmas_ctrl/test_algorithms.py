@@ -56,15 +56,6 @@ def test_consensus_follows_the_recording_of_the_ros_1_stack():
     assert distance(simulate(late, 8, 42), table) < 0.05
 
 
-def test_consensus_leaves_the_average_in_place():
-    poses = start_poses(7)
-    laws = [ControlLaw(find_script('consensus'), robot, 7) for robot in range(1, 8)]
-
-    velocities = np.array([law(poses, 0.0) for law in laws])
-
-    np.testing.assert_allclose(velocities.sum(axis=0), 0.0, atol=1e-12)
-
-
 def test_traj_tracking_counts_time_from_its_own_first_call():
     law = ControlLaw(find_script('traj_tracking'), 1, 1)
 

@@ -8,7 +8,6 @@ from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
-from lab_peer import LabPeer
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
@@ -79,29 +78,6 @@ def test_laws_that_send_nothing_have_no_topic(start, peer):
 
     names = [name for name, _ in peer.node.get_topic_names_and_types()]
     assert not [name for name in names if name.endswith(('/message', '/links'))]
-
-
-def test_experiments_have_messages(start, peer, script):
-    law = script(
-        """
-        from setcmas_ctrl import network
-        def control(robotNo, nbRobots, poses, t):
-            network.send(poses[0, robotNo - 1])
-            return sum(message.value for message in network.received().values()), 0
-        """
-    )
-    for robot in (1, 2):
-        odometry = Odometry()
-        odometry.pose.pose.position.x, odometry.pose.pose.orientation.w = 0.1 * robot, 1.0
-        publisher = peer.node.create_publisher(Odometry, f'/mocap/tb3_{robot}/odom', 1)
-        peer.node.create_timer(0.05, lambda p=publisher, o=odometry: p.publish(o))
-    lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
-    lab.paused = False
-    wanted = [peer.cmd_cart_vel(robot) for robot in (1, 2)]
-    start(*CTRL, '--algo', law, '--nb-robots', '2', '--experiment')
-
-    peer.wait_for(lambda: all(wanted) and wanted[0][-1].x and wanted[1][-1].x)
-    np.testing.assert_allclose([one[-1].x for one in wanted], [0.2, 0.1], atol=1e-6)
 
 
 def counts(message):

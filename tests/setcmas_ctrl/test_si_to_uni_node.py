@@ -10,18 +10,15 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
 from ros_peer import velocity
 from std_msgs.msg import Bool
 from stepped_alone import SteppedAlone
 
-from setcmas_ctrl import si_to_uni as conversions
 from setcmas_ctrl.filter.filter_options import FilterOptions, Verdict
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_simu.robots.model import IDEAL
-from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
 
 PERIOD_S = 0.05
 
@@ -184,23 +181,6 @@ def test_a_robot_whose_pose_is_unknown_or_too_old_rests(driven, send):
     assert robot.steps() == [(0.0, 0.0)]
 
 
-@pytest.mark.parametrize('x', [math.nan, math.inf, -math.inf])
-def test_velocities_that_are_no_numbers_are_zero(driven, send, x):
-    robot = driven()
-    send(x, 0.3)
-
-    assert robot.steps() == [(0.0, 0.0)]
-
-
-def test_a_velocity_that_its_sender_cut_short_is_left_out(peer, driven, send):
-    robot = driven()
-    send(0.25)
-    robot.steps()
-    cut = peer.publisher(Point32, '/tb3_3/cmd_cart_vel')
-    cut.publish(serialize_message(Point32(x=0.5))[:9])
-    assert {*robot.steps(0.5)} == {(0.25, 0.0)}
-
-
 def test_with_the_filter_it_follows_what_that_allows_and_its_verdicts(driven, send):
     robot = driven(safety=FilterOptions(filter='barrier', lookahead=0.1))
     allowed = '/tb3_3/cmd_cart_vel_allowed'
@@ -238,16 +218,6 @@ def test_speed_rises_from_rest_after_a_silence(driven, send):
     assert robot.steps() == [pytest.approx((0.1, 0.0))]
 
 
-def test_robots_are_driven_as_their_model_asks_for(driven, send):
-    robot = driven()
-    robot.node.use(OMNIDIRECTIONAL)
-    send(0.0, 0.25)
-    robot.steps()
-
-    twist = robot.commands[-1].twist
-    assert (twist.linear.x, twist.linear.y) == pytest.approx((0.0, 0.25))
-
-
 def test_in_an_experiment_a_law_that_fails_or_knows_no_pose_becomes_no_command(driven, send):
     robot = driven(experiment=True, odom='/mocap/tb3_3/odom')
     assert robot.node.cmd_vel.topic == '/tb3_3/cmd_vel_wanted'
@@ -258,20 +228,6 @@ def test_in_an_experiment_a_law_that_fails_or_knows_no_pose_becomes_no_command(d
     robot.steps(1.2)
     send(0.5)
     assert np.isnan(robot.steps()).all()
-
-
-def test_an_edit_of_si_to_uni_is_seen_in_the_node(driven, send, monkeypatch):
-    original = conversions.si_to_uni
-
-    def backwards(velocities, theta, komega):
-        V, omega = original(velocities, theta, komega)
-        return -V, omega
-
-    monkeypatch.setattr(conversions, 'si_to_uni', backwards)
-    robot = driven()
-    send(0.25)
-
-    assert robot.steps() == [(-0.25, 0.0)]
 
 
 def test_its_last_word_is_zero(peer, driven, send):

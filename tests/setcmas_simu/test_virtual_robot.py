@@ -16,7 +16,6 @@ from std_msgs.msg import Empty
 from stepped_alone import SteppedAlone
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots import unicycle
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_simu.virtual_robot import VirtualRobot
 
@@ -223,20 +222,6 @@ def test_what_displays_need_is_published_while_one_subscribes(peer, stepped, rob
     assert len(poses) == 1
     assert poses[0].pose.position.x == 1.0
     assert poses[0].header.frame_id == 'map'
-
-
-def test_an_edit_of_the_unicycle_is_seen_in_the_node(stepped, robot_with, cmd_vel, monkeypatch):
-    step = unicycle.step
-    monkeypatch.setattr(
-        unicycle, 'step', lambda states, V, omega, Ts: step(states, 2 * V, omega, Ts)
-    )
-    robot = robot_with()
-    publisher = cmd_vel()
-    stepped.step()
-    publisher.publish(twist_stamped(0.5, 0.0))
-    stepped.step(2)
-
-    assert robot.state[0, 0] == 2 * 2 * 0.125 * 0.5
 
 
 def test_a_robot_script_that_fails_is_reported_once_and_the_robot_stays(

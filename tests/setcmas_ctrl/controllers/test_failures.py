@@ -1,20 +1,19 @@
 import signal
 
-import psutil
 import pytest
-from processes import CTRL, SETCMAS, SIMU, gone
+from processes import CTRL, SETCMAS, SIMU
 
 pytest.importorskip('rclpy')
 
-from ros_peer import position, velocity
+from ros_peer import velocity
 
 
-def test_a_slow_fleet_is_reported_as_slow_and_not_as_lost(start, script):
-    law = script('import time\ndef control(i, n, p, t):\n    time.sleep(0.3)\n    return 0, 0\n')
-    start(*SIMU, '--nb-robots', '5')
+def test_a_slow_fleet_is_reported_as_slow_by_the_wall_s_clock_and_not_as_lost(start, script):
+    law = script('import time\ndef control(i, n, p, t):\n    time.sleep(0.06)\n    return 0, 0\n')
+    start(*SIMU, '--nb-robots', '5', '--rtf', '5')
     process = start(*CTRL, '--algo', law)
 
-    process.wait_for_output('longer than the control period of 0.20 s')
+    process.wait_for_output('longer than the control period of 0.04 s')
     process.wait_for_output('s for 5 robots')
     assert 'no pose' not in process.output()
 
@@ -32,21 +31,6 @@ def test_the_last_command_is_zero(start, peer, script, signum):
     peer.wait_for(lambda: all(o[-1].twist.twist.linear.x == 0.0 for o in odometry))
     assert process.wait() == 0
     assert 'Traceback' not in process.output()
-
-
-def test_robots_stand_still_after_the_last_command_of_a_killed_controller(start, peer, script):
-    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
-    start(*SIMU, '--nb-robots', '1')
-    odometry, commands = peer.odometry(1), peer.cmd_vel(1)
-    process = start(*CTRL, '--algo', law)
-    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.2)
-    process.end(signal.SIGKILL)
-    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
-    stopped = odometry[-1]
-    later = peer.wait_for_new(odometry, 10)
-
-    assert velocity(commands[-1])[0] > 0.2
-    assert {position(message) for message in later} == {position(stopped)}
 
 
 HARM = """
@@ -104,51 +88,6 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
     assert 'the other robots continue' not in process.output()
 
 
-def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer, script):
-    law = script(
-        """
-        def control(robotNo, nbRobots, poses, t):
-            while t > 1:
-                pass  # for ever
-            return 0.2, 0
-        """
-    )
-    start(*SIMU, '--nb-robots', '2', '--cmd-timeout', '0.6')
-    odometry, command = peer.odometry(1), peer.cmd_vel(1)
-    process = start(*CTRL, '--algo', law)
-    peer.wait_for(lambda: 'has not returned' in process.output())
-
-    sent = len(command)
-    assert 'law.py, line ' in process.output()
-    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
-    assert len(command) == sent
-    assert process.end() == 1
-
-
-def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, script):
-    law = script(
-        """
-        def control(robotNo, nbRobots, poses, t):
-            while t > 1:
-                try:
-                    while True:
-                        pass
-                except BaseException:
-                    pass
-            return 0.3, 0
-        """
-    )
-    start(*SIMU, '--nb-robots', '1')
-    odometry = peer.odometry(1)
-    process = start(*SETCMAS, 'ctrl', '--algo', law)
-    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.2)
-    process.wait_for_output('has not returned')
-
-    assert process.end() == 1
-    assert 'so it was killed in control of law.py for tb3_1' in process.output()
-    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
-
-
 def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
     law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
     first = start(*SIMU, '--nb-robots', '2', '--robots', '1')
@@ -174,48 +113,17 @@ def test_a_script_that_shuts_ros_down_while_loading_is_reported(start, script):
     assert 'Traceback' not in process.output()
 
 
-HOSTILE = """
-import atexit, multiprocessing, os, signal, subprocess, sys, threading, time
-fork = multiprocessing.get_context('fork')
-harms = {
-    1: lambda: signal.alarm(1),
-    2: lambda: (signal.signal(signal.SIGALRM, signal.SIG_DFL), signal.alarm(1)),
-    3: lambda: signal.setitimer(signal.ITIMER_REAL, 0.5, 0.5),
-    4: lambda: [signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)],
-    5: lambda: atexit.register(time.sleep, 600),
-    6: lambda: threading.Thread(target=time.sleep, args=(600,)).start(),
-    7: lambda: fork.Process(target=time.sleep, args=(600,)).start(),
-    8: lambda: subprocess.Popen(['sleep', '600']),
-    9: lambda: sys.exit(3),
-    10: lambda: os.close(0),
-}
-done = False
-def control(robotNo, nbRobots, poses, t):
-    global done
-    if t > 0.5 and not done:
-        done = True
-        harms.get(robotNo, int)()
-    return 0.3, 0
-"""
-
-
-@pytest.mark.nightly
-def test_nothing_of_this_disturbs_the_others(start, peer, script):
-    start(*SIMU, '--nb-robots', '11').wait_for_output('simulating')
-    odometry = [peer.odometry(robot) for robot in range(1, 12)]
-    process = start(*SETCMAS, 'ctrl', '--algo', script(HOSTILE))
-    peer.wait_for(lambda: all(odometry))
-    begin = [position(messages[0])[0] for messages in odometry]
-    peer.wait_for(
-        lambda: all(
-            position(messages[-1])[0] > start_x + 1.2  # m, in more than 4 s
-            for messages, start_x in zip(odometry, begin, strict=True)
-        )
+def test_a_script_that_sets_an_alarm_goes_on_when_it_rings(start, script):
+    law = script(
+        """
+        import signal
+        signal.alarm(1)
+        def control(robotNo, nbRobots, poses, t):
+            if t > 1.5:
+                print('goes on')
+            return 0, 0
+        """
     )
-    family = psutil.Process(process.pid).children(recursive=True)
+    start(*SIMU, '--nb-robots', '1')
 
-    assert len(family) >= 3  # the controllers, and two that a script has started
-    assert process.end() == 1
-    assert 'tb3_9 at t = ' in process.output()  # it alone has failed
-    assert 'Traceback' not in process.output()
-    peer.wait_for(lambda: all(gone(child.pid) for child in family))
+    start(*CTRL, '--algo', law).wait_for_output('goes on')

@@ -1,10 +1,7 @@
 import sys
 import textwrap
-import threading
-import weakref
 
 from control_functions import load_control
-from processes import TIMEOUT_S
 
 from setcmas_ctrl.laws.script_output import limited_output, named_output
 
@@ -68,25 +65,6 @@ def test_names_come_once_and_a_script_closes_only_its_own_output(tmp_path, capsy
     print('y')
 
     assert capsys.readouterr().out == 'tb3_2: x\ny\n'
-
-
-def test_a_thread_inside_of_print_keeps_its_stream_when_the_naming_ends(capsys):
-    inside, goes_on = threading.Event(), threading.Event()
-
-    class Slow:
-        def __str__(self):
-            inside.set()
-            return str(goes_on.wait(TIMEOUT_S))
-
-    with named_output():
-        stream = weakref.ref(sys.stdout)
-        thread = threading.Thread(target=print, args=('a', Slow()))
-        thread.start()
-        assert inside.wait(TIMEOUT_S)
-    assert stream() is not None
-    goes_on.set()
-    thread.join()
-    assert capsys.readouterr().out == 'a True\n'
 
 
 def test_of_many_lines_the_first_are_shown(capsys):
