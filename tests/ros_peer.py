@@ -1,5 +1,6 @@
 """A node of the tests' own, which talks to the nodes under test over DDS."""
 
+import contextlib
 import time
 from collections import defaultdict
 
@@ -26,14 +27,21 @@ class Peer:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.messages = defaultdict(list)
+        self.ends = contextlib.ExitStack()
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
+        self.ends.close()
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown(context=self.context)
+
+    def add(self, node):
+        """Return a node under test in this process, which is destroyed with this one."""
+        self.ends.callback(node.destroy_node)
+        return node
 
     def listen(self, kind, topic: str, qos=50) -> list:
         """Return the list that messages of a topic are appended to from now on."""

@@ -126,15 +126,6 @@ def test_leader_election_with_too_few_numbers_goes_on():
 
 
 @pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)
-def test_every_built_in_works_for_any_number_of_robots(path):
-    for nb_robots in (1, 2, 9, 30):
-        poses = start_poses(nb_robots)
-        for robot in (1, nb_robots):
-            velocity = ControlLaw(path, robot, nb_robots)(poses, 0.0)
-            assert np.isfinite(velocity).all()
-
-
-@pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)
 def test_velocities_below_a_centimetre_per_second_become_zero(path):
     law = ControlLaw(path, 1, 1)
     target = law.names.get('WPL', [[2, 0]])[0]

@@ -32,10 +32,12 @@ class Controlled:
         words = [word for one in given for word in ('-p', one)]
         self.peer, self.stepped, self.said = peer, SteppedAlone(0.25), []
         of_node = self.stepped.arguments(peer, '-r', '__ns:=/tb3_2', *words)
-        self.node = node = Controller(None, LawOptions(algo=script), in_experiment, **of_node)
+        options = LawOptions(algo=script)
+        self.node = node = peer.add(Controller(None, options, in_experiment, **of_node))
         sources = {1: (node, '/tb3_1/odom'), 2: (node, node.odom_topic)}
         self.poses = FleetPoses(sources, 2)
         self.watch = CallWatch(self.said.append, connected_launcher({}))
+        peer.ends.callback(self.watch.close)
         law = ControlLaw(Path(script), 2, 2)
         node.law = law
         node.network = FleetNetwork(node, self.poses, chosen_communication(2), [2])
@@ -71,17 +73,12 @@ class Controlled:
 @pytest.fixture
 def controlled(peer, script, monkeypatch):
     monkeypatch.setattr(rclpy, 'ok', lambda: True)  # the peer has a context of its own
-    robots = []
 
     def create(body, *given, **kwargs):
         path = script(f'def control(robotNo, nbRobots, poses, t):\n    {body}\n')
-        robots.append(Controlled(peer, path, *given, **kwargs))
-        return robots[-1]
+        return Controlled(peer, path, *given, **kwargs)
 
-    yield create
-    for robot in robots:
-        robot.watch.close()
-        robot.node.destroy_node()
+    return create
 
 
 def test_the_law_of_the_robot_is_called_with_all_poses_and_the_time(controlled):

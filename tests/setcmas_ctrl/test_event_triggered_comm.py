@@ -1,4 +1,5 @@
 import math
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -29,8 +30,9 @@ class Sender:
     def __init__(self, peer, condition):
         self.peer, self.stepped, self.said = peer, SteppedAlone(0.125), []
         of_node = self.stepped.arguments(peer, '-r', '__ns:=/tb3_3')
-        self.node = EventTriggeredComm(None, False, **of_node)
+        self.node = peer.add(EventTriggeredComm(None, False, **of_node))
         self.node.watch = CallWatch(self.said.append, connected_launcher({}))
+        peer.ends.callback(self.node.watch.close)
         reports = ErrorReports(self.said.append, CONSEQUENCE, function=Function.CONDITION)
         self.node.broadcast = Broadcast(3, condition, Path('when.py'), reports)
         self.poses = FleetPoses({3: (self.node, self.node.odom_topic)}, 3)
@@ -56,16 +58,7 @@ class Sender:
 
 @pytest.fixture
 def sender(peer):
-    senders = []
-
-    def create(condition):
-        senders.append(Sender(peer, condition))
-        return senders[-1]
-
-    yield create
-    for one in senders:
-        one.node.watch.close()
-        one.node.destroy_node()
+    return partial(Sender, peer)
 
 
 def test_the_last_state_is_repeated_with_the_odometry_until_the_next_is_triggered(sender):

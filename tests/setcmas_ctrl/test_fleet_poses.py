@@ -12,31 +12,10 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
 
-STAND = 'def control(i, n, p, t):\n    return 0, 0\n'
-
-
-class Driver:
-    """Publishes the odometry of robot 1 at 20 Hz."""
-
-    def __init__(self, peer):
-        self.odometry = Odometry()
-        self.odometry.pose.pose.orientation.w = 1.0
-        self._node = peer.node
-        self._publisher = None
-        self.restart(qos.STATE)
-        peer.node.create_timer(0.05, lambda: self._publisher.publish(self.odometry))
-
-    def restart(self, profile):
-        if self._publisher:
-            self._node.destroy_publisher(self._publisher)
-        self._publisher = self._node.create_publisher(Odometry, '/tb3_1/odom', profile)
-
 
 @pytest.fixture
 def node(peer):
-    node = FleetNode('poses', context=peer.context)
-    yield node
-    node.destroy_node()
+    return peer.add(FleetNode('poses', context=peer.context))
 
 
 def test_the_newest_poses_of_a_fleet_are_shared(peer, node):
@@ -72,23 +51,18 @@ def test_the_newest_poses_of_a_fleet_are_shared(peer, node):
 
 @pytest.mark.nightly
 def test_unusable_odometry_is_reported_until_the_driver_is_mended(start, peer, script):
-    driver = Driver(peer)
-    pose = driver.odometry.pose.pose
-    pose.position.x = math.nan
-    process = start(*CTRL, '--algo', script(STAND), '--nb-robots', '1')
-    unusable = 'waiting for the odometry of robot 1 (/tb3_1/odom); robot 1 sends invalid odometry'
-    peer.wait_for(lambda: f'{unusable}: its pose is NaN or infinite' in process.output())
+    publisher = peer.node.create_publisher(Odometry, '/tb3_1/odom', qos.SENSOR)
+    odometry, unusable = Odometry(), 'its pose is NaN or infinite'
+    peer.node.create_timer(0.05, lambda: publisher.publish(odometry))
+    law = script('def control(i, n, p, t):\n    return 0, 0\n')
 
-    pose.position.x, pose.orientation.w = 0.0, 0.0
-    zero = 'its orientation is a zero quaternion'
-    peer.wait_for(lambda: f'{unusable}: {zero}' in process.output())
+    def is_said(text, x):
+        odometry.pose.pose.position.x = x
+        peer.wait_for(lambda: text in process.output())
+
+    process = start(*CTRL, '--algo', law, '--nb-robots', '1')
+    is_said(f'robot 1 (/tb3_1/odom); robot 1 sends invalid odometry: {unusable}', math.nan)
     assert 'controlling' not in process.output()
-
-    pose.orientation.w = 1.0
-    peer.wait_for(lambda: 'controlling' in process.output())
-    pose.orientation.w = 0.0
-    peer.wait_for(lambda: f'robot 1: no valid pose ({zero}) for' in process.output())
-
-    pose.orientation.w = 1.0
-    driver.restart(qos.SENSOR)
-    peer.wait_for(lambda: 'robot 1: its poses are back' in process.output())
+    is_said('controlling', 0.0)
+    is_said(f'robot 1: no valid pose ({unusable}) for', math.nan)
+    is_said('robot 1: its poses are back', 0.0)

@@ -18,7 +18,7 @@ def test_a_held_stop_outlives_the_pause_node_that_held_it_though_another_says_go
     peer, looks_in_between
 ):
     watch = EmergencyWatch(peer.node)
-    nodes = [Node(name, context=peer.context) for name in ('holder', 'other')]
+    nodes = [peer.add(Node(name, context=peer.context)) for name in ('holder', 'other')]
     holder, other = (node.create_publisher(Bool, TOPIC, qos.LATCHED) for node in nodes)
     peer.wait_for(lambda: peer.node.count_publishers(TOPIC) == 2)
     watch.take()
@@ -40,8 +40,6 @@ def test_a_held_stop_outlives_the_pause_node_that_held_it_though_another_says_go
     assert is_held_after(False)
     assert is_held_after(True)  # it takes the stop over
     assert not is_held_after(False)
-    for node in nodes:
-        node.destroy_node()
 
 
 def test_a_latched_stop_is_heard_by_who_comes_later_though_others_latch_none(peer):

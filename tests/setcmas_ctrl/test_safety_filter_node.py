@@ -1,6 +1,7 @@
 """The safety filter's node: velocities of controllers in, what is allowed out, to si_to_uni."""
 
 import math
+from functools import partial
 
 import pytest
 
@@ -29,15 +30,16 @@ class Filtered:
     def __init__(self, peer, in_experiment=False):
         self.peer, self.stepped = peer, SteppedAlone(0.25)
         gains, options = GainOptions(rate=4.0), ControllerOptions(experiment=in_experiment)
-        fleet = FleetNode('controllers', context=peer.context)
+        self.controllers = fleet = peer.add(FleetNode('controllers', context=peer.context))
         of_node = {'fleet': fleet, 'time': self.stepped.time, 'context': peer.context}
-        robots = [SiToUni(i, gains, OPTIONS, options, IDEAL, **of_node) for i in (1, 2)]
+        self.robots = robots = [
+            peer.add(SiToUni(i, gains, OPTIONS, options, IDEAL, **of_node)) for i in (1, 2)
+        ]
         self.poses = FleetPoses({one.robot: (one, one.odom_topic) for one in robots}, 2)
         for robot in robots:
             robot.poses = self.poses
-        self.node = SafetyFilterNode(fleet, robots, OPTIONS, gains, self.poses)
+        self.node = peer.add(SafetyFilterNode(fleet, robots, OPTIONS, gains, self.poses))
         self.stepped.nodes = [self, self.node, *robots]
-        self.nodes = [self.node, *robots, fleet]
         self._odometry = [peer.publisher(Odometry, self.poses.topic_of(i)) for i in (1, 2)]
         self._wanted = [peer.publisher(Point32, f'/tb3_{i}/cmd_cart_vel') for i in (1, 2)]
         self.allowed = [peer.listen(Point32, f'/tb3_{i}/cmd_cart_vel_allowed') for i in (1, 2)]
@@ -71,24 +73,14 @@ class Filtered:
 
 @pytest.fixture
 def filtered(peer):
-    fleets = []
-
-    def create(**kwargs):
-        fleets.append(Filtered(peer, **kwargs))
-        return fleets[-1]
-
-    yield create
-    for fleet in fleets:
-        for node in fleet.nodes:
-            node.destroy_node()
+    return partial(Filtered, peer)
 
 
 def test_a_part_of_a_fleet_is_refused(filtered):
     fleet = filtered()
-    _, first, _, controllers = fleet.nodes
 
     with pytest.raises(SetcmasError, match=r'needs all 2 robots .* which has robot 1: control'):
-        SafetyFilterNode(controllers, [first], OPTIONS, GainOptions(), fleet.poses)
+        SafetyFilterNode(fleet.controllers, fleet.robots[:1], OPTIONS, GainOptions(), fleet.poses)
 
 
 def test_velocities_of_robots_far_from_each_other_are_kept(filtered):

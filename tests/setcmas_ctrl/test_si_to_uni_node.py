@@ -1,6 +1,7 @@
 """The node si_to_uni by itself: a peer sends velocities and odometry, and hears the commands."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -29,13 +30,15 @@ class Driven:
     def __init__(self, peer, *given, gains=None, safety=None, odom='/tb3_3/odom', **options):
         words = [word for one in given for word in ('-p', one)]
         self.peer, self.stepped = peer, SteppedAlone(PERIOD_S)
-        self.node = SiToUni(
-            None,
-            gains or GainOptions(),
-            safety or FilterOptions(),
-            ControllerOptions(**options),
-            IDEAL,
-            **self.stepped.arguments(peer, '-r', '__ns:=/tb3_3', *words),
+        self.node = peer.add(
+            SiToUni(
+                None,
+                gains or GainOptions(),
+                safety or FilterOptions(),
+                ControllerOptions(**options),
+                IDEAL,
+                **self.stepped.arguments(peer, '-r', '__ns:=/tb3_3', *words),
+            )
         )
         self.poses = FleetPoses({3: (self.node, self.node.odom_topic)}, 3)
         self.node.poses = self.poses
@@ -64,15 +67,7 @@ class Driven:
 
 @pytest.fixture
 def driven(peer):
-    robots = []
-
-    def create(*given, **options):
-        robots.append(Driven(peer, *given, **options))
-        return robots[-1]
-
-    yield create
-    for robot in robots:
-        robot.node.destroy_node()
+    return partial(Driven, peer)
 
 
 @pytest.fixture

@@ -16,16 +16,12 @@ from setcmas_simu.ros.fleet_node import FleetNode
 @pytest.fixture
 def node_of(peer):
     """Return a function that creates a node with arguments of ROS; kwargs are its own."""
-    nodes = []
 
     def create(*given, kind=RobotNode, name='follower', **kwargs):
         arguments = ['--ros-args', *given]
-        nodes.append(kind(name, context=peer.context, cli_args=arguments, **kwargs))
-        return nodes[-1]
+        return peer.add(kind(name, context=peer.context, cli_args=arguments, **kwargs))
 
-    yield create
-    for node in nodes:
-        node.destroy_node()
+    return create
 
 
 @pytest.mark.parametrize(

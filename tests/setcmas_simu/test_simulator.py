@@ -140,13 +140,9 @@ def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
     simulator.wait_for_output('simulating robots 1-2 at 50 Hz')
     poses.unlink()  # its poses are known
     odometry = peer.odometry(1)
-    command = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
-    command.publish(twist_stamped(1.0, 0.0))
+    peer.publisher(TwistStamped, '/tb3_1/cmd_vel').publish(twist_stamped(1.0, 0.0))
     peer.wait_for(lambda: odometry and 0.0 < odometry[-1].twist.twist.linear.x < 0.3)
     assert peer.set_parameter('/virtual_robots', 'limits', 'ideal') == ''
-    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 1.0)
-    assert 'it must be' in peer.set_parameter('/virtual_robots', 'limits', 'none')
-
     assert peer.set_parameter('/virtual_robots', 'rate', 20) == ''
 
     def last_step():
@@ -211,11 +207,8 @@ def test_after_a_crash_a_simulator_can_be_started_again(start):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('--ros-args', '-p', 'x0:=here'), 'x0'),
-        (('--ros-args', '-p', 'limits:=segway'), 'segway'),
         (('--model', '1:segway'), "unknown robot model 'segway'"),
         (('--ros-args', '-p', 'foo'), 'invalid arguments after --ros-args'),
-        (('--ros-args', '-p', 'use_sim_time:=true'), 'virtual_robot refuses use_sim_time'),
     ],
 )
 def test_mistakes_are_reported_without_a_traceback(start, arguments, message):

@@ -32,13 +32,11 @@ def robot_with(peer, stepped):
     def create(*given, **options):
         words = [word for one in given for word in ('-p', one)]
         of_node = stepped.arguments(peer, '-r', '__ns:=/tb3_3', *words)
-        robot = VirtualRobot(options=SimulationOptions(**options), **of_node)
+        robot = peer.add(VirtualRobot(options=SimulationOptions(**options), **of_node))
         stepped.nodes = [robot]
         return robot
 
-    yield create
-    for robot in stepped.nodes:
-        robot.destroy_node()
+    return create
 
 
 @pytest.fixture
@@ -231,13 +229,12 @@ def test_a_robot_script_that_fails_is_reported_once_and_the_robot_stays(
     script.write_text('def step(state, command, Ts):\n    return 1 / 0\n')
     failures = []
     of_node = stepped.arguments(peer, '-r', '__ns:=/tb3_3')
-    robot = VirtualRobot(model=str(script), on_failure=failures.append, **of_node)
+    robot = peer.add(VirtualRobot(model=str(script), on_failure=failures.append, **of_node))
     stepped.nodes = [robot]
     publisher = cmd_vel()
     stepped.step()
     publisher.publish(twist_stamped(0.5, 0.0))
     stepped.step(5)
-    robot.destroy_node()
 
     assert robot.state[:3, 0].tolist() == [0.0, 0.0, 0.0]
     assert [failure.call.robot for failure in failures] == [3]

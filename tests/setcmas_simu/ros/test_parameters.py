@@ -24,16 +24,12 @@ class Gains(Options):
 
 @pytest.fixture
 def node_with(peer):
-    nodes = []
-
     def node_with(*given):
         arguments = [word for one in given for word in ('-p', one)]
-        nodes.append(FleetNode('gains', context=peer.context, cli_args=['--ros-args', *arguments]))
-        return nodes[-1]
+        arguments.insert(0, '--ros-args')
+        return peer.add(FleetNode('gains', context=peer.context, cli_args=arguments))
 
-    yield node_with
-    for node in nodes:
-        node.destroy_node()
+    return node_with
 
 
 @pytest.fixture

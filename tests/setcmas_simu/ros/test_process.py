@@ -38,16 +38,11 @@ def test_a_system_that_forbids_a_higher_priority_is_obeyed(monkeypatch):
 
 @pytest.fixture
 def node_in(peer):
-    nodes = []
-
     def node_in(*arguments, **settings):
         arguments = ['--ros-args', *arguments]
-        nodes.append(FleetNode('node', context=peer.context, cli_args=arguments, **settings))
-        return nodes[-1]
+        return peer.add(FleetNode('node', context=peer.context, cli_args=arguments, **settings))
 
-    yield node_in
-    for node in nodes:
-        node.destroy_node()
+    return node_in
 
 
 LEAVES = """
