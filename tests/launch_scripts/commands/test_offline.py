@@ -19,26 +19,6 @@ def offline(tmp_path, *arguments, plots=False):
     return result
 
 
-@pytest.mark.nightly
-def test_the_layout_is_that_of_run(tmp_path):
-    options = ('--algo', 'nav_wp', '--nb-robots', '2', '--output', 'out')
-    result = offline(tmp_path, *options, plots=True)
-
-    assert {path.name for path in (tmp_path / 'out').iterdir()} == {
-        'csv',
-        'inputs',
-        'plots',
-        'metrics.yaml',
-        'run.yaml',
-    }
-    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
-    assert 'times real time' in result.stdout
-    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['command'][:2] == ['setcmas', 'offline']
-    assert record['outcome'] == {'state': 'complete'}
-    assert record['scenario']['seed'] == 0
-
-
 def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     given = {
         'leader.py': 'import gains\nW = 0\ndef control(i, n, p, t):\n    return gains.K, W\n',
@@ -127,6 +107,7 @@ def test_a_failed_script_is_reported_at_the_end(tmp_path, law, options, message,
     assert result.returncode == 1
     assert f'setcmas offline: complete, but {message}' in result.stderr.splitlines()[-1]
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['command'][:2] == ['setcmas', 'offline']
     assert record['outcome'] == {'state': 'failed', 'failed': failed}
 
 

@@ -140,9 +140,3 @@ def test_a_mistake_is_reported_with_its_line(lab_file, text, line, message):
         load_lab(path)
     assert str(caught.value).startswith(f'{path}, line {line}: ')
     assert '\n' not in str(caught.value)
-
-
-def test_a_list_that_contains_itself_is_refused(tmp_path):
-    (tmp_path / 'loop.yaml').write_text('robots: &a [*a]\n')
-    with pytest.raises(SetcmasError):
-        load_lab(tmp_path / 'loop.yaml')

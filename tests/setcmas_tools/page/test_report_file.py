@@ -11,7 +11,6 @@ from report_pages import HOSTILE, Page
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function, ScriptFailure
 from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.page.document import document, element, page_content
 from setcmas_tools.page.report_file import (
     answers_html,
     check_page,
@@ -21,16 +20,6 @@ from setcmas_tools.page.report_file import (
     run_name,
 )
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, this_origin
-
-
-def test_texts_and_data_are_never_html():
-    content = page_content(charts=[{'name': HOSTILE, 'values': {}}])
-    page = Page(document(HOSTILE, [element('p', HOSTILE + '\x00\x1b')], content))
-
-    assert page.data['charts'][0]['name'] == HOSTILE
-    assert HOSTILE in page.shown
-    assert not [tag for tag, _ in page.elements if tag == 'img']
-
 
 MOST_BYTES = 1_000_000
 

@@ -8,28 +8,8 @@ from PIL import Image
 from runs import animate
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import plot_colour
 from setcmas_tools.plots import film
-from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_tables import write_fleet
-
-
-@pytest.fixture
-def run(tmp_path):
-    """A function that makes the folder of a run in which robots go 3 m to the right in 6 s."""
-
-    def run(nb_robots, start=-0.5):
-        t = np.arange(start, 6.05, 0.1)
-        rows = [
-            np.array([t, 0 * t + i, x + 0.5 * t, 0 * t + y, 0 * t, 0 * t + 0.5, 0 * t]).T
-            for i, (x, y, _) in enumerate(start_poses(nb_robots).T, start=1)
-        ]
-        (tmp_path / 'csv').mkdir(exist_ok=True)
-        write_fleet(fleet_table(np.concatenate(rows)), tmp_path / 'csv' / 'fleet.csv')
-        return tmp_path
-
-    return run
 
 
 @pytest.fixture
@@ -48,29 +28,19 @@ def count(picture, colour):
     return int((np.abs(inside - colour).max(axis=2) < 20).sum())
 
 
-@pytest.mark.nightly
-def test_a_gif_shows_robots_that_leave_trails(run, no_ffmpeg):
-    path = animate(run(2))
+def test_without_ffmpeg_a_gif_shows_robots_that_leave_trails(run, no_ffmpeg, tmp_path):
+    path = animate(run(2), tmp_path / 'elsewhere', speed=4.0, size=(501, 400), dpi=80)
 
-    assert path.name == 'film.gif'
+    assert path == tmp_path / 'elsewhere' / 'film.gif'
     with Image.open(path) as opened:
-        assert opened.n_frames == 61  # from the first command on
-        assert opened.info['duration'] == 100
-        assert opened.info['loop'] == 0
-        first, last = frame(opened, 0), frame(opened, 60)
+        assert opened.n_frames == 28  # from the first command on
+        assert opened.size == (500, 400)
+        assert (opened.info['duration'], opened.info['loop']) == (100, 0)
+        first, last = frame(opened, 0), frame(opened, 27)
         assert tuple(first[0, 0]) == (255, 255, 255)
         for robot in (1, 2):
             colour = np.multiply(255, plot_colour(robot, 2))
             assert 0 < count(first, colour) < count(last, colour)
-
-
-def test_speed_size_and_folder(run, tmp_path):
-    path = animate(run(2), tmp_path / 'elsewhere', 'gif', speed=4.0, size=(501, 400), dpi=80)
-
-    assert path == tmp_path / 'elsewhere' / 'film.gif'
-    with Image.open(path) as opened:
-        assert opened.n_frames == 16
-        assert opened.size == (500, 400)
 
 
 @pytest.mark.nightly
@@ -85,7 +55,7 @@ def test_an_mp4_where_there_is_ffmpeg(run):
         check=True,
     ).stderr
     assert re.search(r'Video: h264.* yuv420p.* 25 fps', told)
-    assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
+    assert re.findall(r'frame= *(\d+)', told)[-1] == '273'  # 10.9 s and the last pose
 
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
@@ -94,7 +64,7 @@ def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
         animate(folder, kind='avi')
     with pytest.raises(SetcmasError, match='mp4 needs ffmpeg, which is not installed'):
         animate(folder, kind='mp4')
-    with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 0.06 or more'):
+    with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 0.1 or more'):
         animate(folder, kind='gif', speed=0.0125)
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):

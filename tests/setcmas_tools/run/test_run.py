@@ -13,12 +13,15 @@ from setcmas_tools import Run, simulate
 from setcmas_tools.run.run_info import RunState, read_info
 
 LAW = """
+import numpy as np
 import rviz_marker, rviz_marker_array
+from setcmas_ctrl import network
 task = 'waypoints'
 WPL = [[1.0, 1.0]]
 def control(i, n, p, t):
     rviz_marker.publish_marker(1, 1, 0, i, marker_name='goal')
     rviz_marker_array.publish_marker(p[0, i - 1], 0, 0, i, marker_name='trail')
+    network.send({'x': 1 / 3, 'v': np.array([1.0]), 'A': np.eye(2)} if i > 1 else t)
     if i == 2 and t > 1:
         raise ValueError
     return 0.1 * i, 0
@@ -29,7 +32,7 @@ def control(i, n, p, t):
 def run(tmp_path_factory):
     path = tmp_path_factory.mktemp('scripts') / 'law.py'
     path.write_text(LAW)
-    options = {'graph': 'ring', 'loss': 0.2, 'event_triggered': True}
+    options = {'graph': 'ring', 'loss': 0.2, 'event_triggered': True, 'filter': 'barrier'}
     return simulate(path, 3, 3.0, warn=lambda _: None, **options)
 
 
@@ -41,13 +44,21 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
 
     assert sorted(files) == [
         'csv/commands.csv', 'csv/communication.csv', 'csv/drawings.csv', 'csv/fleet.csv',
-        'csv/graph.csv', 'csv/task.json', 'csv/triggers.csv', 'inputs/algo/law.py', 'run.yaml',
+        'csv/graph.csv', 'csv/messages.csv', 'csv/task.json', 'csv/triggers.csv',
+        'inputs/algo/law.py', 'run.yaml',
     ]  # fmt: skip
     assert filecmp.cmpfiles(first, second, files, shallow=False) == (files, [], [])
     assert replace(loaded.info, origin=None) == run.info
     assert loaded.references == run.references
     np.testing.assert_allclose(loaded.table.x, run.table.x, rtol=0, atol=5.1e-10)
-    np.testing.assert_allclose(loaded.commands.vx, run.commands.vx, rtol=0, atol=5.1e-10)
+    for own, read in (
+        (run.commands, loaded.commands),
+        (run.commands.allowed, loaded.commands.allowed),
+    ):
+        np.testing.assert_allclose(read.vx, own.vx, rtol=0, atol=5.1e-10)
+    for own, read in zip(run.messages, loaded.messages, strict=True):
+        assert read[:2] == own[:2]
+        np.testing.assert_equal(read.value, own.value)
 
 
 def test_drawings_of_scripts(run):

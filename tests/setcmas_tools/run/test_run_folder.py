@@ -3,7 +3,7 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
+from setcmas_tools.run.run_folder import RunFolder, find_run, kept_inputs
 from setcmas_tools.run.run_info import RunInfo
 
 
@@ -61,30 +61,6 @@ def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
     RunFolder(tmp_path).create(RunInfo())
 
     assert sorted(path.name for path in tmp_path.iterdir()) == ['mine', 'run.yaml']
-
-
-def test_inputs_of_a_run_are_kept(tmp_path):
-    (tmp_path / 'law.py').write_text('import gains')
-    (tmp_path / 'gains.py').write_text('K = 1')
-    (tmp_path / 'ring.yaml').write_text('graph: ring')
-    inputs = [
-        RunInput('algo', tmp_path / 'law.py'),
-        RunInput('ctc', tmp_path / 'law.py'),
-        RunInput('graph', tmp_path / 'ring.yaml'),
-    ]
-    folder = RunFolder(tmp_path / 'out', inputs)
-    folder.create(RunInfo())
-    (tmp_path / 'ring.yaml').write_text('graph: path')
-
-    kept = folder.path / 'inputs'
-    assert {path.relative_to(kept).as_posix() for path in kept.rglob('*') if path.is_file()} == {
-        'algo/law.py',
-        'algo/gains.py',
-        'ctc/law.py',
-        'ctc/gains.py',
-        'graph/ring.yaml',
-    }
-    assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
 
 
 @pytest.mark.parametrize(

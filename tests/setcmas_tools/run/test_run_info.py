@@ -21,13 +21,6 @@ INFO = RunInfo(
 )
 
 
-def test_what_is_written_is_read(tmp_path):
-    write_info(INFO, tmp_path)
-
-    assert read_info(tmp_path) == INFO
-    assert [path.name for path in tmp_path.iterdir()] == ['run.yaml']
-
-
 def test_the_outcome_in_words():
     assert str(INFO.outcome) == (
         'complete, but law.py failed for robots 2-3 and when.py failed for robot 1'

@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
@@ -8,7 +7,6 @@ from setcmas_tools.run.csv_columns import (
     FLEET,
 )
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_records import SentMessage, commands
 from setcmas_tools.run.run_tables import (
     RunTables,
     read_fleet,
@@ -59,33 +57,6 @@ def test_other_files_that_are_no_tables(tmp_path, content):
 
     with pytest.raises(SetcmasError, match=r"fleet\.csv' (holds no rows|is damaged|cannot be)"):
         read_fleet(path)
-
-
-def test_allowed_velocities_are_kept(tmp_path):
-    wanted = np.array([[0.1 * k, 1 + k % 2, 0.5, 0.1 * k] for k in range(4)])
-    given = commands(np.column_stack([wanted, wanted[:, 2:], [0, 1, 2, 3]]))
-    write_tables(RunTables(fleet_table([[0.0, 1, 1, 2, 0.5, 0, 0]]), given), tmp_path)
-
-    read = read_tables(tmp_path / 'fleet.csv').commands
-
-    assert read.of(2).allowed.verdict.tolist() == [1, 3]
-    assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
-
-
-def test_messages_are_read_as_they_were_written(tmp_path):
-    value = {'x': 1 / 3, 'v': np.array([1.0]), 'A': np.arange(6.0).reshape(2, 3)}
-    messages = [SentMessage(0.2, 1, 5.0), SentMessage(0.2, 2, value), SentMessage(0.4, 2, value)]
-    fleet = fleet_table([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    write_tables(RunTables(fleet, messages=messages), tmp_path)
-    number, *others = read_tables(tmp_path / 'fleet.csv').messages
-
-    assert number == messages[0]
-    for one, other in zip(others, messages[1:], strict=True):
-        assert one[:2] == other[:2]
-        assert list(one.value) == ['x', 'v', 'A']
-        assert one.value['x'] == value['x']
-        np.testing.assert_array_equal(one.value['A'], value['A'])
-        assert one.value['v'].shape == (1,)
 
 
 @pytest.mark.parametrize('row', ['0,1,"[1"', '0,1,"{""x y"": 1}"', '0,1,NaN', f'0,1,{"[" * 9999}'])

@@ -108,15 +108,6 @@ def test_a_name_means_a_law_that_ships_never_a_script_of_the_current_folder(tmp_
     assert simulate(Scenario.load(file)).outcome.failed == {}
 
 
-def test_the_record_of_a_run_is_a_scenario_whose_scripts_are_those_that_it_keeps(square):
-    out = simulate(Scenario.load(square)).save(square.parent / 'out')
-    (square.parent / 'square.py').write_text('1 / 0')
-
-    scenario = Scenario.load(out / 'run.yaml')
-
-    assert scenario.law.algo == str((out / 'inputs' / 'algo' / 'square.py').resolve())
-
-
 def test_a_fleet_of_one_and_links_that_lose_everything_are_noted():
     alone = Scenario.of('laplacian_consensus').notes_on_simulation
     lossy = Scenario.of('laplacian_consensus', nb_robots=2, loss=1.0).notes

@@ -172,29 +172,6 @@ def test_a_file_that_has_no_end(run, name, kind):
         assert words in in_one_line(run)
 
 
-@pytest.mark.parametrize(
-    ('name', 'value'),
-    [
-        ('model', 7),
-        ('arena', [1, 2]),
-        ('obstacles', {'a': 1}),
-        ('algo', []),
-        ('graph', 3),
-        ('poses', [[1]]),
-        ('poses', {'a': 1}),
-        ('poses', 'x'),
-        ('algo', 'null'),
-    ],
-)
-def test_values_of_another_kind_hinder_no_report(run, name, value):
-    text = (run / 'run.yaml').read_text()
-    lines = [line for line in text.splitlines() if not line.startswith(f'  {name}:')]
-    at = lines.index('scenario:') + 1
-    (run / 'run.yaml').write_text('\n'.join([*lines[:at], f'  {name}: {value}', *lines[at:]]))
-
-    used(run)
-
-
 def test_a_robot_beyond_the_largest_fleet_is_none(tmp_path, write_bag, make):
     odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
     names = ('/tb3_1/odom', '/tb3_1000000000000000/odom', '/tb3_2001/odom')

@@ -112,13 +112,6 @@ def test_a_band_has_ends_of_runs_and_inf_counts_as_the_largest():
     assert band.loc['few'].tolist() == [1, 2, 3]
 
 
-def test_starts_that_are_too_close_are_reported_before_a_study(law):
-    filtered = {'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}
-
-    with pytest.raises(SetcmasError, match='robots 1 and 2 start 10 m apart'):
-        sweep(law, 3, 8, **filtered)
-
-
 def test_words_are_joined_by_no_line():
     study = sweep(
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
@@ -152,12 +145,12 @@ def test_functions_and_what_they_are_called():
         ({'vary': {'K': ['fast']}}, 'must be a number'),
         ({'vary': {'event_triggered': '3'}}, 'must be true or false'),
         ({'vary': {'loss': [2]}}, 'from 0 to 1'),
-        ({'vary': {'delay': [1, -1]}}, 'at least 0'),
         ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign'.* did you mean ring"),
         ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
         ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
         ({'speed': 3}, "has no value 'speed'"),
         ({'seeds': 0}, 'seeds is 0'),
+        ({'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}, 'start 10 m apart'),
     ],
 )
 def test_mistakes_are_reported_before_anything_starts(law, tmp_path, given, told):

@@ -9,21 +9,14 @@ import pytest
 from setcmas_tools import sweep
 
 SCRIPT = """
-import ctypes, math, os, subprocess, sys
+import math, os
 import numpy
 DOES = 'nothing'
 ACTS = {
     'raises': 'raise ValueError("oh no")',
     'hangs': 'while True: pass',
     'exits': 'os._exit(3)',
-    'crashes': 'ctypes.string_at(0)',
-    'fills': 'hold = bytearray(10**13)',
-    'forks': 'os.fork()',
-    'moves': 'os.chdir("/")',
-    'starts': 'subprocess.Popen(["sleep", "1000"])',
     'patches': 'math.atan2 = numpy.array = None',
-    'closes': 'os.closerange(0, 100)',
-    'prints': 'print("x" * 10**6)',
 }
 def control(robotNo, nbRobots, poses, t):
     if robotNo == 2 and 1 < t < 1.3:
@@ -33,16 +26,9 @@ def control(robotNo, nbRobots, poses, t):
 EXPECTED = {
     'nothing': ('complete', '', ''),
     'raises': ('failed', '2', 'ValueError: oh no'),
-    'hangs': ('died', '2', 'tb3_2: ended after 15 s (--timeout) at law.py, line 20'),
+    'hangs': ('died', '2', 'tb3_2: ended after 15 s (--timeout) at law.py, line 13'),
     'exits': ('died', '2', 'exit status 3'),
-    'crashes': ('died', '2', 'killed by SIGSEGV'),
-    'fills': ('failed', '2', 'MemoryError'),
-    'forks': ('complete', '', ''),
-    'moves': ('complete', '', ''),
-    'starts': ('complete', '', ''),
     'patches': ('complete', '', "'NoneType' object is not callable"),
-    'closes': ('died', '', 'the script has broken the simulation itself'),
-    'prints': ('complete', '', ''),
     'ends': ('complete', '', ''),
 }
 
