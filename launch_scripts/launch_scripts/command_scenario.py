@@ -16,6 +16,7 @@ from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE
 from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.study.study_options import TABLE
 
 
 def add_scenario_arguments(
@@ -76,9 +77,13 @@ def add_from_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def earlier_run(args: argparse.Namespace) -> Path | None:
-    """Return the folder of the run that --from names; None if there is none to compare with."""
+    """Return the folder of the run that --from names; None if there is none to compare with.
+
+    That of a study holds the scenario of its first run alone.
+    """
     earlier: Path | None = args.earlier
-    return earlier if earlier and (earlier / INFO_FILE).is_file() else None
+    is_run = earlier and (earlier / INFO_FILE).is_file() and not (earlier / TABLE).exists()
+    return earlier if is_run else None
 
 
 def typed_values(args: argparse.Namespace) -> dict[str, Any]:

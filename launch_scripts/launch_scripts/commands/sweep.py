@@ -27,7 +27,7 @@ from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.study.study_options import SweepOptions
+from setcmas_tools.study.study_options import TABLE, SweepOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; return the exit status."""
     # Imported late: help texts and completion need not wait for numpy and joblib.
-    from setcmas_tools.study.study import TABLE, carry_out, runs_in_words
+    from setcmas_tools.study.study import carry_out, runs_in_words
     from setcmas_tools.study.study_columns import check_known
     from setcmas_tools.study.study_plan import make_plan
 

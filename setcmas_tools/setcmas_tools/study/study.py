@@ -26,11 +26,16 @@ from setcmas_tools.run.run_folder import RunFolder, inputs_of, kept_record
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo
 from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
-from setcmas_tools.study.study_options import SweepOptions
-from setcmas_tools.study.study_plan import SEED, Plan, Variation, make_plan, value_of, with_values
+from setcmas_tools.study.study_options import TABLE, SweepOptions
+from setcmas_tools.study.study_plan import (
+    SEED,
+    Plan,
+    Variation,
+    make_plan,
+    value_in_table,
+    with_values,
+)
 from setcmas_tools.study.study_run import Row, made_rows
-
-TABLE = 'runs.csv'
 
 
 def sweep(
@@ -109,7 +114,7 @@ def carry_out(
         finally:
             if rows:
                 write_table(plan, rows, place)
-    study = Study(base, [*plan.vary], read_table(place), place)
+    study = Study(base, [*plan.vary], read_table(place), place, plan)
     if not folder:
         weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
     return study
@@ -150,12 +155,14 @@ class Study:
         base: The scenario of the first run.
         names: Varied names, without the seeds.
         table: A row for each run: its number, its values, its seed, its outcome and its metrics.
+        plan: Its runs with their values; None if the study was read from its folder.
     """
 
     base: Scenario
     names: list[str]
     table: pd.DataFrame
     folder: Path
+    plan: Plan | None = None
 
     @classmethod
     def load(cls, folder: str | Path) -> Study:
@@ -189,12 +196,18 @@ class Study:
         return values.mask(self.is_broken)
 
     def run(self, number: int) -> Run:
-        """Repeat a run, whose values are no functions, and return it with all its data."""
+        """Repeat a run, and return it with all its data.
+
+        A study from `load` knows its values as its table has them. It cannot repeat runs of
+        functions and of values that have names of their own there.
+        """
         if number not in self.table['run'].array:
             raise SetcmasError(f'unknown run {number}; must be from 1 to {len(self)}')
+        if self.plan:
+            return simulate(self.plan.scenario(number))
         row = self.table[self.table['run'] == number].iloc[0]
         known = {name: None if pd.isna(row[name]) else row[name] for name in self.names}
-        values = {name: value_of(name, value) for name, value in known.items()}
+        values = {name: value_in_table(name, value) for name, value in known.items()}
         return simulate(with_values(self.base, values).replace(seed=int(row[SEED])))
 
     def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:

@@ -181,6 +181,14 @@ def value_of(name: str, value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
+def value_in_table(name: str, cell: Any) -> Any:
+    """Return the value that has a cell of the table as its label, or raise SetcmasError."""
+    if isinstance(cell, str) and cell.startswith('['):
+        with suppress(ValueError):
+            return value_of(name, json.loads(cell))
+    return value_of(name, plain(cell))
+
+
 def label_of(value: Any) -> str:
     """Return the text of a value in the table."""
     if callable(value):

@@ -25,6 +25,7 @@ def test_a_study_and_one_of_its_runs(tmp_path):
     again = run_here('offline', '--from', 'study', *third, cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     assert f', {study.table["disagreement"][2]:.3f} m at the end' in again.stdout
+    assert 'not compared' not in again.stdout
 
 
 @pytest.mark.skipif(sys.platform == 'win32', reason='signals')

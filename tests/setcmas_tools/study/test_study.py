@@ -32,6 +32,23 @@ def law(tmp_path_factory):
     return folder / 'law.py'
 
 
+@pytest.mark.parametrize(
+    ('name', 'values', 'is_in_table'),
+    [
+        ('event_triggered', [False, True], True),
+        ('graph', [[[0, 1], [1, 0]], [[0, 0], [1, 0]]], True),
+        ('arena', ['-9,9,-9,9', '-8,8,-8,8'], True),
+        ('K', {'slow': 0.1, 'fast': 0.3}, False),
+        ('graph', {'both': np.ones((2, 2)) - np.eye(2), 'one': np.array([[0, 0], [1, 0]])}, False),
+    ],
+)
+def test_runs_of_all_kinds_of_values_are_repeated(law, name, values, is_in_table):
+    made = sweep(law, 2, 2, jobs=1, vary={name: values})
+    for one in [made, Study.load(made.folder)][: 1 + is_in_table]:
+        again = one.run(2).metrics()['consensus'].disagreement_at_end_m
+        assert again == pytest.approx(made.table['disagreement'][1], rel=1e-8)
+
+
 @pytest.fixture(scope='session')
 def study(law, tmp_path_factory):
     return sweep(law, 3, 8, output=tmp_path_factory.mktemp('study') / 'one', jobs=1, **STUDY)
