@@ -1,10 +1,8 @@
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import Response
 from setcmas_tools.measures.response_fit import MeasuredSpeeds, fitted
 
@@ -104,10 +102,3 @@ def test_gain_of_a_simulation_that_holds_a_command_for_its_whole_step(early):
     assert found.response.delay == 0.0
     assert found.errors.delay == pytest.approx(early, abs=0.03)
     assert found.times_known
-
-
-def test_without_scipy_the_message_names_the_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, 'scipy.optimize', None)
-
-    with pytest.raises(SetcmasError, match=r'scipy.* is needed.*\[identify\]'):
-        fitted(measured(Response(0.9, 0.15, 0.2), changes=40))

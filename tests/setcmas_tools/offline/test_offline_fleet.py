@@ -52,32 +52,6 @@ def test_periodic_and_perfect_links_change_nothing():
     np.testing.assert_array_equal(over_links.poses, plain.poses)
 
 
-def test_robots_out_of_range_are_unknown():
-    def law(robotNo, nbRobots, poses, t):
-        heard = np.isfinite(poses[0])
-        assert (np.hypot(*(poses[:2, heard] - poses[:2, robotNo - 1, None])) <= 3.0).all()
-        return (0.5, 0.0) if robotNo == 1 else (0.0, 0.0)
-
-    run = simulate(law, 2, 10.0, poses=[[-3.95, 0], [0, 0], [0, 0]], range=3.0)
-
-    assert not run.failed_robots
-    assert run.record.changes.tolist() == [[2, 1, 2, 1], [2, 2, 1, 1]]
-    assert run.record.links[1, 2].sent == 81  # from 2 s to 10 s
-
-
-def broken(pos, last_pos, t):
-    return 1 / 0
-
-
-def test_a_failing_condition_is_a_failure_of_its_robot():
-    said = []
-    run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, warn=said.append)
-
-    assert run.failed_robots == [1, 2]
-    assert [counts.sent for counts in run.record.robots.values()] == [31, 31]
-    assert len(said) == 2
-
-
 def test_a_condition_draws_the_same_numbers_in_each_run(tmp_path):
     script = tmp_path / 'random_condition.py'
     script.write_text(

@@ -33,7 +33,9 @@ def run(tmp_path_factory):
     path = tmp_path_factory.mktemp('scripts') / 'law.py'
     path.write_text(LAW)
     options = {'graph': 'ring', 'loss': 0.2, 'event_triggered': True, 'filter': 'barrier'}
-    return simulate(path, 3, 3.0, warn=lambda _: None, **options)
+    run = simulate(path, 3, 3.0, warn=lambda _: None, **options)
+    path.write_text('an edit that is not of this run')
+    return run
 
 
 def test_saved_again_it_has_the_same_bytes(run, tmp_path):
@@ -48,6 +50,7 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
         'inputs/algo/law.py', 'run.yaml',
     ]  # fmt: skip
     assert filecmp.cmpfiles(first, second, files, shallow=False) == (files, [], [])
+    assert (second / 'inputs' / 'algo' / 'law.py').read_text() == LAW
     assert replace(loaded.info, origin=None) == run.info
     assert loaded.references == run.references
     np.testing.assert_allclose(loaded.table.x, run.table.x, rtol=0, atol=5.1e-10)
