@@ -26,11 +26,6 @@ LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')
 FOUR = (*CTRL, '--algo', 'leader_election', '--nb-robots', '4', '--set', 'NUMBERS=[3, 1, 2, 9]')
 
 
-def sent_states(messages):
-    """Return the stamps of the states sent, which are repeated."""
-    return {(one.header.stamp.sec, one.header.stamp.nanosec) for one in messages}
-
-
 def messages_of(peer, robots):
     return [peer.listen(String, f'/tb3_{i}/message', LATCHED) for i in robots]
 
@@ -89,15 +84,11 @@ def counts(message):
 
 @pytest.mark.nightly
 def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(start, peer):
-    places = [
-        f'--pose={i}:{x},{y}' for i, (x, y) in enumerate([(1, 1), (1, -1), (-1, -1), (-1, 1)], 1)
-    ]
-    start(*SIMU, '--nb-robots', '4', '--robot-rate', '20', *places).wait_for_output('simulating')
+    start(*SIMU, '--nb-robots', '4', '--robot-rate', '20').wait_for_output('simulating')
     event_triggered = [*CTRL, '--algo', 'consensus', '--event-triggered', '--nb-robots', '4']
     first = start(*event_triggered, '--robots', '1-2')
     first.wait_for_output('waiting for the states of robots 3-4 (/tb3_3/trig_odom)')
     odometry = [peer.odometry(robot) for robot in (1, 2, 3, 4)]
-    states = [peer.listen(Odometry, f'/tb3_{i}/trig_odom', LATCHED) for i in (1, 2, 3, 4)]
     second = start(*event_triggered, '--robots', '3-4')
     for process, robots in ((first, '1-2'), (second, '3-4')):
         process.wait_for_output(f'controlling robots {robots} with consensus')
@@ -111,8 +102,6 @@ def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(st
         assert [info.node_name for info in listeners].count('controller') == 1
         listeners = peer.node.get_subscriptions_info_by_topic(f'/tb3_{robot}/trig_odom')
         assert [info.node_name for info in listeners].count('controllers') == 2
-    sent = [sent_states(of_robot) for of_robot in states]
-    assert max(map(len, sent)) < 0.3 * min(map(len, odometry))
     assert peer.node.count_publishers('/communication_graph') == 0
     assert first.end() == second.end() == 0
 

@@ -43,11 +43,10 @@ def test_odometry_pose_and_marker_of_every_robot(start, peer):
     assert (marker[0].pose.position.x, marker[0].pose.position.y) == (1.0, 2.0)
 
 
-def test_reset_of_one_robot_and_of_the_fleet_by_topic_or_service(start, peer):
+def test_reset_of_the_fleet_by_topic_or_service(start, peer):
     start(*SIMU, '--nb-robots', '2')
     odometry = [peer.odometry(robot) for robot in (1, 2)]
     commands = [peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel') for robot in (1, 2)]
-    reset_second = peer.publisher(Empty, '/tb3_2/reset')
     reset_all = peer.publisher(Empty, '/reset')
     homes = [tuple(start_poses(2)[:2, i]) for i in (0, 1)]
 
@@ -59,11 +58,6 @@ def test_reset_of_one_robot_and_of_the_fleet_by_topic_or_service(start, peer):
         )
 
     peer.wait_for(lambda: all(odometry))
-    drive_away()
-    reset_second.publish(Empty())
-    peer.wait_for(lambda: position(odometry[1][-1]) == homes[1])
-    assert position(odometry[0][-1]) != homes[0]
-
     drive_away()
     reset_all.publish(Empty())
     peer.wait_for(lambda: all(position(o[-1]) == h for o, h in zip(odometry, homes, strict=True)))

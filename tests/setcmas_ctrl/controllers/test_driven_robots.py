@@ -13,10 +13,8 @@ MIRROR = (
 
 
 @pytest.fixture
-def law(tmp_path):
-    path = tmp_path / 'north.py'
-    path.write_text(LAW)
-    return str(path)
+def law(script):
+    return script(LAW)
 
 
 def is_sent(messages, forward, left):
@@ -33,15 +31,14 @@ def test_robots_are_driven_by_the_models_that_their_simulator_announces(start, p
     peer.wait_for(lambda: is_sent(commands[1], pytest.approx(0.2), 0.0))
 
 
-def test_a_script_with_a_command_of_its_own_is_to_be_given_too(start, peer, law, tmp_path):
-    script = tmp_path / 'mirror.py'
-    script.write_text(MIRROR)
-    start(*SIMU, '--nb-robots', '1', '--model', str(script)).wait_for_output('simulating')
+def test_a_script_with_a_command_of_its_own_is_to_be_given_too(start, peer, law, script):
+    mirror = script(MIRROR, 'mirror.py')
+    start(*SIMU, '--nb-robots', '1', '--model', mirror).wait_for_output('simulating')
     commands = peer.cmd_vel(1, TwistStamped)
     process = start(*CTRL, '--algo', law)
-    process.wait_for_output(f'add --model {script}')
+    process.wait_for_output(f'add --model {mirror}')
     peer.wait_for(lambda: is_sent(commands, pytest.approx(0.2), 0.0))
     process.end()
-    start(*CTRL, '--algo', law, '--model', str(script))
+    start(*CTRL, '--algo', law, '--model', mirror)
 
     peer.wait_for(lambda: is_sent(commands, 0.0, pytest.approx(-0.2)))

@@ -58,14 +58,6 @@ def test_processes_that_all_start_paused_begin_at_0():
     assert second.step(100.9, paused=False) == pytest.approx(0.3)
 
 
-def test_a_process_that_joins_a_paused_fleet_adopts_its_t():
-    time = FleetTime()
-    time.synchronise(57.0, 9.9)
-    time.step(10.0, paused=True)
-
-    assert time.step(10.2, paused=False) == pytest.approx(57.3)
-
-
 @pytest.mark.parametrize(('sent_at', 't'), [(9.9, 57.1), (8.0, 0.0)], ids=['new', 'old'])
 def test_a_process_that_comes_later_joins_a_fleet_that_has_not_ended(sent_at, t):
     time = FleetTime()
@@ -82,18 +74,6 @@ def test_the_latest_received_t_is_that_of_the_fleet(received, t):
     time.synchronise(received, 105.0)
 
     assert time.at(105.0) == pytest.approx(t)
-
-
-def test_two_that_are_paused_do_not_push_each_other_on():
-    first, second = begun(), begun(50.0)
-    for step in range(1, 50):
-        first.step(100 + 0.2 * step, paused=step > 5)
-        second.step(50 + 0.2 * step + 0.1, paused=step > 5)
-        first.synchronise(second.at(50 + 0.2 * step + 0.1), 100 + 0.2 * step + 0.13)
-        second.synchronise(first.at(100 + 0.2 * step + 0.1), 50 + 0.2 * step + 0.13)
-
-    assert first.at(111.0) == pytest.approx(1.1, abs=0.021)
-    assert second.at(61.0) == pytest.approx(1.1, abs=0.021)
 
 
 def test_laws_that_begin_anew_join_the_others_or_begin_at_0():

@@ -62,33 +62,24 @@ sys.stdin.read()
 """
 
 
+def printed(code, environment):
+    """Return what code prints in a process of its own with some more of an environment."""
+    command = [sys.executable, '-c', code]
+    return subprocess.check_output(command, env={**os.environ, **environment}, text=True)
+
+
 @pytest.mark.parametrize('reach', ['LOCALHOST', 'SUBNET'])
 @pytest.mark.parametrize(
     ('chosen', 'shared'), [({}, False), ({'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, True)]
 )
 def test_nodes_share_no_memory_unless_the_user_has_chosen_it(domain, reach, chosen, shared):
-    environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, **chosen}
-    node = subprocess.run(
-        [sys.executable, '-c', USES_SHARED_MEMORY],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, **chosen}
 
-    assert node.stdout == f'{shared} {reach}\n'
+    assert printed(USES_SHARED_MEMORY, environment) == f'{shared} {reach}\n'
 
 
 def test_messages_reach_nodes_of_the_same_process_at_once(domain):
-    node = subprocess.run(
-        [sys.executable, '-c', ARRIVES_AT_ONCE],
-        env={**os.environ, 'RMW_FASTRTPS_PUBLICATION_MODE': 'ASYNCHRONOUS'},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-
-    assert node.stdout == '500\n'
+    assert printed(ARRIVES_AT_ONCE, {'RMW_FASTRTPS_PUBLICATION_MODE': 'ASYNCHRONOUS'}) == '500\n'
 
 
 @pytest.mark.parametrize(
